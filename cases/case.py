@@ -1,0 +1,113 @@
+"""A case: one question, the reason for asking it, and what its answer must satisfy beyond the references' word."""
+
+from dataclasses import dataclass
+
+from cases.scene import Scene
+from cases.stages import Stage
+
+# Every item of the specification, in its order.
+ITEMS: tuple[str, ...] = (
+    *(f"CAM-{n}" for n in range(1, 6)),
+    *(f"XF-{n}" for n in range(1, 3)),
+    *(f"HIT-{n}" for n in range(1, 10)),
+    *(f"NRM-{n}" for n in range(1, 4)),
+    *(f"LIT-{n}" for n in range(1, 6)),
+    *(f"RAD-{n}" for n in range(1, 6)),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class PixelValue:
+    """A closed form for one channel of one pixel."""
+
+    stage: Stage
+    column: int
+    row: int
+    channel: int
+    value: float
+    relative: float  # tolerance, relative to value
+    because: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class UniformValue:
+    """A closed form that holds at every pixel that sees the shape."""
+
+    stage: Stage
+    shape: int
+    channel: int
+    value: float
+    relative: float
+    because: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flux:
+    """A closed form for the integral of irradiance over a rectangle seen frontally: sum of E times pixel footprint.
+
+    A perspective image of a plane parallel to the image plane samples it on a uniform grid, so the sum is a midpoint
+    rule; `relative` bounds its error.
+    """
+
+    shape: int
+    face: int  # -1: every face
+    channel: int
+    footprint: float  # m^2 of the rectangle per pixel
+    value: float  # W
+    relative: float
+    because: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShadowOutline:
+    """A closed form for a shadow's outline on a shape that lies in a plane of constant world z.
+
+    Pixels of `shape` whose hit lies inside the outline must be dark for `light`, those outside lit; within `margin` of
+    the outline either is right.
+    """
+
+    shape: int
+    light: int
+    form: str  # "square" (axis-aligned, half-size `size`) or "disc" (radius `size`)
+    center: tuple[float, float]  # world x, y [m]
+    size: float  # m
+    margin: float  # m
+    because: str
+
+
+Expectation = PixelValue | UniformValue | Flux | ShadowOutline
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One question: a scene, what it stresses, what it covers, and how much of its image must be decidable.
+
+    `covers` names exactly the specification items whose formula this scene exercises *validly*: a formula variant is
+    run on the cases that cover its item (LIT-2, which loses self-shadowing, is not listed where self-shadowing
+    matters).
+    """
+
+    name: str  # "family/case"
+    scene: Scene
+    stresses: str  # a sentence
+    covers: tuple[str, ...]
+    least_interior: int  # pixels that hit something and lie clear of every edge; fewer is an error, not a pass
+    most_edge: float  # largest share of all pixels that may be classed as edge; more is an error, not a pass
+    samples: int = 1  # per side of a pixel; > 1 also compares box-filtered radiance
+    expectations: tuple[Expectation, ...] = ()
+
+    def __post_init__(self) -> None:
+        unknown = [item for item in self.covers if item not in ITEMS]
+        if unknown or not self.covers:
+            raise ValueError(f"case {self.name}: covers must name specification items, got {unknown or 'none'}")
+        if self.name.count("/") != 1:
+            raise ValueError(f"case {self.name!r}: the name must read family/case")
+        if not self.stresses.endswith("."):
+            raise ValueError(f"case {self.name}: `stresses` must be a sentence")
+        if not 0 <= self.most_edge < 1 or self.least_interior < 0 or self.samples < 1:
+            raise ValueError(f"case {self.name}: least_interior >= 0, 0 <= most_edge < 1, samples >= 1")
+
+    @property
+    def family(self) -> str:
+        """Return the part of the name before the slash."""
+        return self.name.split("/")[0]

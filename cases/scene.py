@@ -1,0 +1,233 @@
+"""The scene as plain data: camera, shapes, lights, shading model and clip mode. Validated where it is made.
+
+Conventions are the specification's: right-handed world, metres, watts, degrees at the interface, linear RGB,
+4x4 row-major matrices that act on column vectors with last row (0, 0, 0, 1); unit primitives in object space
+placed by `to_world`; object normals outward, along +z, or by counter-clockwise winding.
+"""
+
+import hashlib
+import math
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+Vector = tuple[float, float, float]
+Rgb = tuple[float, float, float]
+Row = tuple[float, float, float, float]
+Matrix = tuple[Row, Row, Row, Row]
+Shading = Literal["inverse_square", "simplified"]
+Clip = Literal["depth", "shell", "none"]
+
+SHADINGS: tuple[Shading, ...] = ("inverse_square", "simplified")
+CLIPS: tuple[Clip, ...] = ("depth", "shell", "none")
+IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+# cos of the angle below which `up` counts as parallel to the viewing direction: closer than this the basis has
+# lost half the digits of float64, and float32 has none left.
+PARALLEL = 1.0 - 2.0**-27
+
+
+class SceneError(ValueError):
+    """A scene that the specification calls invalid; the message names the field, the value and its unit."""
+
+
+def _finite(name: str, values: Any, unit: str = "") -> None:
+    if not np.all(np.isfinite(np.asarray(values, dtype=np.float64))):
+        raise SceneError(f"{name} must be finite, got {values}{' ' + unit if unit else ''}")
+
+
+def _not_negative(name: str, values: Any, unit: str = "") -> None:
+    _finite(name, values, unit)
+    if min(values) < 0:
+        raise SceneError(f"{name} must not be negative, got {values}{' ' + unit if unit else ''}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shape:
+    """What every shape has: its placement, its albedo and whether both of its sides are lit and seen.
+
+    Raises SceneError for a singular or non-finite matrix and for a negative albedo.
+    """
+
+    albedo: Rgb  # diffuse reflectance per channel, >= 0
+    to_world: Matrix = IDENTITY
+    two_sided: bool = False
+
+    def __post_init__(self) -> None:
+        _not_negative("albedo", self.albedo)
+        matrix = np.asarray(self.to_world, dtype=np.float64)
+        if matrix.shape != (4, 4):
+            raise SceneError(f"to_world must be 4x4, got shape {matrix.shape}")
+        _finite("to_world", self.to_world)
+        if tuple(matrix[3]) != (0.0, 0.0, 0.0, 1.0):
+            raise SceneError(f"to_world's last row must be (0, 0, 0, 1), got {tuple(matrix[3])}")
+        # Scale-free singularity: the smallest singular value against the largest, both in units of the matrix.
+        singular = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+        if not singular[2] > singular[0] * 2.0**-50:
+            raise SceneError(f"to_world is singular: singular values {tuple(map(float, singular))}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sphere(Shape):
+    """A sphere in object space; with a non-uniform `to_world` an ellipsoid."""
+
+    center: Vector = (0.0, 0.0, 0.0)  # m
+    radius: float = 1.0  # m, > 0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _finite("center", self.center, "m")
+        _finite("radius", self.radius, "m")
+        if not self.radius > 0:
+            raise SceneError(f"radius must be positive, got {self.radius} m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cube(Shape):
+    """The cube [-0.5, 0.5]^3 in object space."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Square(Shape):
+    """The square [-0.5, 0.5]^2 in z = 0 of object space, facing +z."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plane(Shape):
+    """The infinite plane z = 0 of object space, facing +z."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Triangle(Shape):
+    """A triangle by three object-space vertices, rounded once to float32; its normal is by their winding."""
+
+    vertices: tuple[Vector, Vector, Vector]  # m
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _finite("vertices", self.vertices, "m")
+        rounded = np.asarray(self.vertices, dtype=np.float32)
+        if rounded.shape != (3, 3):
+            raise SceneError(f"vertices must be three points of three coordinates, got shape {rounded.shape}")
+        _finite("vertices (as float32)", rounded, "m")
+        object.__setattr__(self, "vertices", tuple(tuple(map(float, vertex)) for vertex in rounded))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mesh(Shape):
+    """A mesh of triangles: float32 object-space vertices (n, 3) [m] and int32 faces (m, 3). Equal by content.
+
+    `file` says where the mesh came from, relative to the scene file, or is None for an inline mesh.
+    """
+
+    vertices: np.ndarray = field(repr=False)
+    faces: np.ndarray = field(repr=False)
+    file: str | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        vertices = np.array(self.vertices, dtype=np.float32, order="C")
+        faces = np.array(self.faces, dtype=np.int32, order="C")
+        if vertices.ndim != 2 or vertices.shape[1] != 3:
+            raise SceneError(f"vertices must have shape (n, 3), got {vertices.shape}")
+        if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) == 0:
+            raise SceneError(f"faces must have shape (m, 3) with m >= 1, got {faces.shape}")
+        if not np.all(np.isfinite(vertices)):
+            row = int(np.flatnonzero(~np.isfinite(vertices).all(axis=1))[0])
+            raise SceneError(f"vertices must be finite, got {vertices[row].tolist()} m at index {row}")
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            wrong = int(faces.min() if faces.min() < 0 else faces.max())
+            raise SceneError(f"faces must index the {len(vertices)} vertices, got index {wrong}")
+        vertices.setflags(write=False)
+        faces.setflags(write=False)
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
+
+    @property
+    def digest(self) -> str:
+        """Return the SHA-256 of what the mesh is, whatever file it came from."""
+        content = hashlib.sha256(self.vertices.tobytes() + self.faces.tobytes())
+        content.update(repr((self.albedo, self.to_world, self.two_sided)).encode())
+        return content.hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Mesh) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointLight:
+    """An isotropic point light; its intensity is flux / (4 pi). In `simplified` shading flux is the light's RGB."""
+
+    position: Vector  # m
+    flux: Rgb  # W per channel, >= 0
+
+    def __post_init__(self) -> None:
+        _finite("position", self.position, "m")
+        _not_negative("flux", self.flux, "W")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """A pinhole camera; rays pass through pixel centres, row 0 is the top row."""
+
+    eye: Vector  # m
+    target: Vector  # m
+    up: Vector  # any length, not parallel to target - eye
+    fovy: float  # full vertical angle, degrees
+    width: int  # px
+    height: int  # px
+    near: float  # m
+    far: float  # m
+
+    def __post_init__(self) -> None:
+        for name, unit in (("eye", "m"), ("target", "m"), ("up", ""), ("near", "m"), ("far", "m"), ("fovy", "degrees")):
+            _finite(name, getattr(self, name), unit)
+        for name in ("width", "height"):
+            size = getattr(self, name)
+            if not isinstance(size, int) or isinstance(size, bool) or size <= 0:
+                raise SceneError(f"{name} must be a positive whole number, got {size} px")
+        if not 0 < self.fovy < 180:
+            raise SceneError(f"fovy must lie inside (0, 180), got {self.fovy} degrees")
+        if not self.near > 0:
+            raise SceneError(f"near must be positive, got {self.near} m")
+        if not self.near < self.far:
+            raise SceneError(f"near must be less than far, got near {self.near} m and far {self.far} m")
+        forward = np.subtract(self.target, self.eye, dtype=np.float64)
+        length, up_length = np.linalg.norm(forward), np.linalg.norm(self.up)
+        if not length > 0:
+            raise SceneError(f"eye and target must differ, got {self.eye} m twice")
+        if not up_length > 0:
+            raise SceneError(f"up must not be zero, got {self.up}")
+        cosine = float(abs(np.dot(forward / length, np.asarray(self.up) / up_length)))
+        if cosine > PARALLEL:
+            raise SceneError(f"up must not be parallel to the viewing direction, got up {self.up}")
+
+    @property
+    def aspect(self) -> float:
+        """Return width / height."""
+        return self.width / self.height
+
+    @property
+    def alpha(self) -> float:
+        """Return half the vertical angle [rad]."""
+        return math.radians(self.fovy) / 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """Everything that a renderer needs to know."""
+
+    camera: Camera
+    shapes: tuple[Shape, ...]
+    lights: tuple[PointLight, ...] = ()
+    shading: Shading = "inverse_square"
+    clip: Clip = "depth"
+
+    def __post_init__(self) -> None:
+        if self.shading not in SHADINGS:
+            raise SceneError(f"shading must be one of {', '.join(SHADINGS)}, got {self.shading!r}")
+        if self.clip not in CLIPS:
+            raise SceneError(f"clip must be one of {', '.join(CLIPS)}, got {self.clip!r}")

@@ -1,0 +1,1 @@
+"""The renderer under test: the specification's formulas on Dr.Jit alone."""
