@@ -1,0 +1,99 @@
+"""The two ray-generation methods and the camera's matrices over field of view, aspect, roll and direction.
+
+Wide and narrow angles, wide and tall images, banked cameras and cameras that look along an axis tell a swapped sine, a
+forgotten aspect and a mirrored row from the right formula; the two methods must agree everywhere.
+"""
+
+from collections.abc import Iterator
+
+from cases.case import Case
+from cases.covering import covering
+from cases.families import CASE_FAMILIES
+from cases.placement import camera_around, compose, rotation, scaling, translation
+from cases.scene import Camera, Cube, Scene, Shape, Sphere, Square, Vector
+
+TARGET: Vector = (0.3, -0.2, 0.4)
+SHAPES: tuple[Shape, ...] = (
+    Square(
+        albedo=(0.6, 0.6, 0.5),
+        to_world=compose(translation(0.2, 0.1, -0.7), rotation((0.3, 1.0, 0.1), 6), scaling(9.0, 7.0, 1.0)),
+    ),
+    Sphere(albedo=(0.7, 0.4, 0.3), center=(0.9, -0.6, 0.3), radius=0.8),
+    Cube(albedo=(0.3, 0.5, 0.7), to_world=compose(translation(-0.6, 0.5, 0.3), rotation((0.2, -0.4, 1.0), 33))),
+)
+
+# Name, what it stresses, camera, least interior pixels.
+CAMERAS: tuple[tuple[str, str, Camera, int], ...] = (
+    (
+        "narrow",
+        "A field of view of 9 degrees from afar: the rays differ in their last digits.",
+        camera_around(TARGET, distance=20, azimuth=24, elevation=35, width=80, height=64, fovy=9),
+        2500,
+    ),
+    (
+        "ordinary",
+        "An ordinary field of view in a generic frame: the two camera methods against each other.",
+        camera_around(TARGET, distance=5, azimuth=-63, elevation=29, width=96, height=72, fovy=47),
+        2500,
+    ),
+    (
+        "wide",
+        "A field of view of 118 degrees: tan(alpha) is far from alpha.",
+        camera_around(TARGET, distance=2.6, azimuth=140, elevation=50, width=96, height=72, fovy=118),
+        2000,
+    ),
+    (
+        "panorama",
+        "An image more than three times as wide as high: the aspect must scale the horizontal axis.",
+        camera_around(TARGET, distance=5, azimuth=75, elevation=31, width=128, height=40, fovy=32),
+        1500,
+    ),
+    (
+        "portrait",
+        "An image almost three times as high as wide: the angle stays the vertical one.",
+        camera_around(TARGET, distance=6, azimuth=-150, elevation=38, width=40, height=112, fovy=62),
+        1200,
+    ),
+    (
+        "banked",
+        "A camera rolled by 131 degrees: up is not the world's vertical.",
+        camera_around(TARGET, distance=5.5, azimuth=10, elevation=27, width=88, height=64, fovy=44, roll=131),
+        2000,
+    ),
+    (
+        "from_below",
+        "A camera below the floor that looks up at the back of a square.",
+        camera_around(TARGET, distance=6, azimuth=-20, elevation=-52, width=64, height=96, fovy=60, roll=-25),
+        2500,
+    ),
+    (
+        "along_axis",
+        "A camera that looks straight down an axis, where signs and swapped axes hide in generic frames.",
+        Camera(
+            eye=(0.3, -0.2, 6.4),
+            target=TARGET,
+            up=(0.0, 1.0, 0.0),
+            fovy=50.0,
+            width=72,
+            height=56,
+            near=0.25,
+            far=32.0,
+        ),
+        2500,
+    ),
+)
+
+
+@CASE_FAMILIES.register("cameras")
+def cameras() -> Iterator[Case]:
+    """Yield one case per camera, over the same unlit scene."""
+    for name, stresses, camera, least_interior in CAMERAS:
+        scene = Scene(camera=camera, shapes=SHAPES)
+        yield Case(
+            name=f"cameras/{name}",
+            scene=scene,
+            stresses=stresses,
+            covers=covering(scene, "CAM-5"),
+            least_interior=least_interior,
+            most_edge=0.03,
+        )

@@ -1,0 +1,69 @@
+"""Every primitive under every kind of affine motion, where a normal that is merely rotated goes wrong.
+
+Non-uniform scale, shear and mirror separate the inverse transpose from the matrix itself, and a ray direction that
+is renormalised in object space from one that is not.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cases.case import Case
+from cases.covering import covering
+from cases.families import CASE_FAMILIES
+from cases.placement import camera_around, compose, mapped, rotation, scaling, shear, translation
+from cases.scene import Cube, Matrix, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
+
+ALBEDO = (0.35, 0.6, 0.8)
+PLACE: Vector = (0.7, -0.4, 0.5)
+LIGHT = PointLight(position=(2.9, -2.6, 3.6), flux=(450.0, 300.0, 380.0))
+TURN = rotation((0.4, -0.3, 0.85), 38)
+
+MOTIONS: tuple[tuple[str, Matrix], ...] = (
+    ("translated", translation(*PLACE)),
+    ("rotated", compose(translation(*PLACE), TURN)),
+    ("scaled", compose(translation(*PLACE), TURN, scaling(1.3, 1.3, 1.3))),
+    ("stretched", compose(translation(*PLACE), TURN, scaling(1.6, 0.8, 1.1))),
+    ("sheared", compose(translation(*PLACE), TURN, shear(xy=0.45, xz=-0.3, yz=0.35), scaling(1.2, 0.9, 1.1))),
+    ("mirrored", compose(translation(*PLACE), TURN, scaling(-1.2, 1.0, 1.1))),
+)
+
+# A pyramid over a square, counter-clockwise seen from outside.
+PYRAMID = np.array(((-0.8, -0.8, -0.5), (0.8, -0.8, -0.5), (0.8, 0.8, -0.5), (-0.8, 0.8, -0.5), (0.1, -0.05, 0.9)))
+OUTWARD = np.array(((0, 2, 1), (0, 3, 2), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)))
+TRIANGLE = ((-1.0, -0.7, 0.1), (1.1, -0.6, -0.2), (0.1, 1.0, 0.3))
+
+
+def shapes(to_world: Matrix) -> tuple[tuple[str, Shape, tuple[str, ...], int], ...]:
+    """Return name, shape, further items and least interior pixels (of 80 x 64) of every primitive so placed."""
+    return (
+        ("sphere", Sphere(albedo=ALBEDO, radius=0.8, to_world=to_world), (), 900),
+        ("cube", Cube(albedo=ALBEDO, to_world=to_world), (), 700),
+        ("square", Square(albedo=ALBEDO, to_world=to_world), ("HIT-8",), 300),
+        ("plane", Plane(albedo=ALBEDO, to_world=to_world), (), 4500),
+        ("triangle", Triangle(albedo=ALBEDO, vertices=TRIANGLE, to_world=to_world), ("HIT-5",), 700),
+        (
+            "mesh",
+            Mesh(albedo=ALBEDO, vertices=PYRAMID, faces=OUTWARD, to_world=to_world),
+            ("HIT-5", "LIT-2", "LIT-4"),
+            900,
+        ),
+    )
+
+
+@CASE_FAMILIES.register("transforms")
+def transforms() -> Iterator[Case]:
+    """Yield every primitive under every motion."""
+    for motion, to_world in MOTIONS:
+        target = mapped(to_world, (0.05, 0.0, 0.1))
+        camera = camera_around(target, distance=4.4, azimuth=-38, elevation=41, width=80, height=64, fovy=31)
+        for name, shape, more, least_interior in shapes(to_world):
+            scene = Scene(camera=camera, shapes=(shape,), lights=(LIGHT,))
+            yield Case(
+                name=f"transforms/{name}_{motion}",
+                scene=scene,
+                stresses=f"A {name} {motion}: the way into object space and the normal's way back.",
+                covers=covering(scene, *more),
+                least_interior=least_interior,
+                most_edge=0.03,
+            )

@@ -1,0 +1,97 @@
+"""Where things stand in a case: model matrices composed from named motions, and cameras placed by direction."""
+
+from collections.abc import Sequence
+from math import atan2, cos, degrees, radians, sin
+
+import numpy as np
+
+from cases.scene import Camera, Matrix, Vector
+
+
+def _matrix(entries: np.ndarray) -> Matrix:
+    first, second, third, last = ((float(a), float(b), float(c), float(d)) for a, b, c, d in entries)
+    return (first, second, third, last)
+
+
+def _linear(entries: Sequence[Sequence[float]]) -> Matrix:
+    whole = np.eye(4)
+    whole[:3, :3] = entries
+    return _matrix(whole)
+
+
+def translation(x: float, y: float, z: float) -> Matrix:
+    """Return the matrix that moves by (x, y, z) [m]."""
+    whole = np.eye(4)
+    whole[:3, 3] = (x, y, z)
+    return _matrix(whole)
+
+
+def scaling(x: float, y: float, z: float) -> Matrix:
+    """Return the matrix that scales along the axes; a negative factor mirrors."""
+    return _linear(np.diag((x, y, z)).tolist())
+
+
+def shear(*, xy: float = 0.0, xz: float = 0.0, yz: float = 0.0) -> Matrix:
+    """Return the matrix that adds xy y + xz z to x and yz z to y."""
+    return _linear(((1.0, xy, xz), (0.0, 1.0, yz), (0.0, 0.0, 1.0)))
+
+
+def rotation(axis: Vector, angle: float) -> Matrix:
+    """Return the rotation by `angle` degrees about `axis`, counter-clockwise seen from its tip (Rodrigues, 1840)."""
+    unit = np.asarray(axis, dtype=np.float64) / np.linalg.norm(axis)
+    cross = np.array([[0, -unit[2], unit[1]], [unit[2], 0, -unit[0]], [-unit[1], unit[0], 0]])
+    turn = radians(angle)
+    return _linear((np.eye(3) + sin(turn) * cross + (1 - cos(turn)) * (cross @ cross)).tolist())
+
+
+def compose(*motions: Matrix) -> Matrix:
+    """Return the product of `motions`: the last one acts first, as in the formula."""
+    whole = np.eye(4)
+    for motion in motions:
+        whole = whole @ np.asarray(motion)
+    return _matrix(whole)
+
+
+def mapped(matrix: Matrix, point: Vector) -> Vector:
+    """Return the world place of an object-space point [m]."""
+    x, y, z, _ = np.asarray(matrix) @ (*point, 1.0)
+    return (float(x), float(y), float(z))
+
+
+def camera_around(
+    target: Vector,
+    *,
+    distance: float,
+    azimuth: float,
+    elevation: float,
+    width: int,
+    height: int,
+    fovy: float = 40.0,
+    roll: float = 7.0,
+    near: float = 0.1,
+    far: float = 100.0,
+) -> Camera:
+    """Return a camera that sees `target` [m] from `distance` [m] in the given direction, with z roughly upward.
+
+    Angles in degrees: `azimuth` from +x towards +y, `elevation` above the xy plane, `roll` about the viewing axis.
+    """
+    turn, rise, bank = radians(azimuth), radians(elevation), radians(roll)
+    outward = np.array([cos(rise) * cos(turn), cos(rise) * sin(turn), sin(rise)])
+    upward = np.array([-sin(rise) * cos(turn), -sin(rise) * sin(turn), cos(rise)])
+    up = cos(bank) * upward + sin(bank) * np.cross(outward, upward)
+    eye = np.asarray(target) + distance * outward
+    return Camera(
+        eye=(float(eye[0]), float(eye[1]), float(eye[2])),
+        target=target,
+        up=(float(up[0]), float(up[1]), float(up[2])),
+        fovy=fovy,
+        width=width,
+        height=height,
+        near=near,
+        far=far,
+    )
+
+
+def frontal_fovy(*, height: int, pixel: float, distance: float) -> float:
+    """Return the vertical angle [degrees] at which a plane `distance` [m] ahead has pixels of `pixel` [m] a side."""
+    return 2 * degrees(atan2(height * pixel / 2, distance))
