@@ -1,0 +1,191 @@
+"""Set up a virtual environment beside this checkout, then become the program that was asked for.
+
+Standard library only: it runs before anything is installed. `./rayproof` calls it with a Python that is new enough.
+"""
+
+import ctypes
+import fcntl
+import hashlib
+import importlib.util
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NoReturn
+
+CHECKOUT = Path(__file__).resolve().parent
+APT = "on Debian 12: apt-get install python3 python3-venv libatomic1"
+STAMP = "rayproof-setup.json"
+IN_PROGRESS = {"state": "in progress"}
+
+
+class SetupError(Exception):
+    """What stands in the way of a set-up, in one line that says what to do about it."""
+
+
+def missing_prerequisite() -> str | None:
+    """Return one line that names the first prerequisite which this machine lacks, or None."""
+    if platform.system() != "Linux" or platform.machine() not in {"x86_64", "aarch64"}:
+        return f"runs on Linux on x86_64 (aarch64 is untried), not on {platform.system()} on {platform.machine()}"
+    for module in ("venv", "ensurepip"):
+        if importlib.util.find_spec(module) is None:
+            return f"this Python has no {module}; {APT}"
+    for library, package in (
+        ("libatomic.so.1", "libatomic1"),
+        ("libz.so.1", "zlib1g"),
+        ("libstdc++.so.6", "libstdc++6"),
+    ):
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            return f"{library} is missing; on Debian 12: apt-get install {package}"
+    return None
+
+
+def digest(*files: str) -> str:
+    """Return the SHA-256 of files of the checkout."""
+    return hashlib.sha256(b"\0".join((CHECKOUT / name).read_bytes() for name in files)).hexdigest()
+
+
+def wanted(folder: Path) -> dict[str, str]:
+    """Return what a finished set-up of today's checkout looks like, less what is installed in it."""
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    return {"state": "finished", "python": version, "folder": str(folder), "project": digest("pyproject.toml")}
+
+
+def read_stamp(folder: Path) -> dict[str, str]:
+    """Return what the last set-up left in the environment `folder`; nothing where there was none."""
+    try:
+        stamp = json.loads((folder / STAMP).read_text())
+    except (OSError, ValueError):
+        return {}
+    return stamp if isinstance(stamp, dict) and (folder / "bin" / "python").exists() else {}
+
+
+def is_ready(folder: Path, requirements: str) -> bool:
+    """Return whether `folder` holds a finished set-up of this checkout with `requirements` installed."""
+    stamp = read_stamp(folder)
+    return stamp.items() >= wanted(folder).items() and stamp.get(requirements) == digest(requirements)
+
+
+@contextmanager
+def lock(folder: Path) -> Iterator[None]:
+    """Hold the environment `folder` against other set-ups; the lock goes when its process does."""
+    handle = os.open(folder, os.O_RDONLY)
+    os.set_inheritable(handle, True)  # a pip that outlives a killed launcher still writes, so it holds the lock too
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            say("another set-up is under way; waiting for it")
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+def set_up(folder: Path, requirements: str) -> None:
+    """Fill the environment `folder` with `requirements`, every file checked against its hash.
+
+    Raises:
+        SetupError: a step failed.
+
+    """
+    stamp, python = read_stamp(folder), str(folder / "bin" / "python")
+    # What an interrupted set-up left cannot be trusted: pip takes a package half copied for an installed one.
+    keep = stamp.get("state") == "finished" and all(stamp.get(k) == wanted(folder)[k] for k in ("python", "folder"))
+    if not (folder / STAMP).exists() and any(folder.iterdir()):
+        raise SetupError(f"{folder} was not made by ./rayproof: remove it, or name another folder in RAYPROOF_VENV")
+    (folder / STAMP).write_text(json.dumps(IN_PROGRESS))
+    if not keep:
+        empty(folder)
+        step("1/4 making the virtual environment", [sys.executable, "-m", "venv", str(folder)])
+    pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
+    step(f"2/4 installing {requirements}", [*pip, "--require-hashes", "-r", str(CHECKOUT / requirements)])
+    # The wheel that carries LLVM makes its library links at the first start of Python after its installation.
+    step("3/4 linking the packaged LLVM", [python, "-c", "pass"])
+    step("4/4 installing rayproof", [*pip, "--no-deps", "--no-build-isolation", "--editable", str(CHECKOUT)])
+    # The development lock holds all that the other one does (tests/test_architecture.py), so it stands for both.
+    held = {"requirements.txt", requirements}
+    finished = wanted(folder) | {name: digest(name) for name in sorted(held)}
+    (folder / STAMP).write_text(json.dumps(finished, indent=1))
+
+
+def empty(folder: Path) -> None:
+    """Remove all but the stamp, which says until the end that the set-up is in progress."""
+    for entry in folder.iterdir():
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry)
+        elif entry.name != STAMP:
+            entry.unlink()
+
+
+def step(title: str, command: Sequence[str]) -> None:
+    """Say `title`, run `command` and show on a terminal what it is busy with.
+
+    Raises:
+        SetupError: it failed; the message is its last error.
+
+    """
+    say(title)
+    errors: list[str] = []
+    running = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", close_fds=False
+    )
+    assert running.stdout is not None
+    last = ""
+    for line in running.stdout:
+        last = line.strip() or last
+        if line.startswith("ERROR"):
+            errors.append(line.strip())
+        elif sys.stderr.isatty() and line.startswith(("Collecting", "Installing")):
+            print(f"\r\033[K  {line.strip()[:70]}", end="", file=sys.stderr, flush=True)
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+    if running.wait() != 0:
+        raise SetupError(f"{title.split(' ', 1)[1]} failed: {errors[0] if errors else last}")
+
+
+def say(line: str) -> None:
+    """Show one line of progress, apart from what the program itself prints."""
+    print(f"rayproof: {line}", file=sys.stderr, flush=True)
+
+
+def main(arguments: Sequence[str]) -> NoReturn:
+    """Set up what `arguments` need and become the program that they ask for.
+
+    Raises:
+        SetupError: a prerequisite is missing or a step failed.
+
+    """
+    testing = arguments[:1] == ["test"]
+    requirements = "requirements-dev.txt" if testing else "requirements.txt"
+    folder = Path(os.environ.get("RAYPROOF_VENV") or CHECKOUT / ".venv").absolute()
+    if not is_ready(folder, requirements):
+        if lacking := missing_prerequisite():
+            raise SetupError(lacking)
+        folder.mkdir(parents=True, exist_ok=True)
+        with lock(folder):
+            if not is_ready(folder, requirements):
+                say(f"setting up {folder} (once; about 2 GB)")
+                set_up(folder, requirements)
+    program = [str(folder / "bin" / "python"), "-m", "pytest"] if testing else [str(folder / "bin" / "rayproof")]
+    if testing:
+        os.chdir(CHECKOUT)
+    os.execv(program[0], [*program, *arguments[1 if testing else 0 :]])
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except KeyboardInterrupt:
+        say("interrupted; the next start does the set-up again")
+        sys.exit(130)
+    except (SetupError, OSError) as error:
+        say(str(error))
+        sys.exit(2)
