@@ -1,0 +1,71 @@
+"""Which rays of a pencil may meet which of many small pieces: rays are halved, pieces outside the halves' cones drop.
+
+All rays of a pencil start in one point (the eye, or a light), so a bundle of them lies between four planes through
+that point, and a piece wholly outside one of these planes is met by none. Nothing here decides a hit.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+PAIRS = 1 << 16  # pairs of ray and piece handed out at once: a few megabytes of temporaries
+FEW = 24  # pieces below which culling costs more than it saves
+# Widens a bundle far beyond float64 roundings, far below a pixel.
+SLACK = 1e-9
+
+
+def bundles(
+    directions: np.ndarray, pieces: np.ndarray, margins: np.ndarray | None = None
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield index arrays (rays, pieces) that together hold every pair which may meet.
+
+    `directions` (N, 3) from the pencil's apex; `pieces` (K, corners, 3) relative to it, each the convex hull of its
+    corners; `margins` (N,) are lengths by which each direction may be off.
+    """
+    if margins is None:
+        margins = np.zeros(len(directions))
+    waiting = [(np.arange(len(directions)), np.arange(len(pieces)))]
+    while waiting:
+        rays, kept = waiting.pop()
+        if len(kept) > FEW and len(rays):
+            kept = kept[_may_meet(directions[rays], margins[rays], pieces[kept])]
+        if not len(kept) or not len(rays):
+            continue
+        if len(rays) * len(kept) <= PAIRS or len(rays) == 1:
+            yield rays, kept
+            continue
+        waiting.extend((half, kept) for half in _halves(rays, directions))
+
+
+def _halves(rays: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Split rays at the median of the coordinate in which their directions differ most."""
+    bundle = directions[rays]
+    bundle = bundle / np.linalg.norm(bundle, axis=1, keepdims=True)
+    widest = np.argmax(np.ptp(bundle, axis=0))
+    order = np.argpartition(bundle[:, widest], len(rays) // 2)
+    return rays[order[: len(rays) // 2]], rays[order[len(rays) // 2 :]]
+
+
+def _may_meet(directions: np.ndarray, margins: np.ndarray, pieces: np.ndarray) -> np.ndarray:
+    """Return which pieces are not wholly outside one of the planes that bound the bundle, shape (K,)."""
+    everything = np.ones(len(pieces), dtype=bool)
+    lengths = np.linalg.norm(directions, axis=1)
+    axis = (directions / lengths[:, np.newaxis]).mean(axis=0)
+    if not np.linalg.norm(axis) > SLACK:
+        return everything
+    axis = axis / np.linalg.norm(axis)
+    depths = directions @ axis
+    if not np.all(depths - margins > 1e-2 * lengths):
+        return everything
+    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    first /= np.linalg.norm(first)
+    corner_depths = pieces @ axis
+    outside = (corner_depths < 0).all(axis=1)
+    for side in (first, np.cross(axis, first)):
+        offsets, corner_offsets = directions @ side, pieces @ side
+        slopes = np.concatenate([(offsets + a * margins) / (depths + b * margins) for a in (-1, 1) for b in (-1, 1)])
+        low, high = slopes.min(), slopes.max()
+        low, high = low - SLACK * (1 + abs(low)), high + SLACK * (1 + abs(high))
+        outside |= (corner_offsets < low * corner_depths).all(axis=1)
+        outside |= (corner_offsets > high * corner_depths).all(axis=1)
+    return ~outside

@@ -1,0 +1,98 @@
+"""Flat convex faces (triangles, squares, the faces of cubes): a ray hits where it passes all edges on the same side.
+
+The side is the sign of the tetrahedron spanned by the rays' common apex, an edge and the ray's direction. An edge
+that two faces share is taken in the same order by both, so that rounding cannot open a gap between them. Differences
+of corners come first: the error is a few roundings of the distance, relative to the edge's length.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference.analytic.pencils import bundles
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polygons:
+    """Faces of equally many corners each; `numbers` are their indices in the scene, for none has zero area."""
+
+    corners: np.ndarray  # (faces, corners, 3) m
+    numbers: np.ndarray  # (faces,)
+    closed: bool  # whether a face's edges belong to it
+
+    @property
+    def normals(self) -> np.ndarray:
+        """Return the faces' normals by winding, of any length, shape (faces, 3)."""
+        return np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, -1] - self.corners[:, 0])
+
+    def edge_normals(self, apex: np.ndarray) -> np.ndarray:
+        """Return the normals of the planes through the apex and each edge, shape (faces, corners, 3)."""
+        start, end = self.corners, np.roll(self.corners, -1, axis=1)
+        swap = _later(start, end)[..., np.newaxis]
+        lesser, greater = np.where(swap, end, start), np.where(swap, start, end)
+        return np.cross(lesser - apex, greater - lesser) * np.where(swap, -1.0, 1.0)
+
+    def meetings(self, apex: np.ndarray, directions: np.ndarray):
+        """Yield (rays, faces, t (rays, faces)): t of apex + t directions on each face, NaN where it is missed.
+
+        Pairs that are not yielded miss.
+        """
+        edges, normals = self.edge_normals(apex), self.normals
+        heights = ((self.corners[:, 0] - apex) * normals).sum(axis=1)
+        for rays, faces in bundles(directions, self.corners - apex):
+            # Not a matrix product: both faces of an edge must round alike, wherever they stand in memory.
+            x, y, z = (directions[rays, axis, np.newaxis, np.newaxis] for axis in range(3))
+            volumes = x * edges[faces, :, 0] + y * edges[faces, :, 1] + z * edges[faces, :, 2]
+            if self.closed:
+                inside = (volumes >= 0).all(axis=2) | (volumes <= 0).all(axis=2)
+            else:
+                inside = (volumes > 0).all(axis=2) | (volumes < 0).all(axis=2)
+            with np.errstate(all="ignore"):
+                crossing = heights[faces] / (directions[rays] @ normals[faces].T)
+            yield rays, faces, np.where(inside, crossing, np.nan)
+
+    def first(
+        self,
+        apex: np.ndarray,
+        directions: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        only: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the smallest crossing in the open interval (low, high), or inf, and its face's number.
+
+        With `only` (N,), a face's number per ray, no other face is asked.
+        """
+        nearest, number = np.full(len(directions), np.inf), np.zeros(len(directions))
+        for rays, faces, crossing in self.meetings(apex, directions):
+            inside = (crossing > low[rays, np.newaxis]) & (crossing < high[rays, np.newaxis])
+            if only is not None:
+                inside &= self.numbers[faces] == only[rays, np.newaxis]
+            crossing = np.where(inside, crossing, np.inf)
+            best = crossing.argmin(axis=1)
+            nearest[rays] = crossing[np.arange(len(rays)), best]
+            number[rays] = self.numbers[faces[best]]
+        return nearest, number
+
+    def blocks(self, apex: np.ndarray, segments: np.ndarray, without: np.ndarray | None = None) -> np.ndarray:
+        """Return which segments from the apex meet a face strictly between their ends, shape (N,).
+
+        `without` (N,) is the number of a face that cannot block its segment, for the segment ends on it.
+        """
+        blocked = np.zeros(len(segments), dtype=bool)
+        for rays, faces, crossing in self.meetings(apex, segments):
+            between = (crossing > 0) & (crossing < 1)
+            if without is not None:
+                between &= self.numbers[faces] != without[rays, np.newaxis]
+            blocked[rays] = between.any(axis=1)
+        return blocked
+
+
+def _later(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return where `start` comes after `end` in lexicographic order of coordinates."""
+    after, decided = np.zeros(start.shape[:-1], dtype=bool), np.zeros(start.shape[:-1], dtype=bool)
+    for axis in range(3):
+        differs = ~decided & (start[..., axis] != end[..., axis])
+        after |= differs & (start[..., axis] > end[..., axis])
+        decided |= differs
+    return after

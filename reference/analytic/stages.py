@@ -1,0 +1,93 @@
+"""Each stage computed from the stages before it, whoever computed those: one table, used for all answers.
+
+Arrays are flat here: one row per ray. What each stage reads is what blame may assume about it.
+"""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from cases.scene import Scene
+from cases.stages import Stage
+from reference.analytic import feelers, light
+from reference.analytic.nearest import distances_to, nearest
+from reference.analytic.surfaces import outward_normals
+from reference.analytic.views import view_of
+
+Rows = Mapping[Stage, np.ndarray]  # stage -> (N, channels)
+
+
+def rays(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Return unit directions (N, 3) through image points (N, 2) [px]."""
+    directions = view_of(scene.camera).directions(points)
+    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def _objects(scene: Scene, given: Rows) -> np.ndarray:
+    return nearest(scene, given[Stage.RAY])[0]
+
+
+def _distances(scene: Scene, given: Rows) -> np.ndarray:
+    return distances_to(scene, given[Stage.RAY], given[Stage.OBJECT])[:, np.newaxis]
+
+
+def _positions(scene: Scene, given: Rows) -> np.ndarray:
+    hit = (given[Stage.OBJECT][:, :1] >= 0) & np.isfinite(given[Stage.DISTANCE])
+    with np.errstate(all="ignore"):
+        return np.where(hit, np.asarray(scene.camera.eye) + given[Stage.DISTANCE] * given[Stage.RAY], 0)
+
+
+def _normals(scene: Scene, given: Rows) -> np.ndarray:
+    """Outward normals, turned towards the viewer on two-sided shapes."""
+    directions, objects, positions = given[Stage.RAY], given[Stage.OBJECT], given[Stage.POSITION]
+    normals = np.zeros((len(objects), 3))
+    for index, shape in enumerate(scene.shapes):
+        here = objects[:, 0] == index
+        outward = outward_normals(shape, positions[here], objects[here, 1])
+        away = (outward * directions[here]).sum(axis=1) > 0
+        normals[here] = np.where(away[:, np.newaxis] & shape.two_sided, -outward, outward)
+    return normals
+
+
+def _visibility(scene: Scene, given: Rows) -> np.ndarray:
+    return feelers.visibility(scene, given[Stage.OBJECT], given[Stage.POSITION], given[Stage.NORMAL])
+
+
+def _irradiance(scene: Scene, given: Rows) -> np.ndarray:
+    arriving = light.irradiance(scene, given[Stage.POSITION], given[Stage.NORMAL], given[Stage.VISIBILITY])
+    return np.where(given[Stage.OBJECT][:, :1] >= 0, arriving, 0)
+
+
+def _exitance(scene: Scene, given: Rows) -> np.ndarray:
+    return light.exitance(scene, given[Stage.OBJECT], given[Stage.IRRADIANCE])
+
+
+def _radiance(scene: Scene, given: Rows) -> np.ndarray:
+    return light.radiance(scene, given[Stage.RAY], given[Stage.OBJECT], given[Stage.NORMAL], given[Stage.EXITANCE])
+
+
+# In the specification's order; each reads only stages above it.
+NEXT: dict[Stage, Callable[[Scene, Rows], np.ndarray]] = {
+    Stage.OBJECT: _objects,
+    Stage.DISTANCE: _distances,
+    Stage.POSITION: _positions,
+    Stage.NORMAL: _normals,
+    Stage.VISIBILITY: _visibility,
+    Stage.IRRADIANCE: _irradiance,
+    Stage.EXITANCE: _exitance,
+    Stage.RADIANCE: _radiance,
+}
+
+
+def chain(scene: Scene, points: np.ndarray, last: Stage) -> dict[Stage, np.ndarray]:
+    """Return every image stage up to `last` at image points (N, 2) [px]."""
+    rows = {Stage.RAY: rays(scene, points)}
+    if last is Stage.RAY:
+        return rows
+    # Object and distance are one search.
+    rows[Stage.OBJECT], distances = nearest(scene, rows[Stage.RAY])
+    rows[Stage.DISTANCE] = distances[:, np.newaxis]
+    order = list(NEXT)
+    for stage in order[2 : order.index(last) + 1]:
+        rows[stage] = NEXT[stage](scene, rows)
+    return rows
