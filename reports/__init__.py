@@ -1,0 +1,1 @@
+"""The top of the stack: runs renderers on cases, judges their answers and publishes the verdicts."""

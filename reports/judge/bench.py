@@ -1,0 +1,132 @@
+"""The bench at which one candidate is judged against one witness: limits, classes and sides, computed once."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import Stage
+from reports.judge.calibration import calibration
+from reports.judge.classes import Classes, Edges, classify
+from reports.judge.conditioning import Conditioning
+from reports.judge.limits import Limits, Roundoff, continued_light_limit, limits
+from reports.judge.measurement import Measurement, measure
+from reports.judge.parties import Candidate, Witness
+from reports.judge.sides import Oracle, Sides, excused, sides
+
+GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
+LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """One candidate before one witness. `truth` and `edges` are the oracle's, whoever the witness is."""
+
+    scene: Scene
+    truth: Answers
+    edges: Edges
+    conditioning: Conditioning
+    oracle: Oracle
+    candidate: Candidate
+    witness: Witness
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Return the limits: the candidate's rounding plus the witness's."""
+        mine, other = (
+            limits(self.scene, self.truth, self.conditioning, g, by_matrices=self.candidate.by_matrices)
+            for g in self._roundoffs
+        )
+        return Limits(
+            continued={stage: mine.continued[stage] + other.continued[stage] for stage in mine.continued},
+            end_to_end={stage: mine.end_to_end[stage] + other.end_to_end[stage] for stage in mine.end_to_end},
+            cosine=mine.cosine + other.cosine,
+            position=mine.position + other.position,
+        )
+
+    @cached_property
+    def classes(self) -> Classes:
+        """Return the pixel classes for the larger of the two roundoffs and the sum of the two epsilons."""
+        return classify(
+            self.scene,
+            self.truth,
+            self.edges,
+            self.conditioning,
+            self.limits,
+            max(self._roundoffs, key=lambda g: g(1)),
+            shadow_epsilon=self.candidate.shadow_epsilon + self.witness.shadow_epsilon,
+        )
+
+    @property
+    def _roundoffs(self) -> tuple[Roundoff, Roundoff]:
+        factor = calibration(self.witness.name).factor
+        return Roundoff(self.candidate.precision, scale=self.candidate.scale), Roundoff(
+            self.witness.precision, scale=factor
+        )
+
+    @cached_property
+    def _sides(self) -> Sides:
+        """Return the oracle's answers around the edge pixels where candidate and witness differ."""
+        assert self.candidate.answers is not None
+        ours = self.candidate.answers
+        differ = np.zeros_like(self.classes.outline)
+        stages = tuple(stage for stage in GEOMETRY if stage in ours and stage in self.truth)
+        for stage in stages:
+            with np.errstate(invalid="ignore"):
+                limit = self.limits.end_to_end.get(stage, np.zeros(differ.shape))[..., np.newaxis]
+                same = (ours[stage] == self.truth[stage]) | (np.abs(ours[stage] - self.truth[stage]) <= limit)
+            differ |= ~same.all(axis=-1)
+        return sides(self.oracle, self.scene, stages, differ & self.classes.outline, self.classes.reach)
+
+    def end_to_end(self, stage: Stage) -> Measurement:
+        """Measure the candidate's stage against the witness's own."""
+        assert self.candidate.answers is not None
+        shape = self.classes.outline.shape
+        limit = self.limits.end_to_end.get(stage, np.zeros(shape))
+        if stage in GEOMETRY:
+            good = excused(stage, self.candidate.answers, self._sides, limit, shape, continued=False)
+        else:
+            good = np.isfinite(self.candidate.answers[stage]).all(axis=-1)
+        return self._measure(stage, self.witness.answers[stage], limit, self.classes.edge(stage), good)
+
+    def continued(self, stage: Stage, value: np.ndarray) -> Measurement:
+        """Measure the candidate's stage against `value`, which the oracle made from the candidate's own stages."""
+        assert self.candidate.answers is not None
+        shape = self.classes.outline.shape
+        edge = self.classes.outline if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL) else np.zeros(shape, bool)
+        limit = self.limits.continued.get(stage, np.zeros(shape))
+        if stage in LIGHT:
+            edge = self.classes.flagged
+            limit = sum(
+                continued_light_limit(self.scene, stage, self.candidate.answers, value, g) for g in self._roundoffs
+            )
+        good = np.ones(shape, dtype=bool)
+        if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL):
+            good = excused(stage, self.candidate.answers, self._sides, limit, shape, continued=True)
+        return self._measure(stage, value, limit, edge, good)
+
+    def _measure(
+        self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, good: np.ndarray
+    ) -> Measurement:
+        assert self.candidate.answers is not None
+        ours = self.candidate.answers[stage]
+        theirs = np.asarray(theirs, dtype=np.float64)
+        if stage is Stage.VISIBILITY and ours.shape == theirs.shape:
+            # Edges are a matter of each light: where a light is undecided, either of 0 and 1 is right for it.
+            either = (self.classes.light | self.classes.outline[..., np.newaxis]) & np.isin(ours, (0.0, 1.0))
+            theirs = np.where(either, ours, theirs)
+            edge = self.classes.edge(stage)
+            good = np.all(ours == theirs, axis=-1)
+        return measure(
+            stage,
+            ours,
+            theirs,
+            limit,
+            edge=edge,
+            hit=self.conditioning.hit,
+            flagged=self.classes.flagged,
+            excused=good,
+            precision=self.candidate.precision,
+        )

@@ -1,0 +1,56 @@
+"""From a stage that failed to the specification item whose formula is to blame."""
+
+from collections.abc import Collection
+
+from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from cases.stages import Stage
+
+HITS: dict[type[Shape], tuple[str, ...]] = {
+    Sphere: ("HIT-1",),
+    Cube: ("HIT-3",),
+    Plane: ("HIT-4",),
+    Triangle: ("HIT-5", "HIT-6"),
+    Mesh: ("HIT-5", "HIT-6"),
+    Square: ("HIT-7", "HIT-8"),
+}
+NORMALS: dict[type[Shape], str] = {Sphere: "NRM-1", Cube: "NRM-2"}
+
+
+def item(
+    stage: Stage, scene: Scene, items: Collection[str], *, ours: int, theirs: int, alone: bool, part: str | None = None
+) -> str:
+    """Return the item to blame for `stage`, among the `items` that the configuration's formulas cover.
+
+    `ours` and `theirs` are the shape indices at the worst pixel (-1: none). `alone` says that the stage is wrong even
+    given the tracer's own previous stages; `part` is the camera stage's worst item.
+    """
+    if stage is Stage.CAMERA:
+        return part or "CAM-1"
+    if stage is Stage.RAY:
+        return _first(("CAM-5", "CAM-4"), items)
+    if stage in (Stage.OBJECT, Stage.DISTANCE):
+        # Two hits of which the farther was taken: choosing is to blame, not the shapes' own tests.
+        if stage is Stage.OBJECT and ours >= 0 and theirs >= 0 and ours != theirs:
+            return "HIT-9"
+        index = theirs if theirs >= 0 else ours
+        if index < 0:
+            return "HIT-9"
+        if stage is Stage.DISTANCE and not alone:
+            return _first(("CAM-5", "CAM-4"), items)
+        return _first(tuple(reversed(HITS[type(scene.shapes[index])])), items)
+    if stage is Stage.POSITION:
+        return "XF-2"
+    if stage is Stage.NORMAL:
+        index = ours if ours >= 0 else theirs
+        local = NORMALS.get(type(scene.shapes[index])) if index >= 0 else None
+        return local or "NRM-3"
+    if stage is Stage.VISIBILITY:
+        return _first(("LIT-2", "LIT-3", "LIT-4"), items, otherwise="LIT-1")
+    if stage is Stage.IRRADIANCE:
+        return "RAD-3" if scene.shading == "simplified" else "RAD-2"
+    return "RAD-4"
+
+
+def _first(wanted: tuple[str, ...], items: Collection[str], otherwise: str | None = None) -> str:
+    """Return the first of `wanted` that the configuration covers."""
+    return next((name for name in wanted if name in items), otherwise or wanted[-1])

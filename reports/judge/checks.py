@@ -1,0 +1,136 @@
+"""Checks: one candidate, one witness, one stage, judged end to end and continued from the candidate's own stages."""
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import Stage
+from reports.judge import camera
+from reports.judge.bench import Bench
+from reports.judge.calibration import calibration
+from reports.judge.limits import BECAUSE, Roundoff
+from reports.judge.measurement import Measurement, jsonable
+from reports.judge.metrics import METRICS
+from reports.judge.outcomes import Outcome
+
+# The stage whose images people look at: its informative metrics are worth their time.
+INFORMED = Stage.RADIANCE
+
+
+class Continuing(Protocol):
+    """An oracle that can continue from another renderer's stages."""
+
+    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+        """Return the stage computed from the given previous ones."""
+        ...
+
+
+@dataclass(kw_only=True)
+class Check:
+    """The result of one check. `alone` says that the stage is wrong given the candidate's own previous stages."""
+
+    configuration: str
+    reference: str
+    stage: Stage
+    outcome: Outcome
+    reason: str = ""
+    end_to_end: Measurement | None = None
+    continued: Measurement | None = None
+    informative: dict[str, Any] = field(default_factory=dict)
+    part: str | None = None  # camera: the item of the worst part
+    ratio: float = 0.0
+
+    @property
+    def alone(self) -> bool:
+        """Say whether the stage is wrong by itself."""
+        return self.outcome is Outcome.FAIL and self.continued is not None and self.continued.worst_ratio > 1
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain JSON data."""
+        whole = self.end_to_end.as_json() if self.end_to_end else None
+        if whole is not None:
+            whole |= {name: jsonable(value) for name, value in self.informative.items()}
+        return {
+            "configuration": self.configuration,
+            "reference": self.reference,
+            "stage": self.stage.value,
+            "verdict": self.outcome.value,
+            "reason": self.reason,
+            "ratio": jsonable(self.ratio),
+            "end_to_end": whole,
+            "continued": self.continued.as_json() if self.continued else None,
+            "because": f"{BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}",
+        }
+
+
+def camera_check(bench: Bench) -> Check:
+    """Judge the camera stage; where the two differ, what every camera must satisfy says who is wrong."""
+    mine = bench.candidate.answers[Stage.CAMERA] if bench.candidate.answers else {}
+    theirs = bench.witness.answers[Stage.CAMERA]
+    g = Roundoff(bench.candidate.precision)
+    ratio, part, error, limit = camera.worst_part(mine, theirs, bench.scene.camera, g)
+    check = Check(
+        configuration=bench.candidate.name,
+        reference=bench.witness.name,
+        stage=Stage.CAMERA,
+        outcome=Outcome.PASS,
+        part=camera.ITEMS[part],
+        ratio=ratio,
+    )
+    check.informative = {"part": part, "error": error, "limit": limit}
+    if not ratio <= 1:
+        check.outcome = Outcome.FAIL
+        check.reason = f"{part} is off by {error:.3g}, limit {limit:.3g} ({ratio:.3g} times)"
+        ours_bad = camera.inconsistency(mine, bench.scene.camera, g)
+        theirs_bad = camera.inconsistency(theirs, bench.scene.camera, g)
+        if ours_bad <= 1 < theirs_bad:
+            check.outcome = Outcome.REFERENCE_SUSPECT
+            check.reason += f"; the tracer's camera is consistent in itself, {bench.witness.name}'s is not"
+    return check
+
+
+def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
+    """Judge one image stage end to end and, where `oracle` is given, continued from the candidate's own stages."""
+    check = Check(configuration=bench.candidate.name, reference=bench.witness.name, stage=stage, outcome=Outcome.PASS)
+    ours = bench.candidate.answers
+    assert ours is not None
+    try:
+        check.end_to_end = bench.end_to_end(stage)
+        if oracle is not None:
+            check.continued = bench.continued(stage, oracle.continue_from(bench.scene, stage, ours))
+    except ValueError as wrong:
+        check.outcome, check.reason, check.ratio = Outcome.FAIL, str(wrong), float("inf")
+        return check
+    _conclude(check)
+    if stage is INFORMED:
+        check.informative = _inform(ours[stage], bench.witness.answers[stage])
+    return check
+
+
+def _conclude(check: Check) -> None:
+    """Set the outcome from the measurements."""
+    measured = [one for one in (check.end_to_end, check.continued) if one is not None]
+    check.ratio = max(one.worst_ratio for one in measured)
+    whole = measured[0]
+    worst = max(measured, key=lambda one: one.worst_ratio)
+    how = "given the tracer's own previous stages" if worst is check.continued else "end to end"
+    if whole.nan or whole.inf:
+        check.outcome = Outcome.FAIL
+        check.reason = f"{whole.nan} pixels are NaN and {whole.inf} infinite where {check.reference} is finite"
+    elif not check.ratio <= 1:
+        check.outcome = Outcome.FAIL
+        check.reason = (
+            f"{how} pixel {worst.pixel} is off by {worst.worst_error:.3g}, limit {worst.limit:.3g} "
+            f"({worst.worst_ratio:.3g} times)"
+        )
+
+
+def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
+    """Return the informative metrics with the range that they are relative to; they never decide."""
+    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
+        return {}
+    value_range = (float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max())))
+    return {name: METRICS[name](ours, theirs, value_range) for name in METRICS} | {"range": value_range}

@@ -1,0 +1,84 @@
+"""Pixel classes: which pixels are so near to an edge that rounding may carry them across.
+
+The oracle gives a sound lower bound on each pixel's distance to the nearest outline, shadow edge and terminator. A
+pixel is `edge` if that distance is within what rounding can shift the edge by, which is derived here, in pixels.
+Everything else is interior and judged strictly.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import Stage
+from reports.judge.conditioning import Conditioning
+from reports.judge.limits import HIT, Limits, Roundoff
+
+
+class Edges(Protocol):
+    """The oracle's distances to the nearest edge [px]; inf where there is none."""
+
+    silhouette: np.ndarray  # (height, width)
+    shadow: np.ndarray  # (height, width, lights)
+    terminator: np.ndarray  # (height, width, lights)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Classes:
+    """Which pixels may differ: bool arrays, and how far [px] an outline may have moved at each pixel."""
+
+    outline: np.ndarray  # (height, width)
+    light: np.ndarray  # (height, width, lights)
+    reach: np.ndarray  # (height, width) px
+    flagged: np.ndarray  # (height, width): a light lies on the surface here, within rounding
+
+    def edge(self, stage: Stage) -> np.ndarray:
+        """Return the pixels (height, width) that may differ at `stage` end to end."""
+        if stage in (Stage.RAY, Stage.CAMERA):
+            return np.zeros_like(self.outline)
+        if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
+            return self.outline
+        return self.outline | self.flagged | self.light.any(axis=-1)
+
+
+def classify(
+    scene: Scene,
+    truth: Answers,
+    edges: Edges,
+    conditioning: Conditioning,
+    limits: Limits,
+    g: Roundoff,
+    *,
+    shadow_epsilon: float,
+) -> Classes:
+    """Return the classes for one precision.
+
+    `shadow_epsilon` [m] is how far the renderer under test itself admits to move or ignore things near a feeler's
+    start; a shadow's edge may shift by as much, seen at the light's angle.
+    """
+    c = conditioning
+    lights = len(scene.lights)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # An outline shifts by its rays' error and by its points' error seen from the eye; the nearest object counts.
+        seen = float(np.max(c.point[c.hit] / c.distance[c.hit], initial=0.0))
+        reach = (limits.end_to_end[Stage.RAY] + g(HIT) * seen) / c.pixel_angle
+    outline = edges.silhouette <= reach
+    light = np.zeros((*c.hit.shape, lights), dtype=bool)
+    flagged = np.zeros(c.hit.shape, dtype=bool)
+    if lights and Stage.VISIBILITY in truth:
+        scale = float(np.max(c.point[c.hit], initial=0.0))
+        for index, one in enumerate(scene.lights):
+            toward = np.asarray(one.position) - truth[Stage.POSITION]
+            r = np.linalg.norm(toward, axis=-1)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                cosine = np.abs(np.sum(toward * truth[Stage.NORMAL], axis=-1)) / r
+                # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
+                throw = np.maximum(1.0, r / np.min(r[c.hit], initial=np.inf))
+                shift = (limits.position + g(HIT) * scale * throw + 2 * shadow_epsilon) / cosine
+                near = edges.shadow[..., index] <= shift / (c.distance * c.pixel_angle)
+                undecided = (cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach)
+            light[..., index] = c.hit & (near | undecided)
+            flagged |= c.hit & (r <= 4 * limits.position)
+    return Classes(outline=outline, light=light, reach=reach, flagged=flagged)

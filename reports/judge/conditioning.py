@@ -1,0 +1,134 @@
+"""How much a scene magnifies rounding, pixel by pixel: the quantities that limits multiply by the unit roundoff.
+
+By the implicit function theorem a hit moves along its ray by (normal component of the data's error) / |n.d|; the
+data are the ray's origin, its far end and the surface's own placement, each carried through the model matrix and
+its inverse. Sources: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. (2002), chapters 1 and 3; Pharr,
+Jakob and Humphreys, Physically Based Rendering, 4th ed. (2023), section 6.8.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.baking import world_triangles
+from cases.scene import Camera, Mesh, Scene, Shape, Sphere, Triangle
+from cases.stages import Stage
+
+# A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
+LEAST_COSINE = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conditioning:
+    """Amplification factors per pixel, shape (height, width); multiply by a count of unit roundoffs."""
+
+    hit: np.ndarray  # bool
+    pixel_angle: np.ndarray  # rad per pixel, the smaller of the two image directions
+    ray: np.ndarray  # rad: direction error per roundoff
+    cosine: np.ndarray  # |n.d|; 1 on a miss
+    distance: np.ndarray  # m; 0 on a miss
+    surface: np.ndarray  # m: error of the surface along its normal, per roundoff
+    point: np.ndarray  # m: error of the surface in any direction, per roundoff
+    matrix: np.ndarray  # 1: condition number of the model matrix
+    local: np.ndarray  # 1: relative error of the object-space point that a curved normal is made from
+    curvature: np.ndarray  # 1/m: largest normal curvature
+
+    @property
+    def along_ray(self) -> np.ndarray:
+        """Return the error of the distance for a given ray [m per roundoff]."""
+        return self.surface / self.cosine + self.distance
+
+    @property
+    def swing(self) -> np.ndarray:
+        """Return how far the hit slides over the surface when the ray turns [m per rad]."""
+        return self.distance / self.cosine
+
+
+def basis_condition(camera: Camera) -> float:
+    """Return the relative error of the camera's axes per unit roundoff of eye, target and up (CAM-1)."""
+    eye, target, up = (np.asarray(vector, dtype=np.float64) for vector in (camera.eye, camera.target, camera.up))
+    forward = target - eye
+    sine = np.linalg.norm(np.cross(forward, up)) / (np.linalg.norm(forward) * np.linalg.norm(up))
+    return float((1 + (np.linalg.norm(eye) + np.linalg.norm(target)) / np.linalg.norm(forward)) / sine)
+
+
+def ray_condition(camera: Camera) -> float:
+    """Return the direction error per unit roundoff [rad]: the axes, tan(alpha), and the pixel's coordinates."""
+    reach = math.tan(camera.alpha) * max(1.0, camera.aspect)
+    tangent = camera.alpha / (math.sin(camera.alpha) * math.cos(camera.alpha))
+    return basis_condition(camera) * (1 + reach) + (1 + tangent) * min(reach, 1.0)
+
+
+def pixel_angle(camera: Camera, directions: np.ndarray) -> np.ndarray:
+    """Return the smaller angle between neighbouring pixels' rays [rad], shape (height, width)."""
+    forward = np.subtract(camera.target, camera.eye, dtype=np.float64)
+    cosine = np.clip(directions @ (forward / np.linalg.norm(forward)), 0.0, 1.0)
+    return 2 * math.tan(camera.alpha) / camera.height * cosine**2
+
+
+def condition(scene: Scene, truth: Answers) -> Conditioning:
+    """Return the amplification factors of a scene, from the analytic answers up to the normal."""
+    directions, objects = truth[Stage.RAY], truth[Stage.OBJECT]
+    shape = objects.shape[:2]
+    hit = objects[..., 0] >= 0
+    cosine = np.ones(shape)
+    cosine[hit] = np.abs(np.sum(truth[Stage.NORMAL][hit] * directions[hit], axis=-1)).clip(LEAST_COSINE)
+    distance = np.where(hit, truth[Stage.DISTANCE][..., 0], 0.0)
+    fields = {name: np.zeros(shape) for name in ("surface", "point", "local", "curvature")} | {"matrix": np.ones(shape)}
+    for index, one in enumerate(scene.shapes):
+        mask = objects[..., 0] == index
+        if np.any(mask):
+            for name, values in _of_shape(scene, one, mask, truth, distance).items():
+                fields[name][mask] = values
+    return Conditioning(
+        hit=hit,
+        pixel_angle=pixel_angle(scene.camera, directions),
+        ray=np.full(shape, ray_condition(scene.camera)),
+        cosine=cosine,
+        distance=distance,
+        **fields,
+    )
+
+
+def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, distance: np.ndarray) -> dict:
+    """Return the factors of one shape's pixels."""
+    eye = np.abs(np.asarray(scene.camera.eye, dtype=np.float64))
+    normal, position = np.abs(truth[Stage.NORMAL][mask]), np.abs(truth[Stage.POSITION][mask])
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    linear, shift = matrix[:3, :3], np.abs(matrix[:3, 3])
+    inverse = np.linalg.inv(linear)
+    singular = np.linalg.svd(linear, compute_uv=False)
+    number = singular[0] / singular[2]
+    if isinstance(shape, Triangle | Mesh):
+        corners = world_triangles(shape).astype(np.float64)
+        faces = corners[truth[Stage.OBJECT][mask][:, 1].astype(int)]
+        reach = distance[mask] + _longest_edge(faces)
+        surface = np.sum(normal * (eye + position), axis=-1) + reach * _aspect(faces)
+        point = np.linalg.norm(eye + position, axis=-1) + reach
+        return {"surface": surface, "point": point, "matrix": number * _aspect(faces)}
+    moved = (eye + shift + position) @ np.abs(inverse).T
+    own = np.abs(np.asarray(shape.center)) + shape.radius if isinstance(shape, Sphere) else np.full(3, 0.5)
+    carried = (moved + own) @ np.abs(linear).T + shift + position
+    factors = {"surface": np.sum(normal * carried, axis=-1), "point": np.linalg.norm(carried, axis=-1)}
+    factors["matrix"] = np.full(len(normal), number)
+    if isinstance(shape, Sphere):
+        arrived = (position + shift) @ np.abs(inverse).T + np.abs(np.asarray(shape.center))
+        factors["local"] = np.linalg.norm(arrived, axis=-1) / shape.radius
+        factors["curvature"] = singular[0] / (singular[2] ** 2 * shape.radius)
+    return factors
+
+
+def _longest_edge(faces: np.ndarray) -> np.ndarray:
+    """Return the longest edge of triangles (n, 3, 3) [m]."""
+    return np.linalg.norm(faces - np.roll(faces, 1, axis=1), axis=-1).max(axis=1)
+
+
+def _aspect(faces: np.ndarray) -> np.ndarray:
+    """Return |E1||E2| / |E1 x E2| of triangles (n, 3, 3), the largest of the three corners'."""
+    first, second = np.roll(faces, -1, axis=1) - faces, np.roll(faces, 1, axis=1) - faces
+    products = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
+    twice_area = np.linalg.norm(np.cross(first, second), axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(products / twice_area, nan=np.inf).max(axis=1)

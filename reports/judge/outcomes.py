@@ -1,0 +1,47 @@
+"""The seven outcomes of a check, their order, and the ledger that must add up."""
+
+from collections import Counter
+from collections.abc import Iterable
+from enum import StrEnum
+
+
+class Outcome(StrEnum):
+    """What became of a check or a case, from the best to the worst."""
+
+    PASS = "pass"
+    WARN = "warn"
+    UNSUPPORTED = "unsupported"
+    MISSING = "missing"
+    REFERENCE_SUSPECT = "reference_suspect"
+    ERROR = "error"
+    FAIL = "fail"
+
+
+def worst(outcomes: Iterable[Outcome]) -> Outcome:
+    """Return the worst outcome; of nothing, MISSING, since nothing was measured."""
+    order = list(Outcome)
+    return max(outcomes, key=order.index, default=Outcome.MISSING)
+
+
+def ledger(outcomes: Iterable[Outcome], *, planned: int) -> dict[str, int]:
+    """Count outcomes against the plan.
+
+    Raises:
+        ValueError: the outcomes do not add up to what was planned; a check was lost or counted twice.
+
+    """
+    counts = Counter(outcomes)
+    total = sum(counts.values())
+    if total != planned:
+        raise ValueError(f"planned {planned} but {total} have an outcome")
+    return {"planned": planned, **{outcome.value: counts[outcome] for outcome in Outcome}}
+
+
+def exit_code(outcomes: Iterable[Outcome]) -> int:
+    """Return 0 if all pass or warn, 1 if some fail, 3 if something could not be measured."""
+    found = set(outcomes)
+    if found & {Outcome.FAIL, Outcome.REFERENCE_SUSPECT}:
+        return 1
+    if found - {Outcome.PASS, Outcome.WARN}:
+        return 3
+    return 0 if found else 3

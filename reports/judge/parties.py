@@ -1,0 +1,41 @@
+"""The parties to a case: the renderers under test and the references, with what they answered."""
+
+from dataclasses import dataclass, field
+
+from cases.answers import Answers
+from cases.stages import Stage
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """A renderer under test: one tracer configuration and its answers, or the error that it ended in."""
+
+    name: str
+    precision: str
+    items: frozenset[str]  # specification items whose formulas it ran
+    shadow_epsilon: float  # m: how far it admits to move or ignore things at a feeler's start
+    answers: Answers | None
+    error: str | None = None
+    scale: float = 1.0  # a calibrated constant, where a reference is the one under test
+
+    @property
+    def by_matrices(self) -> bool:
+        """Say whether its rays come by the inverse matrices (CAM-5)."""
+        return "CAM-5" in self.items
+
+
+@dataclass(frozen=True, kw_only=True)
+class Witness:
+    """A reference and its answers, with what it declared that it cannot do."""
+
+    name: str
+    precision: str
+    independent: bool  # shares neither code nor Dr.Jit's compiler with the tracer
+    shadow_epsilon: float  # m
+    answers: Answers
+    unsupported: dict[Stage, str] = field(default_factory=dict)
+    error: str | None = None
+
+    def answers_at(self, stage: Stage) -> bool:
+        """Say whether it is asked about this stage: everything that it did not declare unsupported."""
+        return stage not in self.unsupported

@@ -1,0 +1,87 @@
+"""The two sides of an edge: what the oracle answers at points just around a pixel's centre.
+
+An edge pixel may differ from the oracle's centre value only if it has the value of a side: the object must be one
+that the oracle meets within the edge's reach, and a distance or normal must lie where that object's do.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import Stage
+
+DIRECTIONS = 12
+# Just beyond the reach, at it and at half of it: an edge within reach is crossed by at least one of the circles.
+RADII = (0.5, 1.0, 2.0)
+
+
+class Oracle(Protocol):
+    """What the judge asks of the analytic reference here."""
+
+    def at(self, scene: Scene, stages: tuple[Stage, ...], points: np.ndarray) -> Answers:
+        """Answer at image points (n, 2)."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sides:
+    """The oracle's answers around some pixels: stage -> (pixels, samples, channels)."""
+
+    rows: np.ndarray
+    columns: np.ndarray
+    answers: dict[Stage, np.ndarray]
+
+
+def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.ndarray, reach: np.ndarray) -> Sides:
+    """Return the oracle's answers around the pixels of `where`, within their `reach` [px]."""
+    rows, columns = np.nonzero(where)
+    # Never past the neighbouring pixel's centre: beyond it a value is a neighbour's, not a side's.
+    radius = np.minimum(np.maximum(reach[rows, columns], 1e-9), 0.5)
+    turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
+    offsets = np.array([(0.0, 0.0)] + [(f * math.cos(a), f * math.sin(a)) for f in RADII for a in turns])
+    centres = np.stack([columns + 0.5, rows + 0.5], axis=-1)
+    points = centres[:, np.newaxis] + offsets[np.newaxis] * radius[:, np.newaxis, np.newaxis]
+    found = oracle.at(scene, stages, points.reshape(-1, 2)) if len(rows) else {}
+    shape = (len(rows), len(offsets))
+    return Sides(
+        rows=rows,
+        columns=columns,
+        answers={stage: np.asarray(found[stage]).reshape(*shape, -1) for stage in stages if stage in found},
+    )
+
+
+def excused(
+    stage: Stage, ours: Answers, around: Sides, limit: np.ndarray, shape: tuple[int, int], *, continued: bool
+) -> np.ndarray:
+    """Return the pixels (height, width) whose value at `stage` is a side's: same object, value among that object's.
+
+    End to end "among" means within the samples' range, since a distance changes fast towards an outline. Continued
+    from the tracer's own position a normal has no such freedom: it must be one of the samples'.
+    """
+    good = np.zeros(shape, dtype=bool)
+    if not len(around.rows):
+        return good
+    rows, columns = around.rows, around.columns
+    own = ours[Stage.OBJECT][rows, columns][:, np.newaxis]
+    same = np.all(around.answers[Stage.OBJECT] == own, axis=-1)
+    if stage is Stage.OBJECT:
+        good[rows, columns] = same.any(axis=1)
+        return good
+    mask = same[..., np.newaxis]
+    with np.errstate(invalid="ignore"):
+        theirs = around.answers[stage]
+        low = np.where(mask, theirs, np.inf).min(axis=1)
+        high = np.where(mask, theirs, -np.inf).max(axis=1)
+        bound = limit[rows, columns]
+        bound = bound if bound.ndim == 2 else bound[:, np.newaxis]
+        value = ours[stage][rows, columns]
+        if continued and stage is Stage.NORMAL:
+            near = np.linalg.norm(value[:, np.newaxis] - theirs, axis=-1) <= bound
+            good[rows, columns] = np.any(near & same, axis=1)
+            return good
+        good[rows, columns] = np.all((value >= low - bound) & (value <= high + bound), axis=-1) & same.any(axis=1)
+    return good

@@ -1,0 +1,106 @@
+"""Putting the records of a run together: ledgers, coverage by specification item, limits to review."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from cases.case import ITEMS
+from cases.stages import Stage
+from reports.judge.outcomes import Outcome, ledger, worst
+
+LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
+MEASURED = {Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT}
+STAGE_ITEMS: dict[str, tuple[str, ...]] = {
+    "CAM": ("camera", "ray"),
+    "XF": ("distance", "position", "normal"),
+    "HIT": ("object", "distance"),
+    "NRM": ("normal",),
+    "LIT": ("visibility",),
+    "RAD": ("irradiance", "exitance", "radiance"),
+}
+
+
+def check_ledger(records: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """Return the ledger of checks; raise ValueError if it does not add up to what the cases planned."""
+    outcomes = [Outcome(check["verdict"]) for record in records for check in record["checks"]]
+    return ledger(outcomes, planned=sum(record["planned"] for record in records))
+
+
+def case_ledger(records: Sequence[Mapping[str, Any]], *, planned: int) -> dict[str, int]:
+    """Return the ledger of cases; raise ValueError if it does not add up to the plan.
+
+    Cases that an interrupted run did not reach were planned and are missing.
+    """
+    outcomes = [Outcome(record["verdict"]) for record in records]
+    return ledger(outcomes + [Outcome.MISSING] * (planned - len(outcomes)), planned=planned)
+
+
+def coverage(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Return for each specification item how many cases measured it, how many failed, and how near to the limit.
+
+    A case counts only if it says that it covers the item, a configuration ran whose formulas cover it (RAD-5 has no
+    formula of its own: it is a property of all), and a check at one of the item's stages measured something.
+    """
+    found: dict[str, dict[str, Any]] = {
+        item: {"cases": 0, "failed": 0, "worst_ratio": 0.0, "worst_check": None, "references": set()} for item in ITEMS
+    }
+    for record in records:
+        for item in record["covers"]:
+            entry = found[item]
+            stages = STAGE_ITEMS[item.split("-")[0]]
+            measured = [
+                check
+                for check in record["checks"]
+                if check["stage"] in stages
+                and Outcome(check["verdict"]) in MEASURED
+                and (item == "RAD-5" or item in record["ran"].get(check["configuration"], ()))
+            ]
+            if not measured:
+                continue
+            entry["cases"] += 1
+            entry["failed"] += any(check["verdict"] == Outcome.FAIL.value for check in measured)
+            for check in measured:
+                entry["references"].add(check["reference"])
+                ratio = number(check["ratio"])
+                if ratio > number(entry["worst_ratio"]) or entry["worst_check"] is None:
+                    entry["worst_ratio"] = check["ratio"]
+                    entry["worst_check"] = _name(record, check)
+    for entry in found.values():
+        entry["references"] = sorted(entry["references"])
+    return found
+
+
+def review(records: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the limits to look at again: slack in all cases of a kind, or tight in one."""
+    groups: dict[tuple[str, str, str], list[tuple[float, str]]] = {}
+    for record in records:
+        for check in record["checks"]:
+            # Integers are equal or not: their limit is 0 and cannot be slack.
+            if check["stage"] in (Stage.OBJECT, Stage.VISIBILITY) or Outcome(check["verdict"]) not in MEASURED:
+                continue
+            key = (check["configuration"], check["reference"], check["stage"])
+            groups.setdefault(key, []).append((number(check["ratio"]), _name(record, check)))
+    listed = []
+    for ratios in groups.values():
+        highest, name = max(ratios)
+        if highest < LOW:
+            listed.append({"check": name, "ratio": highest, "why": f"below {LOW} in all {len(ratios)} cases"})
+        listed += [
+            {"check": name, "ratio": ratio, "why": f"above {HIGH}"} for ratio, name in ratios if HIGH < ratio <= 1
+        ]
+    return sorted(listed, key=lambda entry: -entry["ratio"])
+
+
+def verdict(records: Sequence[Mapping[str, Any]], *, planned: int) -> Outcome:
+    """Return the run's verdict: its worst case's; a case that was not reached is missing."""
+    return worst([Outcome(record["verdict"]) for record in records] + [Outcome.MISSING] * (planned - len(records)))
+
+
+def number(value: Any) -> float:
+    """Return a number that may have been written as "inf" or "nan"; NaN counts as inf."""
+    as_float = float(value)
+    return math.inf if math.isnan(as_float) else as_float
+
+
+def _name(record: Mapping[str, Any], check: Mapping[str, Any]) -> str:
+    return f"{record['name']} {check['configuration']} {check['reference']} {check['stage']}"

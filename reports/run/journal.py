@@ -1,0 +1,50 @@
+"""The journal: one line per finished case, written as it finishes, so that a killed run loses nothing."""
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+NAME = "journal.jsonl"
+
+
+class Journal:
+    """Append finished cases to DIR/journal.jsonl, and read back those whose key still holds."""
+
+    def __init__(self, folder: Path, *, resume: bool) -> None:
+        self.path = folder / NAME
+        self._done = self._read() if resume else {}
+        # What was read is written anew: a line that a kill cut short must not swallow the next one.
+        temporary = self.path.with_suffix(".tmp")
+        with temporary.open("w", encoding="utf-8") as file:
+            for key, record in self._done.items():
+                file.write(json.dumps({"key": key, "record": record}) + "\n")
+        temporary.replace(self.path)
+        self._file = self.path.open("a", encoding="utf-8")
+
+    def _read(self) -> dict[str, dict[str, Any]]:
+        found: dict[str, dict[str, Any]] = {}
+        if not self.path.is_file():
+            return found
+        for line in self.path.read_text(encoding="utf-8", errors="replace").splitlines():
+            try:
+                entry = json.loads(line)
+                found[entry["key"]] = entry["record"]
+            except (ValueError, KeyError, TypeError):
+                continue  # the last line of a killed run; its case is simply done again
+        return found
+
+    def finished(self, key: str) -> dict[str, Any] | None:
+        """Return the record of a case that was finished under exactly this key, or None."""
+        return self._done.get(key)
+
+    def append(self, key: str, record: Mapping[str, Any]) -> None:
+        """Write one finished case and make sure that it reached the disk."""
+        self._file.write(json.dumps({"key": key, "record": record}) + "\n")
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()

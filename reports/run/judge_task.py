@@ -1,0 +1,85 @@
+"""The judge's task: judge a case, write its images and its scene, return its record for results.json."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from cases.scene_json import scene_to_json
+
+from cases.stages import IMAGE_STAGES
+from reference.analytic import Analytic
+from reports.judge.judging import Judged, judge_case
+from reports.judge.outcomes import Outcome, worst
+from reports.publish.exr import write_answers
+from reports.run.tasks import JudgeTask
+
+_ORACLE = Analytic()
+
+
+def judge(task: JudgeTask) -> dict[str, Any]:
+    """Judge one case and return its record."""
+    judged = judge_case(task.case, task.candidates, task.witnesses, _ORACLE, task.versions)
+    for witness in task.witnesses:
+        if witness.name in task.require and not witness.answers:
+            why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
+            judged.outcome = worst([judged.outcome, Outcome.FAIL])
+            judged.reason = judged.reason or f"{witness.name} is required and could not answer: {why}"
+    scene = _write_scene(task)
+    images = _write_images(task)
+    return _record(task, judged, scene, images)
+
+
+def _write_scene(task: JudgeTask) -> str:
+    """Write the scene as JSON; return its path relative to the results folder."""
+    path = Path("scenes", f"{task.case.name}.json")
+    (task.folder / path).parent.mkdir(parents=True, exist_ok=True)
+    (task.folder / path).write_text(json.dumps(scene_to_json(task.case.scene)), encoding="utf-8")
+    return path.as_posix()
+
+
+def _write_images(task: JudgeTask) -> dict[str, str]:
+    """Write each renderer's stages as one EXR; return renderer -> relative path."""
+    written: dict[str, str] = {}
+    lights = len(task.case.scene.lights)
+    parties = [(f"tracer-{c.name}", c.answers) for c in task.candidates] + [(w.name, w.answers) for w in task.witnesses]
+    for name, answers in parties:
+        images = {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES}
+        if images:
+            path = Path("images", task.case.name, f"{name.replace('/', '+')}.exr")
+            (task.folder / path).parent.mkdir(parents=True, exist_ok=True)
+            write_answers(task.folder / path, images, lights=lights)
+            written[name] = path.as_posix()
+    return written
+
+
+def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> dict[str, Any]:
+    """Return the case's record, as docs/results.md describes it."""
+    case = task.case
+    errors = {f"tracer-{c.name}": c.error for c in task.candidates} | {w.name: w.error for w in task.witnesses}
+    return {
+        "name": case.name,
+        "family": case.family,
+        "verdict": judged.outcome.value,
+        "stage": judged.stage.value if judged.stage else None,
+        "item": judged.item,
+        "reason": judged.reason,
+        "stresses": case.stresses,
+        "covers": list(case.covers),
+        "planned": judged.planned,
+        "reproduce": f"rayproof run {case.name}",
+        "scene": scene,
+        "picture": None,
+        "width": case.scene.camera.width,
+        "height": case.scene.camera.height,
+        "lights": len(case.scene.lights),
+        "shapes": [type(shape).__name__ for shape in case.scene.shapes],
+        "renders": [{"renderer": name, "image": images.get(name), "error": error} for name, error in errors.items()],
+        "ran": {candidate.name: sorted(candidate.items) for candidate in task.candidates if candidate.answers},
+        "unsupported": [
+            {"reference": witness.name, "stage": stage.value, "why": why}
+            for witness in task.witnesses
+            for stage, why in witness.unsupported.items()
+        ],
+        "checks": [check.as_json() for check in judged.checks],
+        "expectations": judged.expectations,
+    }

@@ -1,0 +1,93 @@
+"""The plan: which configurations of the tracer are asked about which cases.
+
+The default suite runs the default configuration in float32 and in float64 on every case, and every alternative
+formula, in float32, on the cases that cover its specification item. An alternative is a right formula that covers an
+item which its slot's default does not.
+"""
+
+import hashlib
+import json
+from dataclasses import dataclass, fields, is_dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from cases.case import Case
+from cases.scene import Mesh
+
+DEFAULTS = ("float32", "float64")
+SOURCES = ("cases", "tracer", "reference", "reports/judge", "reports/run")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedCase:
+    """A case and the configurations that it is put to."""
+
+    case: Case
+    configurations: tuple[str, ...]
+
+
+@lru_cache(maxsize=1)
+def alternatives() -> dict[str, frozenset[str]]:
+    """Return each alternative configuration with the specification items that only it covers."""
+    from tracer.catalogue import FORMULAS
+    from tracer.configuration import Configuration
+
+    usual = Configuration(precision="float32").items
+    found = {}
+    for formula in FORMULAS.values():
+        if formula.kind == "right" and set(formula.covers) - usual:
+            name = Configuration(precision="float32", formulas={formula.slot: formula.variant}).name
+            found[name] = frozenset(formula.covers) - usual
+    return found
+
+
+def plan(cases: tuple[Case, ...], configurations: tuple[str, ...]) -> tuple[PlannedCase, ...]:
+    """Return every case with its configurations; `configurations`, if any, replace the default suite's.
+
+    Raises:
+        LookupError, ValueError: a configuration names something unknown.
+
+    """
+    from tracer.configuration import Configuration
+
+    if configurations:
+        names = tuple(dict.fromkeys(Configuration.parse(name).name for name in configurations))
+        return tuple(PlannedCase(case=case, configurations=names) for case in cases)
+    return tuple(
+        PlannedCase(
+            case=case,
+            configurations=DEFAULTS
+            + tuple(name for name, items in sorted(alternatives().items()) if items & set(case.covers)),
+        )
+        for case in cases
+    )
+
+
+@lru_cache(maxsize=1)
+def code_digest() -> str:
+    """Return the SHA-256 of the code that decides a result; a result of other code is never taken up again."""
+    root = Path(__file__).resolve().parents[2]
+    content = hashlib.sha256()
+    for folder in SOURCES:
+        for file in sorted((root / folder).rglob("*")):
+            if file.suffix in (".py", ".json"):
+                content.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
+    return content.hexdigest()
+
+
+def key(planned: PlannedCase, references: tuple[str, ...]) -> str:
+    """Return the digest under which a finished case may be taken up again by `--resume`."""
+    content = [_plain(planned.case), planned.configurations, references, code_digest()]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Return dataclasses as JSON data with the name of their type; a mesh by its digest."""
+    if isinstance(value, Mesh):
+        return ["Mesh", value.digest, value.file]
+    if is_dataclass(value) and not isinstance(value, type):
+        return [type(value).__name__, {field.name: _plain(getattr(value, field.name)) for field in fields(value)}]
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    return value

@@ -1,0 +1,90 @@
+"""Progress: a bar on a terminal, a plain line per case elsewhere, a table with the worst first at the end."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from reports.judge.outcomes import Outcome
+from reports.run.assemble import number
+
+COLOURS = {
+    Outcome.PASS: "green",
+    Outcome.WARN: "yellow",
+    Outcome.UNSUPPORTED: "cyan",
+    Outcome.MISSING: "magenta",
+    Outcome.REFERENCE_SUSPECT: "blue",
+    Outcome.ERROR: "red",
+    Outcome.FAIL: "bold red",
+}
+
+
+class CaseProgress:
+    """Tell how far a run has come."""
+
+    def __init__(self, console: Console, *, total: int) -> None:
+        self._console = console
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            console=console,
+            disable=not console.is_terminal,
+        )
+        self._task = self._bar.add_task("cases", total=total)
+        self._total = total
+        self._done = 0
+
+    def __enter__(self) -> "CaseProgress":
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def finished(self, record: Mapping[str, Any], *, again: bool) -> None:
+        """Tell of one more finished case; `again` says that it was taken up from an earlier run."""
+        self._done += 1
+        outcome = Outcome(record["verdict"])
+        self._bar.update(self._task, completed=self._done, description=escape(record["name"]))
+        if not self._console.is_terminal or outcome is not Outcome.PASS:
+            how = "kept" if again else f"{record['seconds']:.2f} s"
+            line = f"[{self._done}/{self._total}] {outcome.value} {record['name']} ({how}) {record['reason']}".rstrip()
+            self._console.print(escape(line), style=COLOURS[outcome] if self._console.is_terminal else None)
+
+
+def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Table:
+    """Return a table of the worst cases, by verdict and then by how much of a limit they used."""
+    order = list(Outcome)
+
+    def badness(record: Mapping[str, Any]) -> tuple[int, float]:
+        return order.index(Outcome(record["verdict"])), highest(record)[0]
+
+    table = Table(title=f"Worst {min(most, len(records))} of {len(records)} cases", title_justify="left")
+    for column in ("case", "verdict", "stage", "item", "worst error / limit", "where"):
+        table.add_column(column)
+    for record in sorted(records, key=badness, reverse=True)[:most]:
+        ratio, where = highest(record)
+        outcome = Outcome(record["verdict"])
+        table.add_row(
+            escape(record["name"]),
+            f"[{COLOURS[outcome]}]{outcome.value}[/]",
+            record["stage"] or "",
+            record["item"] or "",
+            f"{ratio:.3g}",
+            escape(where),
+        )
+    return table
+
+
+def highest(record: Mapping[str, Any]) -> tuple[float, str]:
+    """Return a case's largest error over limit and the check where it was met."""
+    ratios = [
+        (number(check["ratio"]), f"{check['configuration']} {check['reference']} {check['stage']}")
+        for check in record["checks"]
+    ]
+    return max(ratios, default=(0.0, ""))

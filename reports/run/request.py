@@ -1,0 +1,18 @@
+"""What a user asks of `rayproof run`, as plain data."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunRequest:
+    """One run. Empty `selectors` mean the default suite, empty `configurations` its default configurations."""
+
+    selectors: tuple[str, ...]  # families, family/case, globs, or scene files
+    out: Path
+    resume: bool
+    require: tuple[str, ...]  # references whose "unsupported" counts as a failure
+    jobs: int  # worker processes at once
+    timeout: float  # s, for one render or one judgement
+    configurations: tuple[str, ...]
+    json: Path | None  # where to copy results.json

@@ -1,0 +1,187 @@
+"""A run from request to report: choose cases, render and judge them, write what was found as it is found."""
+
+import json
+import platform
+import sys
+import time
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from cases.case import Case
+from cases.families import all_cases, select
+from reports.judge.outcomes import Outcome, exit_code
+from reports.run import assemble
+from reports.run.case_run import CaseRun
+from reports.run.journal import Journal
+from reports.run.llvm import choose_packaged_llvm
+from reports.run.plan import PlannedCase, key, plan
+from reports.run.pool import Pool
+from reports.run.progress import CaseProgress, worst_first
+from reports.run.request import RunRequest
+
+INTERRUPTED = 130
+AHEAD = 3  # cases on their way at once: enough to keep every worker busy, few enough to stay small in memory
+
+
+def run(request: RunRequest) -> int:
+    """Run the request; return the exit code: 0 passed, 1 failed, 3 not all could be measured, 130 interrupted.
+
+    Raises:
+        LookupError, ValueError, OSError: the request itself is wrong; nothing was run.
+
+    """
+    from reference import REFERENCES
+
+    choose_packaged_llvm()
+    console = Console(stderr=False, highlight=False)
+    planned = plan(_cases(request.selectors), request.configurations)
+    references = tuple(sorted(REFERENCES, key=lambda name: (name != "analytic", name)))
+    for name in request.require:
+        REFERENCES[name]
+    request.out.mkdir(parents=True, exist_ok=True)
+    faults = _faults(planned)
+    if faults:
+        console.print(f"[bold red]PLANTED FAULT in this run: {', '.join(faults)}; it must fail[/]")
+    console.print(f"{len(planned)} cases against {', '.join(references)}; results in {request.out}", soft_wrap=True)
+    start, started = time.perf_counter(), datetime.now(UTC)
+    records, interrupted = _render_and_judge(request, planned, references, console)
+    results = _results(planned, records, references, faults, started)
+    results["finished"] = not interrupted
+    results["seconds"] = round(time.perf_counter() - start, 3)
+    _publish(request, results, console)
+    if interrupted:
+        console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
+        return INTERRUPTED
+    return exit_code(Outcome(record["verdict"]) for record in records)
+
+
+def _cases(selectors: tuple[str, ...]) -> tuple[Case, ...]:
+    """Return the selected cases; a selector that ends in .json is a scene file."""
+    files = tuple(selector for selector in selectors if selector.endswith(".json"))
+    names = tuple(selector for selector in selectors if selector not in files)
+    cases = select(names) if selectors else all_cases()
+    if files:
+        from reports.run.scene_case import case_of_file
+
+        cases += tuple(case_of_file(Path(file)) for file in files)
+    return cases
+
+
+def _faults(planned: tuple[PlannedCase, ...]) -> list[str]:
+    """Return the planted faults that any configuration of the run uses."""
+    from tracer.configuration import Configuration
+
+    names = {name for one in planned for name in one.configurations}
+    return sorted({fault for name in names for fault in Configuration.parse(name).faults})
+
+
+def _render_and_judge(
+    request: RunRequest, planned: tuple[PlannedCase, ...], references: tuple[str, ...], console: Console
+) -> tuple[list[dict[str, Any]], bool]:
+    """Return the records in the plan's order, and whether the user interrupted."""
+    journal = Journal(request.out, resume=request.resume)
+    pool = Pool(jobs=request.jobs, timeout=request.timeout)
+    records: dict[str, dict[str, Any]] = {}
+    keys = {one.case.name: key(one, references) for one in planned}
+    interrupted = False
+    with CaseProgress(console, total=len(planned)) as progress:
+
+        def finished(case_run: CaseRun, record: dict[str, Any]) -> None:
+            name = case_run.planned.case.name
+            records[name] = record
+            journal.append(keys[name], record)
+            progress.finished(record, again=False)
+
+        try:
+            todo = []
+            for one in planned:
+                known = journal.finished(keys[one.case.name])
+                if known is not None:
+                    records[one.case.name] = known
+                    progress.finished(known, again=True)
+                else:
+                    todo.append(one)
+            pending = iter(todo)
+            started, before = 0, len(records)
+            while len(records) < len(planned):
+                while started - (len(records) - before) < AHEAD and (one := next(pending, None)) is not None:
+                    case_run = CaseRun(
+                        one, references, pool, folder=request.out, require=request.require, finished=finished
+                    )
+                    case_run.start()
+                    started += 1
+                pool.step()
+        except KeyboardInterrupt:
+            interrupted = True
+        finally:
+            pool.close()
+            journal.close()
+    return [records[one.case.name] for one in planned if one.case.name in records], interrupted
+
+
+def _results(
+    planned: tuple[PlannedCase, ...],
+    records: list[dict[str, Any]],
+    references: tuple[str, ...],
+    faults: list[str],
+    started: datetime,
+) -> dict[str, Any]:
+    """Return results.json's content, as docs/results.md describes it."""
+    from reference import REFERENCES
+
+    versions: dict[str, str] = {}
+    for record in records:
+        versions |= record.get("versions", {})
+    environment = {"python": sys.version.split()[0], "machine": platform.machine(), "system": platform.platform()}
+    detail = assemble.coverage(records)
+    return {
+        "schema": 1,
+        "rayproof": version("rayproof"),
+        "command": " ".join(["rayproof", *sys.argv[1:]]),
+        "started": started.isoformat(timespec="seconds"),
+        "verdict": assemble.verdict(records, planned=len(planned)).value,
+        "faults": faults,
+        "environment": environment | {name: text for name, text in versions.items() if name not in references},
+        "configurations": sorted({name for one in planned for name in one.configurations}),
+        "references": {
+            name: {
+                "version": versions.get(name, "not asked"),
+                "precision": REFERENCES[name].precision,
+                "independent": bool(REFERENCES.about(name).get("independent", False)),
+            }
+            for name in references
+        },
+        "summary": assemble.case_ledger(records, planned=len(planned)),
+        "checks": assemble.check_ledger(records),
+        "coverage": {item: entry["cases"] for item, entry in detail.items()},
+        "coverage_detail": detail,
+        "review": assemble.review(records),
+        "cases": records,
+    }
+
+
+def _publish(request: RunRequest, results: dict[str, Any], console: Console) -> None:
+    """Write results.json, the pictures and every published form; print the worst cases and where the report is."""
+    from reports.publish import publish_all
+    from reports.publish.pictures import draw_pictures
+    from reports.publish.results import save_results
+
+    save_results(request.out, results)
+    why = draw_pictures(request.out, results)
+    results["environment"]["pictures"] = why or "drawn"
+    save_results(request.out, results)
+    publish_all(request.out)
+    if request.json is not None:
+        request.json.write_text(json.dumps(results), encoding="utf-8")
+    console.print(worst_first(results["cases"]))
+    if why:
+        console.print(f"no 3-D pictures: {why}", soft_wrap=True)
+    counts = ", ".join(f"{number} {name}" for name, number in results["summary"].items() if number)
+    console.print(f"cases: {counts}", soft_wrap=True)
+    counts = ", ".join(f"{number} {name}" for name, number in results["checks"].items() if number)
+    console.print(f"checks: {counts}", soft_wrap=True)
+    console.print(f"{results['verdict']}: {request.out / 'index.html'}", soft_wrap=True)

@@ -1,0 +1,104 @@
+"""What workers do: render with a tracer configuration, render with a reference, judge a case."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.case import Case
+from cases.scene import Scene
+from cases.stages import Stage
+from reports.judge.judging import stages_of
+from reports.judge.parties import Candidate, Witness
+from reports.run.llvm import choose_packaged_llvm
+
+
+@dataclass(frozen=True, kw_only=True)
+class TracerTask:
+    """Render a scene by one configuration; the answer is a Candidate."""
+
+    scene: Scene
+    configuration: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferenceTask:
+    """Render a scene by the worker's reference; the answer is a Witness with its version."""
+
+    scene: Scene
+    samples: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgeTask:
+    """Judge a case and write its images and scene below `folder`; the answer is the case's record."""
+
+    case: Case
+    candidates: tuple[Candidate, ...]
+    witnesses: tuple[Witness, ...]
+    versions: dict[str, str]
+    folder: Path
+    require: tuple[str, ...]
+
+
+def handler(kind: str) -> Callable[[Any], Any]:
+    """Return the function that does a worker's tasks; its imports are made here, once, in the worker."""
+    choose_packaged_llvm()
+    if kind == "tracer":
+        return _trace
+    if kind == "judge":
+        from reports.run.judge_task import judge
+
+        return judge
+    return _refer(kind.removeprefix("reference:"))
+
+
+def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
+    """Render by the tracer."""
+    from tracer.render import render
+
+    from tracer.configuration import Configuration
+    from tracer.feelers import shadow_epsilon
+    from tracer.versions import versions
+
+    configuration = Configuration.parse(task.configuration)
+    answers = render(task.scene, stages_of(task.scene), configuration)
+    scale = float(np.abs(answers[Stage.POSITION]).max(initial=0.0, where=np.isfinite(answers[Stage.POSITION])))
+    scale = max(scale, float(np.abs(task.scene.camera.eye).max()))
+    candidate = Candidate(
+        name=configuration.name,
+        precision=configuration.precision,
+        items=configuration.items,
+        shadow_epsilon=shadow_epsilon(configuration, scale=scale),
+        answers=answers,
+    )
+    return candidate, versions()
+
+
+def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]]]:
+    """Return the task of one reference."""
+    from reference import REFERENCES
+
+    reference = REFERENCES[name]()
+    independent = bool(REFERENCES.about(name).get("independent", False))
+
+    def refer(task: ReferenceTask) -> tuple[Witness, dict[str, str]]:
+        stages = stages_of(task.scene)
+        unsupported = {stage: why for stage in stages if (why := reference.unsupported(task.scene, stage)) is not None}
+        asked = tuple(stage for stage in stages if stage not in unsupported)
+        answers: Answers = reference.render(task.scene, asked) if asked else {}
+        epsilon = getattr(reference, "epsilon", None)
+        witness = Witness(
+            name=name,
+            precision=reference.precision,
+            independent=independent,
+            shadow_epsilon=float(epsilon(task.scene)) if epsilon is not None else 0.0,
+            answers={stage: answers[stage] for stage in asked if stage in answers},
+            unsupported=unsupported,
+        )
+        return witness, {name: reference.version()}
+
+    return refer

@@ -1,0 +1,49 @@
+"""A worker process: serves one renderer, or the judge, and answers one task after another.
+
+JIT compilers abort, Mitsuba's variant is global state and a stranger's renderer may do anything, so each renderer
+has a process of its own. A task that raises is answered with the exception's line; a process that dies is noticed by
+the pool, which replaces it.
+"""
+
+import signal
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+from reports.run import tasks
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reply:
+    """What a worker sends back: a value, or the error it met and where."""
+
+    value: Any
+    error: str | None
+    trace: str | None
+    seconds: float
+
+
+def serve(kind: str, connection: Connection) -> None:
+    """Answer tasks until the other end closes. `kind` is "tracer", "judge" or "reference:NAME"."""
+    # Ctrl-C goes to the whole process group; only the main process decides what it means.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    handler: Callable[[Any], Any] | None = None
+    while True:
+        try:
+            task = connection.recv()
+        except (EOFError, OSError):
+            return
+        start = time.perf_counter()
+        try:
+            handler = handler or tasks.handler(kind)
+            reply = Reply(value=handler(task), error=None, trace=None, seconds=time.perf_counter() - start)
+        except Exception as error:  # the boundary: whatever a renderer raises is that task's error
+            line = f"{type(error).__name__}: {error}".splitlines()[0]
+            reply = Reply(value=None, error=line, trace=traceback.format_exc(), seconds=time.perf_counter() - start)
+        try:
+            connection.send(reply)
+        except OSError:
+            return
