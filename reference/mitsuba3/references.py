@@ -1,0 +1,92 @@
+"""Mitsuba 3 as two references: without a compiler, and through Dr.Jit and LLVM."""
+
+from collections.abc import Collection
+from typing import Any, ClassVar
+
+from cases.answers import Answers
+from cases.scene import Plane, Scene
+from cases.stages import Stage
+from reference import REFERENCES
+from reference.mitsuba3 import scalar, variants, vectorized
+from reference.mitsuba3.epsilons import offsets
+from reference.mitsuba3.images import clip_planes_beyond, radiance
+from reference.mitsuba3.planes import reach
+from reference.mitsuba3.refusals import refusal
+from reference.mitsuba3.stages import answers
+from reference.mitsuba3.tracing import own_interval
+from reference.mitsuba3.worlds import build
+
+
+class _Mitsuba:
+    """What both variants share; `variant` and `tracing` tell them apart."""
+
+    precision = "float32"
+    variant: ClassVar[str]
+    tracing: ClassVar[Any]  # a module with `trace` and `feel`
+
+    def version(self) -> str:
+        """Return program, version and variant."""
+        return variants.version(self.variant)
+
+    def unsupported(self, scene: Scene, stage: Stage) -> str | None:
+        """Return a sentence that says why it cannot answer here, or None if it can."""
+        return variants.unavailable(self.variant) or refusal(scene, stage)
+
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+        """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
+
+        Stages up to exitance come from single rays through the pixel centres, radiance from Mitsuba's integrator.
+        """
+        camera = scene.camera
+        world = build(variants.load(self.variant), scene, near=camera.near, far=camera.far)
+        image_only = set(stages) == {Stage.RADIANCE} and scene.clip == "depth"
+        found: Answers = {}
+        near, far = camera.near, camera.far
+        if not image_only:
+            hits = self.tracing.trace(world, camera, own_interval(scene))
+            found = answers(scene, world, hits, self.tracing.feel, stages) if samples == 1 else {}
+            if scene.clip != "depth":
+                near, far = clip_planes_beyond(camera, hits)
+        if Stage.RADIANCE in stages:
+            if samples > 1 or scene.clip != "depth":
+                world = build(world.mi, scene, near=near, far=far, samples=samples)
+            found[Stage.RADIANCE] = radiance(world, scene, samples=samples)
+        return found
+
+    def epsilon(self, scene: Scene) -> float:
+        """Return how far [m] above the surface feelers start at most, over all that the camera sees.
+
+        `reference.mitsuba3.epsilons` has it for single positions, and what happens at the light's end.
+        """
+        hits = self.render(scene, [Stage.OBJECT, Stage.POSITION])
+        seen = hits[Stage.POSITION][hits[Stage.OBJECT][..., 0] >= 0]
+        return float(offsets(seen).max(initial=0.0))
+
+    def notes(self, scene: Scene) -> list[str]:
+        """Return in sentences where Mitsuba's scene stands in for the one asked about."""
+        planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
+        if not planes:
+            return []
+        radius = f"{reach(scene):.4g} m"
+        covers = (
+            "and covers all but the last millionth of a radian below the horizon"
+            if scene.clip == "none"
+            else "and covers everything up to the far plane and every light"
+        )
+        return [f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {radius} around the eye, {covers}."]
+
+
+@REFERENCES.register("mitsuba_scalar", independent=True)
+class MitsubaScalar(_Mitsuba):
+    """Mitsuba without a compiler: Embree and C++ in float32, sharing neither code nor Dr.Jit's compiler with us."""
+
+    variant = "scalar_rgb"
+    tracing = scalar
+
+
+@REFERENCES.register("mitsuba_llvm", independent=False)
+class MitsubaLlvm(_Mitsuba):
+    """Mitsuba through Dr.Jit and LLVM: the compiler is also the tracer's, so its word is no witness on its own."""
+
+    variant = "llvm_ad_rgb"
+    tracing = vectorized
