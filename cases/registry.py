@@ -8,9 +8,10 @@ module that fails to import stops the run, because a formula that silently vanis
 import importlib
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 Thing = TypeVar("Thing")
+Registered = TypeVar("Registered")  # keeps its own type: a class stays that class for the type checker
 
 
 class Registry(Generic[Thing]):
@@ -23,7 +24,7 @@ class Registry(Generic[Thing]):
         self._about: dict[str, Mapping[str, Any]] = {}
         self._loaded = False
 
-    def register(self, name: str, **about: Any) -> Callable[[Thing], Thing]:
+    def register(self, name: str, **about: Any) -> Callable[[Registered], Registered]:
         """Return a decorator that registers a thing under `name`, with facts `about` it.
 
         Raises:
@@ -31,10 +32,10 @@ class Registry(Generic[Thing]):
 
         """
 
-        def remember(thing: Thing) -> Thing:
+        def remember(thing: Registered) -> Registered:
             if name in self._things:
                 raise ValueError(f"{self.kind} {name!r} is registered twice")
-            self._things[name] = thing
+            self._things[name] = cast(Thing, thing)
             self._about[name] = about
             return thing
 

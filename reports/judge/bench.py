@@ -99,9 +99,10 @@ class Bench:
         limit = self.limits.continued.get(stage, np.zeros(shape))
         if stage in LIGHT:
             edge = self.classes.flagged
-            limit = sum(
+            mine, other = (
                 continued_light_limit(self.scene, stage, self.candidate.answers, value, g) for g in self._roundoffs
             )
+            limit = mine + other
         good = np.ones(shape, dtype=bool)
         if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL):
             good = excused(stage, self.candidate.answers, self._sides, limit, shape, continued=True)

@@ -79,8 +79,8 @@ def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
     seen = view @ target
     residuals = [
         np.abs(view @ parts["view_inverse"] - np.eye(4)).max() / unit,
-        np.abs(view @ eye - (0, 0, 0, 1)).max() / unit,
-        np.abs(seen - (0, 0, forward, 1)).max() / unit,
+        np.abs(view @ eye - np.array([0, 0, 0, 1.0])).max() / unit,
+        np.abs(seen - np.array([0, 0, forward, 1.0])).max() / unit,
         # A camera with right, up and forward axes of a right-handed world mirrors: x right, y up, z forward.
         abs(np.linalg.det(view[:3, :3]) + 1) / unit,
     ]

@@ -42,6 +42,7 @@ class Check:
     informative: dict[str, Any] = field(default_factory=dict)
     part: str | None = None  # camera: the item of the worst part
     ratio: float = 0.0
+    why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
 
     @property
     def alone(self) -> bool:
@@ -62,7 +63,7 @@ class Check:
             "ratio": jsonable(self.ratio),
             "end_to_end": whole,
             "continued": self.continued.as_json() if self.continued else None,
-            "because": f"{BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}",
+            "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}",
         }
 
 

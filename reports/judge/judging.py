@@ -1,7 +1,7 @@
 """Judging a case: every candidate before every witness at every stage, then blame, expectations and a verdict."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,12 +23,17 @@ from reports.judge.limits import Roundoff
 from reports.judge.measurement import jsonable
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.parties import Candidate, Witness
+from reports.judge.supersampled import box_mean, finer, supersampled_check
 
 
 class FullOracle(Protocol):
-    """What judging asks of the analytic reference beyond its render."""
+    """What judging asks of the analytic reference."""
 
-    def at(self, scene: Scene, stages: tuple[Stage, ...], points: np.ndarray) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+        """Answer `stages`."""
+        ...
+
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
         """Answer at image points (n, 2)."""
         ...
 
@@ -112,6 +117,10 @@ def judge_case(
             at_oracle = bench(candidate, truth)
             expectations += _expectations(case, candidate, at_oracle)
             sparse += _too_little(case, candidate, at_oracle)
+    if case.samples > 1 and scene.lights:
+        means, asked = _means(case, candidates, witnesses, oracle)
+        checks += means
+        planned += asked
     panel = _panel(witnesses, truth, stages, bench)
     adjudicate(checks, panel, {witness.name: witness.independent for witness in witnesses})
     for check in checks:
@@ -170,6 +179,34 @@ def _panel(witnesses: Sequence[Witness], truth: Witness, stages: Sequence[Stage]
             if stage in witness.answers and stage is not Stage.CAMERA:
                 panel[witness.name, stage] = stage_check(at, stage, None)
     return panel
+
+
+def _means(
+    case: Case, candidates: Sequence[Candidate], witnesses: Sequence[Witness], oracle: FullOracle
+) -> tuple[list[Check], list[tuple[Candidate, Witness, Stage]]]:
+    """Judge box-filtered radiance, every candidate before every witness that renders it; return checks and plan."""
+    scene = finer(case.scene, case.samples)
+    planned = [(c, w, Stage.RADIANCE) for c in candidates for w in witnesses if w.answers_at(Stage.RADIANCE)]
+    truth = oracle.render(scene, stages_of(scene))
+    edges, factors = oracle.edges(scene), condition(scene, truth)
+    checks = []
+    for candidate, witness, stage in planned:
+        if candidate.fine is None or witness.mean is None:
+            why = candidate.error or witness.error or "no box-filtered image was given"
+            checks.append(_failed(candidate, witness, stage, Outcome.ERROR, why))
+            continue
+        fine = Bench(
+            scene=scene,
+            truth=truth,
+            edges=edges,
+            conditioning=factors,
+            oracle=oracle,
+            candidate=replace(candidate, answers=candidate.fine),
+            witness=witness,
+        )
+        ours = box_mean(candidate.fine[Stage.RADIANCE], case.samples)
+        checks.append(supersampled_check(fine, ours, witness.mean, case.samples))
+    return checks, planned
 
 
 def _expectations(case: Case, candidate: Candidate, bench: Bench) -> list[dict[str, Any]]:
@@ -248,7 +285,7 @@ def _sum_up(
         judged.stage = check.stage
         judged.reason = f"{check.configuration} against {check.reference}, {check.stage}: {check.reason}"
         if candidates is not None and outcome is Outcome.FAIL:
-            judged.item = _item(case, check, candidates[check.configuration])
+            judged.item = _item(case, check, candidates[check.configuration.split(" x")[0]])
     elif outcome is not Outcome.PASS:
         broken = next(one for one in expectations if one["verdict"] == outcome.value)
         judged.stage = Stage(broken["stage"])

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from cases.answers import Answers
 from cases.stages import Stage
 
@@ -16,6 +18,7 @@ class Candidate:
     shadow_epsilon: float  # m: how far it admits to move or ignore things at a feeler's start
     answers: Answers | None
     error: str | None = None
+    fine: Answers | None = None  # at the resolution of a case's samples: the tracer's own answers there
     scale: float = 1.0  # a calibrated constant, where a reference is the one under test
 
     @property
@@ -34,6 +37,7 @@ class Witness:
     shadow_epsilon: float  # m
     answers: Answers
     unsupported: dict[Stage, str] = field(default_factory=dict)
+    mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered over a case's samples
     error: str | None = None
 
     def answers_at(self, stage: Stage) -> bool:

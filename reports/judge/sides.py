@@ -5,6 +5,7 @@ that the oracle meets within the edge's reach, and a distance or normal must lie
 """
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -22,7 +23,7 @@ RADII = (0.5, 1.0, 2.0)
 class Oracle(Protocol):
     """What the judge asks of the analytic reference here."""
 
-    def at(self, scene: Scene, stages: tuple[Stage, ...], points: np.ndarray) -> Answers:
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
         """Answer at image points (n, 2)."""
         ...
 

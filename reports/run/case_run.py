@@ -41,7 +41,7 @@ class CaseRun:
         """Submit every render of the case."""
         case = self.planned.case
         for name in self.planned.configurations:
-            task = TracerTask(scene=case.scene, configuration=name)
+            task = TracerTask(scene=case.scene, configuration=name, samples=case.samples)
             self._pool.submit("tracer", task, lambda reply, name=name: self._traced(name, reply))
         for name in self._references:
             task = ReferenceTask(scene=case.scene, samples=case.samples)

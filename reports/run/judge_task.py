@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from cases.scene_json import scene_to_json
-
 from cases.stages import IMAGE_STAGES
 from reference.analytic import Analytic
 from reports.judge.judging import Judged, judge_case

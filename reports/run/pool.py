@@ -9,7 +9,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
@@ -19,7 +19,7 @@ from reports.run.worker import Reply, serve
 @dataclass(kw_only=True)
 class _Worker:
     process: BaseProcess
-    connection: Connection
+    connection: Any  # multiprocessing's Connection; on Windows its PipeConnection
     done: Callable[[Reply], None] | None = None
     deadline: float = 0.0
     started: float = 0.0

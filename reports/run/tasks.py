@@ -13,6 +13,7 @@ from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge.judging import stages_of
 from reports.judge.parties import Candidate, Witness
+from reports.judge.supersampled import finer
 from reports.run.llvm import choose_packaged_llvm
 
 
@@ -22,6 +23,7 @@ class TracerTask:
 
     scene: Scene
     configuration: str
+    samples: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +68,9 @@ def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
 
     configuration = Configuration.parse(task.configuration)
     answers = render(task.scene, stages_of(task.scene), configuration)
+    fine = None
+    if task.samples > 1:
+        fine = render(finer(task.scene, task.samples), stages_of(task.scene), configuration)
     scale = float(np.abs(answers[Stage.POSITION]).max(initial=0.0, where=np.isfinite(answers[Stage.POSITION])))
     scale = max(scale, float(np.abs(task.scene.camera.eye).max()))
     candidate = Candidate(
@@ -74,6 +79,7 @@ def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
         items=configuration.items,
         shadow_epsilon=shadow_epsilon(configuration, scale=scale),
         answers=answers,
+        fine=fine,
     )
     return candidate, versions()
 
@@ -90,6 +96,9 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
         unsupported = {stage: why for stage in stages if (why := reference.unsupported(task.scene, stage)) is not None}
         asked = tuple(stage for stage in stages if stage not in unsupported)
         answers: Answers = reference.render(task.scene, asked) if asked else {}
+        mean = None
+        if task.samples > 1 and Stage.RADIANCE in asked:
+            mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
         epsilon = getattr(reference, "epsilon", None)
         witness = Witness(
             name=name,
@@ -98,6 +107,7 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
             shadow_epsilon=float(epsilon(task.scene)) if epsilon is not None else 0.0,
             answers={stage: answers[stage] for stage in asked if stage in answers},
             unsupported=unsupported,
+            mean=mean,
         )
         return witness, {name: reference.version()}
 

@@ -19,4 +19,5 @@ def structural_similarity(ours: np.ndarray, theirs: np.ndarray, value_range: tup
         return None
     from skimage.metrics import structural_similarity as ssim  # 0.3 s to import, and only wanted here
 
-    return float(ssim(ours, theirs, win_size=WINDOW, channel_axis=-1, data_range=high - low))
+    mean = ssim(ours, theirs, win_size=WINDOW, channel_axis=-1, data_range=high - low)
+    return float(np.asarray(mean))
