@@ -106,10 +106,11 @@ class Triangle(Shape):
     def __post_init__(self) -> None:
         super().__post_init__()
         _finite("vertices", self.vertices, "m")
-        rounded = np.asarray(self.vertices, dtype=np.float32)
+        with np.errstate(over="ignore"):  # an overflow is refused below, in words
+            rounded = np.asarray(self.vertices, dtype=np.float32)
         if rounded.shape != (3, 3):
             raise SceneError(f"vertices must be three points of three coordinates, got shape {rounded.shape}")
-        _finite("vertices (as float32)", rounded, "m")
+        _finite("vertices (as float32)", rounded.tolist(), "m")
         object.__setattr__(self, "vertices", tuple(tuple(map(float, vertex)) for vertex in rounded))
 
 
@@ -126,7 +127,8 @@ class Mesh(Shape):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        vertices = np.array(self.vertices, dtype=np.float32, order="C")
+        with np.errstate(over="ignore"):  # an overflow is refused below, in words
+            vertices = np.array(self.vertices, dtype=np.float32, order="C")
         faces = np.array(self.faces, dtype=np.int32, order="C")
         if vertices.ndim != 2 or vertices.shape[1] != 3:
             raise SceneError(f"vertices must have shape (n, 3), got {vertices.shape}")

@@ -1,0 +1,213 @@
+"""Scenes in JSON: load, save and validate. Whatever is wrong ends in one line with the file, the field and the value.
+
+The published schema (`schema()`) says the same in JSON Schema's words, as far as those reach: that a matrix is
+singular or that near lies beyond far, only the reader can tell.
+"""
+
+import json
+import stat
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from cases.mesh_file import read_mesh
+from cases.scene import (
+    CLIPS,
+    IDENTITY,
+    SHADINGS,
+    Camera,
+    Cube,
+    Mesh,
+    Plane,
+    PointLight,
+    Scene,
+    SceneError,
+    Shape,
+    Sphere,
+    Square,
+    Triangle,
+)
+from cases.scene_fields import Field, object_from, shown
+from cases.scene_schema import schema
+
+__all__ = ["load_scene", "save_scene", "scene_from_json", "scene_to_json", "schema"]
+
+SHAPES: dict[str, type[Shape]] = {
+    "sphere": Sphere,
+    "cube": Cube,
+    "square": Square,
+    "plane": Plane,
+    "triangle": Triangle,
+    "mesh": Mesh,
+}
+NAMES: dict[type[Shape], str] = {kind: name for name, kind in SHAPES.items()}
+LARGEST = 512 * 2**20  # bytes; beyond this a scene file is a mistake and would fill the memory
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Return the scene in a JSON file; mesh files are looked for beside it.
+
+    Raises:
+        SceneError: anything is wrong with the file or the scene, in one line.
+
+    """
+    path = Path(path)
+    where = shown(str(path), 250)[1:-1]
+    try:
+        facts = path.stat()
+        if stat.S_ISDIR(facts.st_mode):
+            raise SceneError(f"{where}: is a folder, not a scene file")
+        if not stat.S_ISREG(facts.st_mode):
+            raise SceneError(f"{where}: is not a regular file")
+        if facts.st_size > LARGEST:
+            raise SceneError(f"{where}: has {facts.st_size} bytes, more than the {LARGEST} that a scene may have")
+        text = path.read_bytes().decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{where}: is not UTF-8: {error.reason} at byte {error.start}") from None
+    except FileNotFoundError:
+        raise SceneError(f"{where}: there is no such file") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, SceneError):
+            raise
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise SceneError(f"{where}: cannot be read: {reason}") from None
+    try:
+        document = json.loads(text, object_pairs_hook=object_from)
+    except json.JSONDecodeError as error:
+        raise SceneError(f"{where}: is not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
+    except RecursionError:
+        raise SceneError(f"{where}: is nested too deeply") from None
+    except ValueError as error:  # a whole number of more than 4300 digits
+        raise SceneError(f"{where}: is not JSON that can be read: {str(error).partition(';')[0]}") from None
+    return scene_from_json(document, folder=path.parent, where=where)
+
+
+def save_scene(scene: Scene, path: str | Path) -> None:
+    """Write `scene` as JSON; meshes are written inline, so that the file stands alone."""
+    Path(path).write_text(json.dumps(scene_to_json(scene), indent=1) + "\n", encoding="utf-8")
+
+
+def scene_to_json(scene: Scene) -> dict[str, Any]:
+    """Return the JSON document of `scene`; reading it back gives an equal scene, to the last bit."""
+    camera, lights = scene.camera, scene.lights
+    return {
+        "camera": {field.name: _plain(getattr(camera, field.name)) for field in fields(camera)},
+        "shapes": [_shape_to_json(shape) for shape in scene.shapes],
+        "lights": [{"position": _plain(light.position), "flux": _plain(light.flux)} for light in lights],
+        "shading": scene.shading,
+        "clip": scene.clip,
+    }
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return [_plain(item) for item in value] if isinstance(value, tuple) else value
+
+
+def _shape_to_json(shape: Shape) -> dict[str, Any]:
+    members: dict[str, Any] = {"type": NAMES[type(shape)]}
+    for field in fields(shape):
+        value = getattr(shape, field.name)
+        is_default = (field.name == "to_world" and value == IDENTITY) or (field.name == "two_sided" and not value)
+        if field.name != "file" and not is_default:
+            members[field.name] = _plain(value)
+    return members
+
+
+def scene_from_json(document: Any, folder: Path | None, where: str) -> Scene:
+    """Return the scene in a JSON document; mesh files are looked for in `folder` (None: refused).
+
+    Raises:
+        SceneError: the document is no valid scene; one line that begins with `where`.
+
+    """
+    members = Field(value=document, path="", where=where).members(
+        ("camera", "shapes"), ("lights", "shading", "clip", "$schema")
+    )
+    if "$schema" in members:
+        members["$schema"].text()
+    lights = members["lights"].items() if "lights" in members else ()
+    return Scene(
+        camera=_camera(members["camera"]),
+        shapes=tuple(_shape(shape, folder) for shape in members["shapes"].items()),
+        lights=tuple(_light(light) for light in lights),
+        shading=members["shading"].choice(SHADINGS) if "shading" in members else "inverse_square",
+        clip=members["clip"].choice(CLIPS) if "clip" in members else "depth",
+    )
+
+
+def _built(field: Field, kind: Callable[..., Any], **values: Any) -> Any:
+    try:
+        return kind(**values)
+    except SceneError as error:
+        _refuse_as(field, error)
+
+
+def _refuse_as(field: Field, error: SceneError) -> NoReturn:
+    # The dataclass's message begins with the name of its field.
+    raise SceneError(f"{field.where}: {field.path}.{error}") from None
+
+
+def _camera(field: Field) -> Camera:
+    keys = ("eye", "target", "up", "fovy", "width", "height", "near", "far")
+    members = field.members(keys)
+    values: dict[str, Any] = {name: members[name].vector() for name in ("eye", "target", "up")}
+    values.update({name: members[name].number() for name in ("fovy", "near", "far")})
+    values.update({name: members[name].whole() for name in ("width", "height")})
+    return _built(field, Camera, **values)
+
+
+def _light(field: Field) -> PointLight:
+    members = field.members(("position", "flux"))
+    return _built(field, PointLight, position=members["position"].vector(), flux=members["flux"].vector())
+
+
+def _shape(field: Field, folder: Path | None) -> Shape:
+    if not isinstance(field.value, dict) or "type" not in field.value:
+        field.expected('an object with a "type"')
+    kind = Field(value=field.value["type"], path=f"{field.path}.type", where=field.where).choice(tuple(SHAPES))
+    required, optional = ["type", "albedo"], ["to_world", "two_sided"]
+    if kind == "sphere":
+        optional += ["center", "radius"]
+    elif kind == "triangle":
+        required.append("vertices")
+    elif kind == "mesh":
+        required += ["file"] if "file" in field.value else ["vertices", "faces"]
+    members = field.members(required, optional)
+    readers: dict[str, Callable[[Field], Any]] = {
+        "albedo": Field.vector,
+        "to_world": Field.matrix,
+        "two_sided": Field.flag,
+        "center": Field.vector,
+        "radius": Field.number,
+        "vertices": _corners if kind == "triangle" else _vertices,
+        "faces": _faces,
+    }
+    values = {name: readers[name](member) for name, member in members.items() if name in readers}
+    if "file" in members:
+        values["file"] = members["file"].text()
+        try:
+            values["vertices"], values["faces"] = read_mesh(values["file"], folder)
+        except SceneError as error:
+            _refuse_as(field, error)
+    return _built(field, SHAPES[kind], **values)
+
+
+def _corners(field: Field) -> Any:
+    return tuple(corner.vector() for corner in field.exactly(3))
+
+
+def _vertices(field: Field) -> np.ndarray:
+    return field.triples(whole=False)
+
+
+def _faces(field: Field) -> np.ndarray:
+    faces = field.triples(whole=True)
+    if faces.min() < 0 or faces.max() > np.iinfo(np.int32).max:  # before the rounding to 32 bits wraps around
+        row = int(np.flatnonzero((faces < 0).any(axis=1) | (faces > np.iinfo(np.int32).max).any(axis=1))[0])
+        field.refuse(f"must index the vertices, got {faces[row].tolist()} at index {row}")
+    return faces

@@ -1,0 +1,193 @@
+"""Mesh files are read in order and whole; whatever lies outside the folder, claims too much or is broken is refused."""
+
+import json
+import os
+import struct
+
+import numpy as np
+import pytest
+import trimesh
+
+from cases.mesh_file import mesh_path, read_mesh
+from cases.scene import Mesh, SceneError
+from cases.scene_json import load_scene
+
+VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.5]])
+FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+
+
+def glb_with(document: dict[str, object], data: bytes = b"") -> bytes:
+    """Return a GLB file that holds `document` and `data`."""
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
+    if data:
+        chunks += struct.pack("<II", len(data), 0x004E4942) + data
+    return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+
+@pytest.fixture
+def tetrahedron() -> trimesh.Trimesh:
+    """Return four faces with known places."""
+    return trimesh.Trimesh(vertices=VERTICES, faces=FACES, process=False)
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "glb"])
+def test_the_triangles_come_back_in_the_files_order(tetrahedron, suffix, tmp_path):
+    tetrahedron.export(tmp_path / f"mesh.{suffix}")
+
+    vertices, faces = read_mesh(f"mesh.{suffix}", tmp_path)
+
+    np.testing.assert_array_equal(vertices[faces], VERTICES[FACES])
+
+
+def test_text_files_are_read_too(tetrahedron, tmp_path):
+    (tmp_path / "mesh.ply").write_bytes(tetrahedron.export(file_type="ply", encoding="ascii"))
+    (tmp_path / "mesh.stl").write_text(tetrahedron.export(file_type="stl_ascii"))
+
+    for name in ("mesh.ply", "mesh.stl"):
+        vertices, faces = read_mesh(name, tmp_path)
+        np.testing.assert_allclose(vertices[faces], VERTICES[FACES])
+
+
+def test_unused_and_repeated_vertices_stay(tmp_path):
+    (tmp_path / "mesh.obj").write_text("v 0 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 2 3 4\nf 1 3 4\n")
+
+    vertices, faces = read_mesh("mesh.obj", tmp_path)
+
+    assert len(vertices) == 5
+    assert faces.tolist() == [[1, 2, 3], [0, 2, 3]]
+
+
+def test_a_glb_scene_is_joined_with_its_nodes_transforms(tetrahedron, tmp_path):
+    scene = trimesh.Scene()
+    moved = np.eye(4)
+    moved[:3, 3] = (10, 20, 30)
+    scene.add_geometry(tetrahedron, node_name="here", geom_name="a")
+    scene.add_geometry(tetrahedron, node_name="there", geom_name="b", transform=moved)
+    scene.export(tmp_path / "two.glb")
+
+    vertices, faces = read_mesh("two.glb", tmp_path)
+
+    corners = np.sort(vertices[faces].reshape(2, -1, 3).mean(axis=1), axis=0)
+    np.testing.assert_allclose(corners[1] - corners[0], (10, 20, 30), rtol=1e-6)
+
+
+def test_a_scene_names_a_mesh_beside_it(document, tetrahedron, tmp_path):
+    (tmp_path / "parts").mkdir()
+    tetrahedron.export(tmp_path / "parts" / "mesh.ply")
+    document["shapes"] = [{"type": "mesh", "albedo": [1, 1, 1], "file": "parts/mesh.ply"}]
+    (tmp_path / "scene.json").write_text(json.dumps(document))
+
+    (mesh,) = load_scene(tmp_path / "scene.json").shapes
+
+    assert isinstance(mesh, Mesh)
+    assert mesh.file == "parts/mesh.ply"
+    np.testing.assert_array_equal(mesh.vertices[mesh.faces], VERTICES[FACES])
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("", "file must be a relative path inside the scene's folder"),
+        ("/etc/passwd", "file must be a relative path inside the scene's folder"),
+        ("../mesh.ply", "file must be a relative path inside the scene's folder"),
+        ("a/../../mesh.ply", "file must be a relative path inside the scene's folder"),
+        ("..\\mesh.ply", "file must be a relative path inside the scene's folder"),
+        ("C:\\mesh.ply", "file must be a relative path inside the scene's folder"),
+        ("mesh\n.ply", "file must be a relative path inside the scene's folder"),
+        ("link_out.ply", "file must be a relative path inside the scene's folder, got a link out of it"),
+        ("folder_out/mesh.ply", "file must be a relative path inside the scene's folder, got a link out of it"),
+        ("loop.ply", "file cannot be opened"),
+        ("missing.ply", "file names no file"),
+        ("folder.ply", "file must name a regular file"),
+        ("pipe.ply", "file must name a regular file"),
+        ("mesh.fbx", "file must end in one of .obj, .ply, .stl, .glb"),
+        ("scene.ply/mesh.ply", "file "),
+        ("x" * 5000 + ".ply", "file cannot be opened"),
+    ],
+)
+def test_a_path_that_leads_elsewhere_is_refused(name, message, tmp_path):
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    (tmp_path / "mesh.ply").write_text("secret")
+    (folder / "scene.ply").write_text("ply")
+    (folder / "link_out.ply").symlink_to(tmp_path / "mesh.ply")
+    (folder / "folder_out").symlink_to(tmp_path)
+    (folder / "loop.ply").symlink_to(folder / "loop.ply")
+    (folder / "folder.ply").mkdir()
+    os.mkfifo(folder / "pipe.ply")
+
+    with pytest.raises(SceneError) as refusal:
+        mesh_path(name, folder)
+
+    assert str(refusal.value).startswith(message)
+    assert str(refusal.value).isprintable()
+
+
+def test_a_link_that_stays_inside_is_followed(tmp_path):
+    (tmp_path / "real.ply").write_text("ply")
+    (tmp_path / "link.ply").symlink_to(tmp_path / "real.ply")
+
+    assert mesh_path("link.ply", tmp_path) == (tmp_path / "real.ply").resolve()
+
+
+def test_a_document_without_a_folder_reads_no_file():
+    with pytest.raises(SceneError, match="file cannot be read without a scene file"):
+        mesh_path("mesh.ply", None)
+
+
+PLY = "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n"
+PLY += "property list uchar int vertex_indices\nend_header\n"
+ACCESSOR = {"count": 10**9, "componentType": 5126, "type": "VEC3"}
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.ply", PLY.format("binary_little_endian", 900_000_000, 1).encode(), "header that claims 900000000 vertex"),
+        ("a.ply", PLY.format("ascii", 3, 10**10).encode() + b"0 0 0\n", "header that claims 3 vertex and 10000000000"),
+        ("a.ply", PLY.format("ascii", -3, 1).encode(), "header with an element that is not counted"),
+        ("a.ply", b"ply\nelement vertex 3\nproperty flaot x\nend_header\n", "header with a property of no known type"),
+        ("a.ply", b"not a mesh", "is no PLY file"),
+        ("a.ply", b"", "is no PLY file"),
+        ("a.ply", PLY.format("ascii", 0, 0).encode(), "file "),
+        (
+            "a.ply",
+            PLY.format("ascii", 3, 1).encode() + b"0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n",
+            "cannot be understood as PLY",
+        ),
+        ("a.ply", PLY.format("ascii", 3, 0).encode() + b"0 0 0\n1 0 0\n0 1 0\n", "file holds no triangles"),
+        ("a.stl", bytes(80) + struct.pack("<I", 200_000_000) + bytes(50), "header that claims 200000000 triangles"),
+        ("a.stl", bytes(80) + struct.pack("<I", 1) + bytes(60), "has 10 bytes after its 1 triangles"),
+        ("a.stl", b"", "is no STL file"),
+        ("a.stl", bytes(84), "file "),
+        ("a.stl", b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "file "),
+        ("a.glb", b"glTF" + struct.pack("<4I", 2, 2**32 - 1, 100, 0x4E4F534A), "header that claims its length"),
+        ("a.glb", glb_with({"accessors": [ACCESSOR]}), "header that claims its arrays, at least 12000000000 bytes"),
+        ("a.glb", glb_with({"accessors": [{"count": "many"}]}), "has a JSON chunk that is not glTF"),
+        ("a.glb", glb_with({"accessors": 3}), "has a JSON chunk that is not glTF"),
+        ("a.glb", glb_with({"buffers": [{"uri": "../secret.bin"}]}), "keeps data outside itself"),
+        ("a.glb", glb_with({"asset": {"version": "2.0"}}), "file "),
+        ("a.glb", b"glTF" + struct.pack("<4I", 1, 20, 0, 0), "is glTF of version 1"),
+        ("a.obj", b"\x00\x01\x02", "is no OBJ file"),
+        ("a.obj", b"", "file "),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "file "),
+        ("a.obj", b"v 0 0 0\nf 1 2 9\n", "file "),
+        ("a.obj", b"v a b c\nf 1 1 1\n", "cannot be understood as OBJ"),
+    ],
+)
+def test_a_mesh_file_that_lies_or_is_broken_is_refused_in_one_line(name, content, message, document, tmp_path):
+    (tmp_path / name).write_bytes(content)
+    document["shapes"] = [{"type": "mesh", "albedo": [1, 1, 1], "file": name}]
+    scene = tmp_path / "scene.json"
+    scene.write_text(json.dumps(document))
+
+    with pytest.raises(SceneError) as refusal:
+        load_scene(scene)
+
+    line = str(refusal.value)
+    assert line.startswith(f"{scene}: shapes[0].")
+    assert message in line
+    assert line.isprintable()
+    assert len(line) < 400
