@@ -2,6 +2,10 @@
 
 import pytest
 
+from tracer import llvm
+
+llvm.select()
+
 
 @pytest.fixture(params=["float32", "float64"])
 def precision(request: pytest.FixtureRequest) -> str:

@@ -23,8 +23,8 @@ def refusal(scene: Scene, stage: Stage) -> str | None:
 
 
 def _size(scene: Scene) -> str | None:
-    points = [scene.camera.eye, *(light.position for light in scene.lights)]
-    points += [corner for _, shape in finite_shapes(scene) for corner in box(shape)]
+    boxes = [corner for _, shape in finite_shapes(scene) for corner in box(shape)]
+    points = np.array([scene.camera.eye, *(light.position for light in scene.lights), *boxes])
     largest = max(float(np.abs(points).max()), reach(scene))
     return f"Mitsuba's float32 does not reach {largest:g} m." if largest > LARGEST else None
 

@@ -1,5 +1,7 @@
 """All rays at once through Mitsuba's LLVM variant."""
 
+from typing import Any
+
 import numpy as np
 
 from cases.scene import Camera, PointLight
@@ -49,17 +51,16 @@ def feel(world: World, hits: Hits, light: PointLight, asked: np.ndarray) -> Feel
     return Feelers(free=free.numpy(), arriving=np.where(asked[:, np.newaxis], _rows(arriving), 0.0))
 
 
-def _shape_indices(world: World, identity: object, valid: object) -> np.ndarray:
+def _shape_indices(world: World, identity: Any, valid: Any) -> np.ndarray:
     """Return our index of each hit shape, -1 on a miss, from Mitsuba's number of the object in its registry."""
     import drjit as dr
 
-    mi = world.mi
-    numbers = {int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(one))[0]): n for one, n in world.indices.items()}
-    table = np.full(max(numbers, default=0) + 1, -1)
-    table[list(numbers)] = list(numbers.values())
+    numbers = np.asarray(dr.reinterpret_array(world.mi.UInt32, world.loaded.shapes_dr()))
+    table = np.full(numbers.max(initial=0) + 1, -1)
+    table[numbers] = [world.indices[shape] for shape in world.loaded.shapes()]
     hit = np.asarray(valid)
     return np.where(hit, table[np.where(hit, np.asarray(identity), 0)], -1)
 
 
-def _rows(vector: object) -> np.ndarray:
+def _rows(vector: Any) -> np.ndarray:
     return np.asarray(vector, dtype=np.float64).T

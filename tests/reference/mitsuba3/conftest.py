@@ -1,0 +1,15 @@
+from typing import Any
+
+import pytest
+
+from reference import REFERENCES
+from reference.mitsuba3 import variants
+
+
+@pytest.fixture(params=["mitsuba_scalar", "mitsuba_llvm"])
+def mitsuba(request):
+    reference: Any = REFERENCES[request.param]()
+    missing = variants.unavailable(reference.variant)
+    if missing:
+        pytest.skip(missing)
+    return reference
