@@ -134,20 +134,19 @@ def step(title: str, command: Sequence[str]) -> None:
     """
     say(title)
     errors: list[str] = []
-    running = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", close_fds=False
-    )
-    assert running.stdout is not None
     last = ""
-    for line in running.stdout:
-        last = line.strip() or last
-        if line.startswith("ERROR"):
-            errors.append(line.strip())
-        elif sys.stderr.isatty() and line.startswith(("Collecting", "Installing")):
-            print(f"\r\033[K  {line.strip()[:70]}", end="", file=sys.stderr, flush=True)
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", close_fds=False
+    ) as running:
+        for line in running.stdout or ():
+            last = line.strip() or last
+            if line.startswith("ERROR"):
+                errors.append(line.strip())
+            elif sys.stderr.isatty() and line.startswith(("Collecting", "Installing")):
+                print(f"\r\033[K  {line.strip()[:70]}", end="", file=sys.stderr, flush=True)
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
-    if running.wait() != 0:
+    if running.returncode != 0:
         raise SetupError(f"{title.split(' ', 1)[1]} failed: {errors[0] if errors else last}")
 
 

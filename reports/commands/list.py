@@ -1,0 +1,90 @@
+"""`rayproof list`: what there is - cases, formulas, references, metrics - with what each is for."""
+
+from pathlib import Path
+from typing import Any, Literal
+
+from reports.commands.output import show_table, write_json
+
+
+def catalogue(kind: Literal["cases", "formulas", "references", "metrics"], *, json: Path | None = None) -> int:
+    """List cases, formulas, references or metrics.
+
+    Parameters
+    ----------
+    kind
+        What to list.
+    json
+        Also write the list to this file.
+
+    """
+    rows = {"cases": cases, "formulas": formulas, "references": references, "metrics": metrics}[kind]()
+    write_json(json, {kind: rows})
+    columns = list(rows[0]) if rows else []
+    show_table(f"{len(rows)} {kind}", columns, [[text(value) for value in row.values()] for row in rows])
+    return 0
+
+
+def text(value: object) -> str:
+    """Return a cell's text; a list is joined with commas."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def cases() -> list[dict[str, Any]]:
+    """Describe every case."""
+    from cases.families import all_cases
+
+    return [
+        {
+            "name": case.name,
+            "pixels": f"{case.scene.camera.width}x{case.scene.camera.height}",
+            "covers": list(case.covers),
+            "stresses": case.stresses,
+        }
+        for case in all_cases()
+    ]
+
+
+def formulas() -> list[dict[str, Any]]:
+    """Describe every formula of the tracer; controls and planted faults are wrong on purpose and say so."""
+    from tracer.catalogue import FORMULAS
+
+    return [
+        {
+            "name": name,
+            "kind": FORMULAS[name].kind,
+            "stage": str(FORMULAS[name].stage),
+            "covers": list(FORMULAS[name].covers),
+            "what": first_line(FORMULAS[name].function),
+        }
+        for name in sorted(FORMULAS)
+    ]
+
+
+def references() -> list[dict[str, Any]]:
+    """Describe every reference."""
+    from reference import REFERENCES
+
+    return [
+        {
+            "name": name,
+            "independent": bool(REFERENCES.about(name).get("independent", False)),
+            "precision": REFERENCES[name].precision,
+            "version": REFERENCES[name]().version(),
+            "what": first_line(REFERENCES[name]),
+        }
+        for name in REFERENCES
+    ]
+
+
+def metrics() -> list[dict[str, Any]]:
+    """Describe every metric."""
+    from reports.judge.metrics import METRICS
+
+    return [{"name": name, "what": first_line(METRICS[name])} for name in METRICS]
+
+
+def first_line(thing: object) -> str:
+    """Return the first line of a docstring."""
+    return (thing.__doc__ or "").strip().split("\n")[0]

@@ -1,0 +1,84 @@
+"""Find what a user names: one case or scene file, tracer configurations, stages."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from reports.commands.usage import UsageError, told_in_one_line
+
+if TYPE_CHECKING:
+    from cases.case import Case
+    from cases.scene import Scene
+    from cases.stages import Stage
+    from tracer.configuration import Configuration
+
+Repeated = Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=False)]  # an option given once a value
+
+
+def one_case(name: str) -> "Case":
+    """Return the case called `name`.
+
+    Raises:
+        UsageError: none or several are called so; the message lists near matches.
+
+    """
+    from cases.families import select
+
+    with told_in_one_line():
+        found = select([name])
+    if len(found) != 1:
+        some = ", ".join(case.name for case in found[:5])
+        raise UsageError(f"{name!r} names {len(found)} cases, one is needed: {some}{', ...' if len(found) > 5 else ''}")
+    return found[0]
+
+
+def scene_named(name: str) -> "Scene":
+    """Return the scene of a case, or of a scene file if `name` ends in .json.
+
+    Raises:
+        UsageError: there is none, or the file is not a valid scene.
+
+    """
+    if not name.endswith(".json"):
+        return one_case(name).scene
+    from cases.scene_json import load_scene
+
+    with told_in_one_line():
+        return load_scene(Path(name))
+
+
+def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Configuration", ...]:
+    """Return the tracer configurations that `--configuration` and `--formula` ask for; none if neither does.
+
+    Formulas are added to every configuration, or to the default one in float32.
+
+    Raises:
+        UsageError: a name is not known; the message lists what is.
+
+    """
+    from tracer.configuration import Configuration
+
+    if not names and not formulas:
+        return ()
+    # `rayproof list formulas` writes slot/variant, a configuration slot=variant; either is understood.
+    parts = [formula if "=" in formula else formula.replace("/", "=", 1) for formula in formulas]
+    with told_in_one_line():
+        return tuple(Configuration.parse("/".join([name, *parts])) for name in names or ("float32",))
+
+
+def stages_named(names: str) -> tuple["Stage", ...]:
+    """Return the image stages of a comma-separated list, in the specification's order.
+
+    Raises:
+        UsageError: one is not known, or is not an image.
+
+    """
+    from cases.stages import IMAGE_STAGES
+
+    wanted = {name.strip() for name in names.split(",")}
+    known = {stage.value for stage in IMAGE_STAGES}
+    if unknown := sorted(wanted - known):
+        raise UsageError(f"--stages: no image stage is called {unknown[0]!r}; known: {', '.join(IMAGE_STAGES)}")
+    return tuple(stage for stage in IMAGE_STAGES if stage.value in wanted)

@@ -1,0 +1,69 @@
+"""What commands print: tables for a reader, JSON for a program, and a planted fault shouted before either."""
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from reports.commands.usage import told_in_one_line
+
+# Piped output is read by programs or in editors; rich's 80 columns would break names in two.
+PIPED_WIDTH = 200
+
+
+def console() -> Console:
+    """Return the terminal, or a wide plain page where there is none."""
+    terminal = Console(highlight=False)
+    return terminal if terminal.is_terminal else Console(highlight=False, width=PIPED_WIDTH)
+
+
+def say(line: str) -> None:
+    """Print one line as it is, never wrapped or read as markup."""
+    console().print(Text(line), soft_wrap=True)
+
+
+def shout(faults: Sequence[str]) -> None:
+    """Print a first line that nobody can miss if a planted fault is in use; nothing if none is."""
+    if faults:
+        console().print(Text(warning(faults), style="bold white on red"), soft_wrap=True)
+
+
+def warning(faults: Sequence[str]) -> str:
+    """Return the line that heads every output of a tracer with planted faults."""
+    return f"PLANTED FAULT IN USE: {', '.join(faults)} - what follows is wrong on purpose"
+
+
+def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """Print a table; cells are plain text, not markup."""
+    table = Table(title=title, title_justify="left")
+    for column in columns:
+        table.add_column(column, overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(str(cell)) for cell in row))
+    console().print(table)
+
+
+def write_json(file: Path | None, content: Any) -> None:
+    """Write `content` to `file` if one was asked for; NaN and infinities, which JSON lacks, become strings.
+
+    Raises:
+        UsageError: the file cannot be written.
+
+    """
+    if file is not None:
+        with told_in_one_line():
+            file.write_text(json.dumps(plain(content), indent=2, allow_nan=False) + "\n")
+
+
+def plain(value: Any) -> Any:
+    """Return `value` with its non-finite numbers as the strings "nan", "inf" and "-inf"."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    return [plain(item) for item in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,95 @@
+"""`rayproof probe`: one pixel, every stage, as the tracer in both precisions and every reference answer it."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import IMAGE_STAGES, Stage, exr_channels
+from reports.commands.lookup import Repeated, configurations, scene_named
+from reports.commands.output import say, shout, show_table, write_json
+from reports.commands.usage import UsageError
+
+Column = dict[str, Any]  # row name -> number, or the sentence that says why there is none
+
+
+def probe(case: str, x: int, y: int, *, formula: Repeated = (), json: Path | None = None) -> int:
+    """Show one pixel, every stage, as each renderer answers it.
+
+    Parameters
+    ----------
+    case
+        The name of a case, family/case, or a scene file ending in .json.
+    x
+        The pixel's column; 0 is the left one.
+    y
+        The pixel's row; 0 is the top one.
+    formula
+        A formula for the tracer, such as triangle=signed_areas. Repeatable.
+    json
+        Also write the values to this file, all digits.
+
+    """
+    scene = scene_named(case)
+    width, height = scene.camera.width, scene.camera.height
+    if not (0 <= x < width and 0 <= y < height):
+        raise UsageError(f"pixel ({x}, {y}) lies outside the image: X from 0 to {width - 1}, Y from 0 to {height - 1}")
+    chosen = configurations(["float32", "float64"], formula)
+    shout(faults := sorted({fault for one in chosen for fault in one.faults}))
+    from tracer.render import render
+
+    from tracer.llvm import select
+
+    select()
+    columns = {
+        f"tracer-{one.name}": pixel(scene, x, y, render(scene, [Stage.CAMERA, *IMAGE_STAGES], one)) for one in chosen
+    }
+    columns |= references(scene, x, y)
+    write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns})
+    say(f"{case}, pixel ({x}, {y}) of {width} x {height}")
+    names = dict.fromkeys(name for column in columns.values() for name in column)
+    rows = [[name, *(short(column.get(name, "")) for column in columns.values())] for name in names]
+    show_table("One pixel, every stage", ["stage", *columns], rows)
+    return 0
+
+
+def references(scene: Scene, x: int, y: int) -> dict[str, Column]:
+    """Return what every reference answers at a pixel, or why it cannot."""
+    from reference import REFERENCES
+
+    columns: dict[str, Column] = {}
+    for name in REFERENCES:
+        reference = REFERENCES[name]()
+        refused = {stage: why for stage in Stage if (why := reference.unsupported(scene, stage)) is not None}
+        able = [stage for stage in Stage if stage not in refused]
+        column = pixel(scene, x, y, reference.render(scene, able) if able else {})
+        columns[name] = column | {str(stage): f"unsupported: {why}" for stage, why in refused.items()}
+    return columns
+
+
+def pixel(scene: Scene, x: int, y: int, answers: Answers) -> Column:
+    """Return a pixel's values by the names of the stages' channels; of the camera what it says about this pixel."""
+    column: Column = {}
+    if camera := answers.get(Stage.CAMERA):
+        for name in ("ndc", "pixel"):
+            column |= {
+                f"camera.{name}.{axis}": float(value) for axis, value in zip("XY", camera[name][y, x], strict=True)
+            }
+    for stage in IMAGE_STAGES:
+        if stage in answers:
+            names = exr_channels(stage, lights=len(scene.lights))
+            values = np.asarray(answers[stage])[y, x]
+            column |= {label(name): float(value) for name, value in zip(names, values, strict=True)}
+    return column
+
+
+def label(channel: str) -> str:
+    """Return a row's name; OpenEXR's plain R, G and B are the radiance."""
+    return f"radiance.{channel}" if channel in {"R", "G", "B"} else channel
+
+
+def short(value: float | str) -> str:
+    """Return a cell: nine digits, which tell any two float32 numbers apart."""
+    return value if isinstance(value, str) else f"{value:.9g}"

@@ -1,0 +1,41 @@
+"""`rayproof render`: the tracer alone, from a scene file to an OpenEXR image with one channel group per stage."""
+
+from pathlib import Path
+
+from reports.commands.lookup import configurations, scene_named, stages_named
+from reports.commands.output import say, shout
+from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+
+def render(scene: str, image: Path, *, stages: str = "radiance", configuration: str = "float32") -> int:
+    """Render a scene file with the tracer alone.
+
+    Parameters
+    ----------
+    scene
+        A scene file ending in .json, or the name of a case.
+    image
+        The OpenEXR file to write, ending in .exr.
+    stages
+        Comma-separated stages, such as distance,normal,radiance.
+    configuration
+        The tracer's configuration, such as float64/triangle=signed_areas.
+
+    """
+    if image.suffix.lower() != ".exr":
+        raise UsageError(f"the image must end in .exr, got {image}")
+    asked = stages_named(stages)
+    (chosen,) = configurations([configuration], [])
+    loaded = scene_named(scene)
+    with told_in_one_line():
+        writable_folder(image.parent)
+    from tracer.render import render as trace
+
+    from reports.publish.exr import write_answers
+    from tracer.llvm import select
+
+    shout(chosen.faults)
+    select()
+    write_answers(image, trace(loaded, asked, chosen), lights=len(loaded.lights))
+    say(f"{image}: {', '.join(asked)} of {scene}, {chosen.name}")
+    return 0

@@ -1,0 +1,81 @@
+"""`rayproof show`: one case - what it asks, what an answer must satisfy, its scene, how to reproduce it."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from cases.case import Case
+from cases.scene import Mesh, Scene
+from reports.commands.lookup import one_case
+from reports.commands.output import say, show_table, write_json
+
+
+def show(case: str, *, json: Path | None = None) -> int:
+    """Show one case: its scene, its requirements, how to reproduce it.
+
+    Parameters
+    ----------
+    case
+        Its name, family/case.
+    json
+        Also write the case, its whole scene included, to this file.
+
+    """
+    from cases.scene_json import scene_to_json
+
+    found = one_case(case)
+    commands = reproduce(found)
+    expected = [{"kind": type(one).__name__, **asdict(one)} for one in found.expectations]
+    about = {"name": found.name, "stresses": found.stresses, "covers": list(found.covers), "reproduce": commands}
+    least = {"least_interior": found.least_interior, "most_edge": found.most_edge, "samples": found.samples}
+    write_json(json, about | least | {"expectations": expected, "scene": scene_to_json(found.scene)})
+    say(f"{found.name}: {found.stresses}")
+    say(f"covers {', '.join(found.covers)}")
+    show_table("Requirements", ["what", "must hold", "because"], requirements(found))
+    show_table("Scene", ["what", "values"], contents(found.scene))
+    say("Reproduce:")
+    for line in commands:
+        say(f"  {line}")
+    return 0
+
+
+def requirements(case: Case) -> list[list[str]]:
+    """Return what an answer must satisfy, beyond agreeing with the references within their derived limits."""
+    rows = [
+        ["interior pixels", f">= {case.least_interior}", "fewer would decide nothing"],
+        ["edge pixels", f"<= {case.most_edge:.1%} of the image", "more would hide an error"],
+    ]
+    for one in case.expectations:
+        about = {key: value for key, value in asdict(one).items() if key != "because"}
+        rows.append([type(one).__name__, listed(about), one.because])
+    return rows
+
+
+def contents(scene: Scene) -> list[list[str]]:
+    """Return the scene's camera, lights, shapes and modes, one row each; arrays only by their size."""
+    rows = [["camera", listed(asdict(scene.camera))]]
+    rows += [[f"light {index}", listed(asdict(light))] for index, light in enumerate(scene.lights)]
+    for index, shape in enumerate(scene.shapes):
+        about = {name: getattr(shape, name) for name in shape.__dataclass_fields__}
+        if isinstance(shape, Mesh):
+            about |= {"vertices": len(shape.vertices), "faces": len(shape.faces)}
+        rows.append([f"shape {index}: {type(shape).__name__}", listed(about)])
+    return [*rows, ["shading, clip", f"{scene.shading}, {scene.clip}"]]
+
+
+def listed(about: dict[str, Any]) -> str:
+    """Return names and values in one line, numbers shortened to nine digits."""
+    return ", ".join(f"{name} {short(value)}" for name, value in about.items())
+
+
+def short(value: Any) -> str:
+    """Return a value's text; of numbers nine digits."""
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    return f"({', '.join(map(short, value))})" if isinstance(value, tuple) else str(value)
+
+
+def reproduce(case: Case) -> list[str]:
+    """Return the commands that run this case alone and look at its central pixel."""
+    camera = case.scene.camera
+    return [f"rayproof run {case.name}", f"rayproof probe {case.name} {camera.width // 2} {camera.height // 2}"]

@@ -1,0 +1,37 @@
+"""What a user got wrong, told in exactly one line."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+class UsageError(Exception):
+    """Bad usage or bad input; the message is one line that names what is wrong."""
+
+
+def one_line(error: Exception) -> str:
+    """Return an error's message as a single line."""
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    message = error.args[0] if isinstance(error, KeyError) and error.args else error
+    return " ".join(str(message).split()) or type(error).__name__
+
+
+@contextmanager
+def told_in_one_line() -> Iterator[None]:
+    """Turn the errors that a bad name, value or file causes in the body into a UsageError.
+
+    Wrap only what reads the user's input: around a computation it would pass off a bug as the user's mistake.
+    """
+    try:
+        yield
+    except (ValueError, LookupError, OSError) as error:
+        raise UsageError(one_line(error)) from error
+
+
+def writable_folder(folder: Path) -> None:
+    """Make `folder` if need be; raise OSError if nothing can be written there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    probe = folder / ".writable"
+    probe.touch()
+    probe.unlink()

@@ -1,0 +1,132 @@
+"""The launcher: a set-up that is remembered, redone when interrupted, and refused in one line."""
+
+import fcntl
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import launcher
+
+CHECKOUT = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Do no step of a set-up, but return the titles of those that would have been done."""
+    titles: list[str] = []
+
+    def step(title: str, command: list[str]) -> None:
+        titles.append(title[:3])
+        if "venv" in command:
+            folder = Path(command[-1])
+            (folder / "bin").mkdir()
+            (folder / "bin" / "python").touch()
+
+    monkeypatch.setattr(launcher, "step", step)
+    return titles
+
+
+def test_a_finished_set_up_is_remembered(tmp_path: Path, done: list[str]) -> None:
+    launcher.set_up(tmp_path, "requirements.txt")
+
+    assert done == ["1/4", "2/4", "3/4", "4/4"]
+    assert launcher.is_ready(tmp_path, "requirements.txt")
+    assert not launcher.is_ready(tmp_path, "requirements-dev.txt")
+
+
+def test_the_development_set_up_serves_both(tmp_path: Path, done: list[str]) -> None:
+    launcher.set_up(tmp_path, "requirements.txt")
+    launcher.set_up(tmp_path, "requirements-dev.txt")
+
+    assert done[4:] == ["2/4", "3/4", "4/4"]
+    assert launcher.is_ready(tmp_path, "requirements.txt")
+    assert launcher.is_ready(tmp_path, "requirements-dev.txt")
+
+
+def test_an_interrupted_set_up_is_redone_from_nothing(
+    tmp_path: Path, done: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = launcher.step
+
+    def interrupted(title: str, command: list[str]) -> None:
+        whole(title, command)
+        if title.startswith("2/4"):
+            (tmp_path / "half_copied").touch()
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(launcher, "step", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        launcher.set_up(tmp_path, "requirements.txt")
+    assert not launcher.is_ready(tmp_path, "requirements.txt")
+    monkeypatch.setattr(launcher, "step", whole)
+
+    launcher.set_up(tmp_path, "requirements.txt")
+
+    assert done == ["1/4", "2/4", "1/4", "2/4", "3/4", "4/4"]
+    assert not (tmp_path / "half_copied").exists()
+
+
+def test_a_moved_environment_is_not_ready(tmp_path: Path, done: list[str]) -> None:
+    (tmp_path / "old").mkdir()
+    launcher.set_up(tmp_path / "old", "requirements.txt")
+
+    (tmp_path / "old").rename(tmp_path / "new")
+
+    assert not launcher.is_ready(tmp_path / "new", "requirements.txt")
+
+
+def test_a_folder_of_someone_else_is_left_alone(tmp_path: Path, done: list[str]) -> None:
+    (tmp_path / "thesis.tex").touch()
+
+    with pytest.raises(launcher.SetupError, match="was not made by"):
+        launcher.set_up(tmp_path, "requirements.txt")
+
+    assert (tmp_path / "thesis.tex").exists()
+    assert done == []
+
+
+def test_a_second_set_up_waits_for_the_first(tmp_path: Path) -> None:
+    with launcher.lock(tmp_path):
+        handle = os.open(tmp_path, os.O_RDONLY)
+        with pytest.raises(BlockingIOError):
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    os.close(handle)
+
+
+def test_a_failed_step_is_told_by_its_error() -> None:
+    with pytest.raises(launcher.SetupError, match=r"^sulking failed: ERROR: no$"):
+        launcher.step("1/1 sulking", [sys.executable, "-c", "print('hm'); print('ERROR: no'); print('a'); exit(1)"])
+
+
+@pytest.mark.parametrize(("module", "package"), [("ensurepip", "python3-venv"), ("venv", "python3-venv")])
+def test_a_missing_module_names_its_package(monkeypatch: pytest.MonkeyPatch, module: str, package: str) -> None:
+    monkeypatch.setattr(launcher.importlib.util, "find_spec", lambda name: None if name == module else object())
+
+    assert package in (launcher.missing_prerequisite() or "")
+
+
+def test_a_missing_library_names_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lacking(name: str) -> None:
+        raise OSError(name)
+
+    monkeypatch.setattr(launcher.ctypes, "CDLL", lacking)
+
+    assert launcher.missing_prerequisite() == "libatomic.so.1 is missing; on Debian 12: apt-get install libatomic1"
+
+
+def test_no_python_at_all_ends_in_one_line(tmp_path: Path) -> None:
+    for tool in ("dirname", "readlink", "sh"):
+        (tmp_path / tool).symlink_to(str(shutil.which(tool)))
+
+    ended = subprocess.run([CHECKOUT / "rayproof", "run"], env={"PATH": str(tmp_path)}, capture_output=True, text=True)
+
+    assert ended.returncode == 2
+    assert ended.stderr.count("\n") == 1
+    assert "apt-get install python3 python3-venv libatomic1" in ended.stderr
+    assert ended.stdout == ""
