@@ -28,9 +28,10 @@ class _Worker:
 class Pool:
     """Run tasks in workers by kind; `step` waits for something to happen and calls back."""
 
-    def __init__(self, *, jobs: int, timeout: float) -> None:
+    def __init__(self, *, jobs: int, timeout: float, target: Callable[[str, Any], None] = serve) -> None:
         self._jobs = jobs
         self._timeout = timeout
+        self._target = target
         self._context = multiprocessing.get_context("spawn")
         self._workers: dict[str, _Worker] = {}
         self._waiting: deque[tuple[str, Any, Callable[[Reply], None]]] = deque()
@@ -90,7 +91,7 @@ class Pool:
 
     def _spawn(self, kind: str) -> _Worker:
         ours, theirs = self._context.Pipe()
-        process = self._context.Process(target=serve, args=(kind, theirs), daemon=True, name=f"rayproof-{kind}")
+        process = self._context.Process(target=self._target, args=(kind, theirs), daemon=True, name=f"rayproof-{kind}")
         process.start()
         theirs.close()
         self._workers[kind] = worker = _Worker(process=process, connection=ours)

@@ -83,12 +83,11 @@ def _render_and_judge(
     request: RunRequest, planned: tuple[PlannedCase, ...], references: tuple[str, ...], console: Console
 ) -> tuple[list[dict[str, Any]], bool]:
     """Return the records in the plan's order, and whether the user interrupted."""
-    journal = Journal(request.out, resume=request.resume)
     pool = Pool(jobs=request.jobs, timeout=request.timeout)
     records: dict[str, dict[str, Any]] = {}
     keys = {one.case.name: key(one, references) for one in planned}
     interrupted = False
-    with CaseProgress(console, total=len(planned)) as progress:
+    with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
 
         def finished(case_run: CaseRun, record: dict[str, Any]) -> None:
             name = case_run.planned.case.name
@@ -119,7 +118,6 @@ def _render_and_judge(
             interrupted = True
         finally:
             pool.close()
-            journal.close()
     return [records[one.case.name] for one in planned if one.case.name in records], interrupted
 
 

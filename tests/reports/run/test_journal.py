@@ -1,0 +1,35 @@
+"""What was finished is kept, exactly if it is still the same question."""
+
+from reports.run.journal import Journal
+
+
+def test_a_finished_case_is_found_again_only_under_its_key(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("key", {"name": "family/case"})
+
+    with Journal(tmp_path, resume=True) as again:
+        assert again.finished("key") == {"name": "family/case"}
+        assert again.finished("other key") is None
+
+
+def test_a_run_without_resume_starts_empty(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("key", {"name": "family/case"})
+
+    with Journal(tmp_path, resume=False) as again:
+        assert again.finished("key") is None
+
+
+def test_a_line_cut_short_by_a_kill_is_done_again_and_swallows_nothing(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("one", {"name": "family/one"})
+    with (tmp_path / "journal.jsonl").open("a", encoding="utf-8") as file:
+        file.write('{"key": "two", "rec')
+
+    with Journal(tmp_path, resume=True) as again:
+        again.append("three", {"name": "family/three"})
+
+    with Journal(tmp_path, resume=True) as last:
+        assert last.finished("one") is not None
+        assert last.finished("two") is None
+        assert last.finished("three") is not None

@@ -1,0 +1,46 @@
+"""A worker may abort, leave or hang; it costs one task, never the run."""
+
+import pytest
+
+from reports.run.pool import Pool
+from reports.run.worker import Reply
+from tests.reports.run.workers import obey
+
+
+def replies(tasks: list[tuple[str, str]], *, jobs: int = 2, timeout: float = 20.0) -> dict[tuple[str, str], Reply]:
+    """Return the reply to each (kind, task)."""
+    pool = Pool(jobs=jobs, timeout=timeout, target=obey)
+    found: dict[tuple[str, str], Reply] = {}
+    for kind, task in tasks:
+        pool.submit(kind, task, lambda reply, key=(kind, task): found.__setitem__(key, reply))
+    try:
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+    return found
+
+
+def test_every_task_is_answered_by_a_worker_of_its_kind():
+    tasks = [("a", "one"), ("b", "two"), ("a", "three"), ("c", "four")]
+
+    found = replies(tasks)
+
+    assert {key: reply.value for key, reply in found.items()} == {key: key for key in tasks}
+
+
+@pytest.mark.parametrize(("how", "word"), [("die", "SIGABRT"), ("leave", "exit code 3")])
+def test_a_worker_that_dies_costs_its_task_and_is_replaced(how, word):
+    found = replies([("a", "before"), ("a", how), ("a", "after")])
+
+    assert found["a", how].value is None
+    assert word in (found["a", how].error or "")
+    assert found["a", "after"].value == ("a", "after")
+
+
+def test_a_worker_that_hangs_is_stopped_at_its_deadline():
+    found = replies([("a", "hang"), ("a", "after"), ("b", "other")], timeout=3.0)
+
+    assert "3 s" in (found["a", "hang"].error or "")
+    assert found["a", "after"].error is None
+    assert found["b", "other"].error is None

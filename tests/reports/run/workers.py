@@ -1,0 +1,23 @@
+"""A worker for the pool's tests that does as it is told, and dies when told to."""
+
+import os
+import signal
+import time
+
+from reports.run.worker import Reply
+
+
+def obey(kind: str, connection) -> None:
+    """Answer each task by doing it: echo, die, hang or leave."""
+    while True:
+        try:
+            task = connection.recv()
+        except EOFError:
+            return
+        if task == "die":
+            os.kill(os.getpid(), signal.SIGABRT)
+        if task == "leave":
+            os._exit(3)
+        if task == "hang":
+            time.sleep(60)
+        connection.send(Reply(value=(kind, task), error=None, trace=None, seconds=0.0))
