@@ -7,7 +7,7 @@ from reference.mitsuba3.tracing import Hits
 from reference.mitsuba3.worlds import World
 
 
-def radiance(world: World, scene: Scene, *, samples: int) -> np.ndarray:
+def radiance(world: World, scene: Scene, samples: int) -> np.ndarray:
     """Return the mean radiance [W/(m^2 sr)] over samples x samples points per pixel, (height, width, 3).
 
     One pass per light, summed here in float64.

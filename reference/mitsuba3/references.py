@@ -8,6 +8,7 @@ from cases.scene import Plane, Scene
 from cases.stages import Stage
 from reference import REFERENCES
 from reference.mitsuba3 import scalar, variants, vectorized
+from reference.mitsuba3.cameras import camera_answer
 from reference.mitsuba3.epsilons import offsets
 from reference.mitsuba3.images import clip_planes_beyond, radiance
 from reference.mitsuba3.planes import reach
@@ -37,20 +38,20 @@ class _Mitsuba:
 
         Stages up to exitance come from single rays through the pixel centres, radiance from Mitsuba's integrator.
         """
-        camera = scene.camera
-        world = build(variants.load(self.variant), scene, near=camera.near, far=camera.far)
-        image_only = set(stages) == {Stage.RADIANCE} and scene.clip == "depth"
-        found: Answers = {}
+        mi, camera = variants.load(self.variant), scene.camera
         near, far = camera.near, camera.far
-        if not image_only:
+        found: Answers = {}
+        if samples == 1 or scene.clip != "depth":
+            world = build(mi, scene, near=near, far=far)
             hits = self.tracing.trace(world, camera, own_interval(scene))
-            found = answers(scene, world, hits, self.tracing.feel, stages) if samples == 1 else {}
+            if samples == 1:
+                found = answers(scene, world, hits, self.tracing.feel, stages)
+            if samples == 1 and Stage.CAMERA in stages:
+                found[Stage.CAMERA] = camera_answer(world, camera)
             if scene.clip != "depth":
                 near, far = clip_planes_beyond(camera, hits)
         if Stage.RADIANCE in stages:
-            if samples > 1 or scene.clip != "depth":
-                world = build(world.mi, scene, near=near, far=far, samples=samples)
-            found[Stage.RADIANCE] = radiance(world, scene, samples=samples)
+            found[Stage.RADIANCE] = radiance(build(mi, scene, near=near, far=far, samples=samples), scene, samples)
         return found
 
     def epsilon(self, scene: Scene) -> float:

@@ -17,8 +17,6 @@ COARSEST_OFFSET = 0.01
 
 def refusal(scene: Scene, stage: Stage) -> str | None:
     """Return why Mitsuba cannot answer `stage` of `scene`, or None if it can."""
-    if stage is Stage.CAMERA:
-        return "Mitsuba keeps its camera matrices to itself."
     return _size(scene) or (_light(scene, stage) if stage in LIT else None)
 
 
