@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cases.stages import Stage
     from tracer.configuration import Configuration
 
-Repeated = Annotated[tuple[str, ...], Parameter(negative="", consume_multiple=False)]  # an option given once a value
+Repeated = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]  # an option given once a value
 
 
 def one_case(name: str) -> "Case":

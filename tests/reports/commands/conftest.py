@@ -1,0 +1,32 @@
+"""What the tests of the commands share: run one in this process and read what it printed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from reports.cli import main
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ended:
+    """How a command ended."""
+
+    code: int
+    out: str
+    error: str
+
+
+Rayproof = Callable[..., Ended]
+
+
+@pytest.fixture
+def rayproof(capsys: pytest.CaptureFixture[str]) -> Rayproof:
+    """Run a command and return its exit code and what it printed."""
+
+    def run(*arguments: object) -> Ended:
+        code = main([str(argument) for argument in arguments])
+        printed = capsys.readouterr()
+        return Ended(code=code, out=printed.out, error=printed.err)
+
+    return run

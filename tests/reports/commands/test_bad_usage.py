@@ -1,0 +1,103 @@
+"""Whatever a user gets wrong ends with 2 and exactly one line that names it."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.reports.commands.conftest import Rayproof
+
+WRONG = {
+    "unknown command": (["juggle"], "juggle"),
+    "missing argument": (["show"], "case"),
+    "unknown case": (["show", "primitives/spher"], "primitives/sphere"),
+    "a family for a case": (["show", "primitives"], "names"),
+    "unknown selector": (["run", "primitives/spher"], "primitives/sphere"),
+    "glob of nothing": (["run", "zzz*"], "zzz*"),
+    "missing scene": (["run", "nowhere/scene.json"], "nowhere/scene.json"),
+    "unknown reference": (["run", "--require", "tarot"], "analytic"),
+    "unknown precision": (["run", "--configuration", "float17"], "float32"),
+    "unknown slot": (["run", "--formula", "juggling=cascade"], "juggling"),
+    "unknown variant": (["run", "--formula", "triangle=cascade"], "triangle/"),
+    "no whole number": (["run", "--jobs", "many"], "many"),
+    "no worker": (["run", "--jobs", "0"], "--jobs"),
+    "no time": (["run", "--timeout", "nan"], "--timeout"),
+    "unknown option": (["run", "--fast"], "--fast"),
+    "unknown kind": (["list", "unicorns"], "unicorns"),
+    "pixel outside": (["probe", "primitives/sphere", "4000", "0"], "X from 0 to"),
+    "negative pixel": (["probe", "primitives/sphere", "0", "-1"], "Y from 0 to"),
+    "no pixel": (["probe", "primitives/sphere", "left", "0"], "left"),
+    "unknown stage": (["render", "primitives/sphere", "out.exr", "--stages", "ray,karma"], "karma"),
+    "no image": (["render", "primitives/sphere", "out.png"], ".exr"),
+    "folder without results": (["report", "."], "results.json"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "named"), WRONG.values(), ids=WRONG.keys())
+def test_bad_usage_ends_with_2_and_one_line(
+    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], named: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    ended = rayproof(*arguments)
+
+    assert ended.code == 2
+    assert ended.out == ""
+    assert ended.error.count("\n") == 1
+    assert named in ended.error
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("scene", ["{", "[]", '{"camera": 7}', '{"shapes": [{"type": "sphere", "radius": -1}]}'])
+def test_a_bad_scene_ends_in_one_line_that_names_the_file(rayproof: Rayproof, tmp_path: Path, scene: str) -> None:
+    (tmp_path / "bad.json").write_text(scene)
+
+    ended = rayproof("run", tmp_path / "bad.json", "--out", tmp_path / "out")
+
+    assert ended.code == 2
+    assert ended.error.count("\n") == 1
+    assert "bad.json" in ended.error
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("option", ["--out", "--json"])
+def test_a_place_that_cannot_be_written_is_refused(rayproof: Rayproof, tmp_path: Path, option: str) -> None:
+    (tmp_path / "file").touch()
+    places = {"--out": tmp_path / "out", "--json": tmp_path / "json"} | {option: tmp_path / "file" / "below"}
+
+    ended = rayproof("run", "primitives/sphere", *(word for pair in places.items() for word in pair))
+
+    assert ended.code == 2
+    assert ended.error.count("\n") == 1
+    assert str(tmp_path / "file") in ended.error
+
+
+def test_json_onto_a_folder_is_refused(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof("list", "cases", "--json", tmp_path)
+
+    assert ended.code == 2
+    assert ended.error.count("\n") == 1
+    assert str(tmp_path) in ended.error
+
+
+def test_an_interrupt_ends_with_130(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cases.families.all_cases", interrupted)
+
+    ended = rayproof("list", "cases")
+
+    assert ended.code == 130
+    assert ended.error == "rayproof: interrupted\n"
+
+
+def test_a_bug_is_no_verdict(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken() -> None:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr("cases.families.all_cases", broken)
+
+    ended = rayproof("list", "cases")
+
+    assert ended.code == 3
+    assert "ZeroDivisionError: a bug" in ended.error

@@ -1,0 +1,37 @@
+"""`rayproof list` names everything that is registered, to readers and to programs."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cases.families import all_cases
+from reference import REFERENCES
+from reports.judge.metrics import METRICS
+from tests.reports.commands.conftest import Rayproof
+from tracer.catalogue import FORMULAS
+
+KINDS = {
+    "cases": lambda: [case.name for case in all_cases()],
+    "formulas": lambda: sorted(FORMULAS),
+    "references": lambda: list(REFERENCES),
+    "metrics": lambda: list(METRICS),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_list_names_everything_registered(rayproof: Rayproof, tmp_path: Path, kind: str) -> None:
+    ended = rayproof("list", kind, "--json", tmp_path / "list.json")
+
+    assert ended.code == 0
+    listed = json.loads((tmp_path / "list.json").read_text())[kind]
+    assert [one["name"] for one in listed] == KINDS[kind]()
+    assert all(one["name"] in ended.out for one in listed)
+
+
+def test_a_wrong_formula_is_listed_as_such(rayproof: Rayproof, tmp_path: Path) -> None:
+    rayproof("list", "formulas", "--json", tmp_path / "list.json")
+
+    kinds = {one["name"]: one["kind"] for one in json.loads((tmp_path / "list.json").read_text())["formulas"]}
+    assert {name for name, kind in kinds.items() if kind == "control"}
+    assert kinds == {name: FORMULAS[name].kind for name in FORMULAS}

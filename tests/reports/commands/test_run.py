@@ -1,0 +1,57 @@
+"""`rayproof run` hands the suite exactly what was asked for."""
+
+from pathlib import Path
+
+import pytest
+
+from reports.run.request import RunRequest
+from tests.reports.commands.conftest import Rayproof
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
+    """Run no suite, but return what would have been asked of it."""
+    requests: list[RunRequest] = []
+
+    def suite(request: RunRequest) -> int:
+        requests.append(request)
+        return 1
+
+    monkeypatch.setattr("reports.run.suite.run", suite)
+    return requests
+
+
+def test_the_options_arrive(rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path) -> None:
+    ended = rayproof(
+        *("run", "primitives", "transforms/*", "--out", tmp_path / "out", "--resume", "--jobs", 3, "--timeout", 7),
+        *("--require", "analytic", "--require", "mitsuba_scalar", "--json", tmp_path / "results.json"),
+        *("--configuration", "float64", "--formula", "triangle/signed_areas"),
+    )
+
+    assert ended.code == 1
+    assert asked == [
+        RunRequest(
+            selectors=("primitives", "transforms/*"),
+            out=tmp_path / "out",
+            resume=True,
+            require=("analytic", "mitsuba_scalar"),
+            jobs=3,
+            timeout=7.0,
+            configurations=("float64/triangle=signed_areas",),
+            json=tmp_path / "results.json",
+        )
+    ]
+
+
+def test_the_default_is_the_whole_suite_into_report(
+    rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    rayproof("run")
+
+    assert asked[0].selectors == ()
+    assert asked[0].configurations == ()
+    assert asked[0].out == Path("report")
+    assert asked[0].jobs >= 1
+    assert not asked[0].resume
