@@ -85,7 +85,7 @@ class Bench:
         assert self.candidate.answers is not None
         shape = self.classes.outline.shape
         limit = self.limits.end_to_end.get(stage, np.zeros(shape))
-        if stage in GEOMETRY:
+        if stage in GEOMETRY and Stage.OBJECT in self.candidate.answers:
             good = excused(stage, self.candidate.answers, self._sides, limit, shape, continued=False)
         else:
             good = np.isfinite(self.candidate.answers[stage]).all(axis=-1)
@@ -104,7 +104,7 @@ class Bench:
             )
             limit = mine + other
         good = np.ones(shape, dtype=bool)
-        if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL):
+        if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL) and Stage.OBJECT in self.candidate.answers:
             good = excused(stage, self.candidate.answers, self._sides, limit, shape, continued=True)
         return self._measure(stage, value, limit, edge, good)
 

@@ -100,7 +100,8 @@ def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
     assert ours is not None
     try:
         check.end_to_end = bench.end_to_end(stage)
-        if oracle is not None:
+        before = tuple(one for one in Stage if list(Stage).index(one) < list(Stage).index(stage))
+        if oracle is not None and set(before) <= {Stage.CAMERA, *ours}:
             check.continued = bench.continued(stage, oracle.continue_from(bench.scene, stage, ours))
     except ValueError as wrong:
         check.outcome, check.reason, check.ratio = Outcome.FAIL, str(wrong), float("inf")

@@ -17,6 +17,7 @@ from reports.judge.calibration import calibration
 from reports.judge.checks import Check, camera_check, stage_check
 from reports.judge.classes import Edges
 from reports.judge.conditioning import condition
+from reports.judge.copies import copied
 from reports.judge.expectations import judge as judge_expectation
 from reports.judge.findings import explained
 from reports.judge.limits import Roundoff
@@ -93,12 +94,15 @@ def judge_case(
     if truth.error is not None:
         checks = [_failed(c, w, s, Outcome.ERROR, f"{ORACLE}: {truth.error}") for c, w, s in planned]
         return _sum_up(case, checks, [], len(planned), None)
-    edges, factors = oracle.edges(scene), condition(scene, truth.answers)
+    whole = truth.answers if set(stages) <= set(truth.answers) else oracle.render(scene, stages)
+    edges, factors = oracle.edges(scene), condition(scene, whole)
+    misshapen = {candidate.name: _misshapen(scene, candidate) for candidate in candidates}
+    candidates = [_without(candidate, misshapen[candidate.name]) for candidate in candidates]
 
     def bench(candidate: Candidate, witness: Witness) -> Bench:
         return Bench(
             scene=scene,
-            truth=truth.answers,
+            truth=whole,
             edges=edges,
             conditioning=factors,
             oracle=oracle,
@@ -111,8 +115,9 @@ def judge_case(
     sparse: list[str] = []
     for candidate in candidates:
         for witness in witnesses:
-            mine = [stage for one, other, stage in planned if one is candidate and other is witness]
-            checks += _checks(bench(candidate, witness), mine, oracle if witness is truth else None)
+            mine = [stage for stage in stages if witness.answers_at(stage)]
+            at = bench(candidate, witness)
+            checks += _checks(at, mine, oracle if witness is truth else None, misshapen[candidate.name])
         if candidate.answers is not None:
             at_oracle = bench(candidate, truth)
             expectations += _expectations(case, candidate, at_oracle)
@@ -140,15 +145,41 @@ def _failed(candidate: Candidate, witness: Witness, stage: Stage, outcome: Outco
     return check
 
 
-def _checks(bench: Bench, stages: Sequence[Stage], oracle: FullOracle | None) -> list[Check]:
+def _misshapen(scene: Scene, candidate: Candidate) -> dict[Stage, str]:
+    """Return a reason for each image stage of another size than the camera's; nothing is ever broadcast."""
+    size = (scene.camera.height, scene.camera.width)
+    return {
+        stage: f"{stage} has shape {np.shape(image)}, not {size} and channels"
+        for stage, image in (candidate.answers or {}).items()
+        if stage is not Stage.CAMERA and (np.ndim(image) != 3 or np.shape(image)[:2] != size)
+    }
+
+
+def _without(candidate: Candidate, stages: Collection[Stage]) -> Candidate:
+    """Return the candidate without the answers of some stages."""
+    if candidate.answers is None or not stages:
+        return candidate
+    return replace(
+        candidate, answers={stage: image for stage, image in candidate.answers.items() if stage not in stages}
+    )
+
+
+def _checks(
+    bench: Bench, stages: Sequence[Stage], oracle: FullOracle | None, misshapen: Mapping[Stage, str]
+) -> list[Check]:
     """Return a check for each planned stage of one candidate before one witness; none is left out."""
     candidate, witness = bench.candidate, bench.witness
     checks: list[Check] = []
+    if candidate.answers is not None and copied(candidate.answers, witness.answers):
+        why = f"{witness.name} repeats {candidate.name} to the last bit: it is no witness"
+        return [_failed(candidate, witness, stage, Outcome.REFERENCE_SUSPECT, why) for stage in stages]
     for stage in stages:
         if candidate.answers is None:
             checks.append(_failed(candidate, witness, stage, Outcome.ERROR, f"{candidate.name}: {candidate.error}"))
         elif witness.error is not None:
             checks.append(_failed(candidate, witness, stage, Outcome.ERROR, f"{witness.name}: {witness.error}"))
+        elif stage in misshapen:
+            checks.append(_failed(candidate, witness, stage, Outcome.FAIL, misshapen[stage]))
         elif stage not in candidate.answers:
             checks.append(_failed(candidate, witness, stage, Outcome.UNSUPPORTED, f"{candidate.name} gave no {stage}"))
         elif stage not in witness.answers:

@@ -1,6 +1,7 @@
 """The judge's task: judge a case, write its images and its scene, return its record for results.json."""
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +10,22 @@ from cases.stages import IMAGE_STAGES
 from reference.analytic import Analytic
 from reports.judge.judging import Judged, judge_case
 from reports.judge.outcomes import Outcome, worst
+from reports.judge.sentinels import stand_guard
 from reports.publish.exr import write_answers
 from reports.run.tasks import JudgeTask
 
 _ORACLE = Analytic()
 
 
+@cache
+def _guarded() -> int:
+    """Judge the sentinels before the first case; raise BrokenJudgeError if the judge gets one wrong."""
+    return stand_guard(_ORACLE)
+
+
 def judge(task: JudgeTask) -> dict[str, Any]:
     """Judge one case and return its record."""
+    _guarded()
     judged = judge_case(task.case, task.candidates, task.witnesses, _ORACLE, task.versions)
     for witness in task.witnesses:
         if witness.name in task.require and not witness.answers:

@@ -153,7 +153,7 @@ def test_a_reference_that_alone_disagrees_is_suspect_and_the_tracer_is_not_blame
 def test_a_wrong_oracle_is_suspect_when_an_independent_reference_sides_with_the_tracer():
     wrong = truth()
     wrong[Stage.RADIANCE] = wrong[Stage.RADIANCE] * 1.01
-    third = witness(rounded(truth()), name="mitsuba_scalar", precision="float32")
+    third = witness(truth(), name="mitsuba_scalar", precision="float32")
 
     judged = judge_case(CASE, [candidate(rounded(truth()))], [witness(wrong), third], ORACLE, {})
 
@@ -163,7 +163,7 @@ def test_a_wrong_oracle_is_suspect_when_an_independent_reference_sides_with_the_
 def test_when_all_references_agree_against_the_tracer_it_fails():
     ours = rounded(truth())
     ours[Stage.RADIANCE] = ours[Stage.RADIANCE] * 1.01
-    third = witness(rounded(truth()), name="mitsuba_scalar", precision="float32")
+    third = witness(truth(), name="mitsuba_scalar", precision="float32")
 
     judged = verdict(ours, third)
 
@@ -216,3 +216,13 @@ def test_a_wrong_camera_of_the_oracle_is_the_oracles():
     judged = judge_case(CASE, [candidate(rounded(truth()))], [witness(theirs)], ORACLE, {})
 
     assert judged.outcome is Outcome.REFERENCE_SUSPECT
+
+
+def test_a_witness_that_repeats_the_tracer_to_the_last_bit_is_no_witness():
+    ours = rounded(truth())
+    ours[Stage.RADIANCE] = ours[Stage.RADIANCE] * 1.01
+
+    judged = judge_case(CASE, [candidate(ours)], [witness(ours)], ORACLE, {})
+
+    assert judged.outcome is Outcome.REFERENCE_SUSPECT
+    assert "last bit" in judged.reason
