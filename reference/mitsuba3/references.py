@@ -40,13 +40,13 @@ class _Mitsuba:
         """
         mi, camera = variants.load(self.variant), scene.camera
         near, far = camera.near, camera.far
+        traced = set(stages) - {Stage.RADIANCE} if samples == 1 else set()
         found: Answers = {}
-        if samples == 1 or scene.clip != "depth":
+        if traced or scene.clip != "depth":
             world = build(mi, scene, near=near, far=far)
             hits = self.tracing.trace(world, camera, own_interval(scene))
-            if samples == 1:
-                found = answers(scene, world, hits, self.tracing.feel, stages)
-            if samples == 1 and Stage.CAMERA in stages:
+            found = answers(scene, world, hits, self.tracing.feel, traced)
+            if Stage.CAMERA in traced:
                 found[Stage.CAMERA] = camera_answer(world, camera)
             if scene.clip != "depth":
                 near, far = clip_planes_beyond(camera, hits)

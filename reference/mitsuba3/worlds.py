@@ -59,7 +59,9 @@ def build(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1) -
         first = scene.lights[0]
         color = {"type": "rgb", "value": intensity(first)}
         description["light"] = {"type": "point", "position": list(first.position), "intensity": color}
-    loaded = mi.load_dict(description)
+    # Optimising would merge meshes that share a material into one, and their indices with them. Loading in parallel
+    # would number the shapes by chance, and every new order is a new kernel to compile.
+    loaded = mi.load_dict(description, parallel=False, optimize=False)
     return World(
         mi=mi,
         loaded=loaded,

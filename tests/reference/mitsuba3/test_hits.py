@@ -173,6 +173,19 @@ def test_a_triangle_has_face_zero_and_a_normal_by_its_winding(mitsuba):
     assert np.all(normal[shape[..., 0] == 1] == (0, 0, -1))
 
 
+@pytest.mark.parametrize("kind", [Square, Cube, Sphere])
+def test_shapes_that_differ_in_nothing_but_their_place_keep_their_own_indices(mitsuba, kind):
+    places = [((0.5, 0, 0, x), (0, 0.5, 0, 0), (0, 0, 0.5, 0), (0, 0, 0, 1.0)) for x in (-2.0, 0.0, 2.0)]
+    shapes = tuple(kind(albedo=WHITE, to_world=place) for place in places)
+    scene = Scene(camera=looking_down(height=6, width=61, fovy=30), shapes=shapes)
+
+    shape, position = answer(mitsuba, scene, Stage.OBJECT, Stage.POSITION)
+
+    for index, x in enumerate((-2.0, 0.0, 2.0)):
+        assert np.any(shape[..., 0] == index)
+        assert np.abs(position[shape[..., 0] == index][:, 0] - x).max() < 0.6
+
+
 def test_the_nearest_of_all_kinds_keeps_its_own_index(mitsuba):
     def at(x, linear=1.0):
         return ((linear, 0, 0, x), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1.0))
