@@ -1,0 +1,76 @@
+"""The array types that the tracer computes with: the only file that names backends and precisions.
+
+Dr.Jit's FastMath is turned off here, because it makes the CPU and GPU backends different arithmetics and turns
+NaN * 0 into 0.
+"""
+
+import importlib
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import drjit as dr
+
+from tracer import llvm
+
+PRECISIONS = {"float32": "f", "float64": "f64"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArrayTypes:
+    """One Dr.Jit backend at one precision. The fields are Dr.Jit's classes; Vector has three, Quad four components."""
+
+    precision: str
+    backend: str  # "cuda" or "llvm"
+    Float: Any
+    Vector: Any
+    Quad: Any
+    Matrix: Any  # 4x4
+    Int: Any  # 32 bits
+    UInt: Any  # 32 bits
+    Bool: Any
+
+
+@cache
+def backend() -> str:
+    """Return "cuda" where Dr.Jit finds an NVIDIA GPU, else "llvm".
+
+    Raises:
+        RuntimeError: Dr.Jit has neither; using it anyway would kill the process.
+
+    """
+    for name, found in (("cuda", dr.JitBackend.CUDA), ("llvm", dr.JitBackend.LLVM)):
+        if dr.has_backend(found):
+            return name
+    raise RuntimeError(
+        "Dr.Jit finds neither an NVIDIA GPU nor a usable LLVM; install karellen-llvm-core (and the system's "
+        f"libatomic1), or name an LLVM library of version 19 or later in {llvm.VARIABLE}"
+    )
+
+
+@cache
+def array_types(precision: str) -> ArrayTypes:
+    """Return the array types of `precision` on this machine's backend.
+
+    Raises:
+        LookupError: the precision is neither float32 nor float64.
+        RuntimeError: Dr.Jit has no backend.
+
+    """
+    if precision not in PRECISIONS:
+        raise LookupError(f"no precision is called {precision!r}; known: {', '.join(PRECISIONS)}")
+    name = backend()
+    module = importlib.import_module(f"drjit.{name}")
+    dr.set_flag(dr.JitFlag.FastMath, False)
+    suffix = PRECISIONS[precision]
+    return ArrayTypes(
+        precision=precision,
+        backend=name,
+        Float=module.Float64 if precision == "float64" else module.Float32,
+        Vector=getattr(module, f"Array3{suffix}"),
+        Quad=getattr(module, f"Array4{suffix}"),
+        Matrix=getattr(module, f"Matrix4{suffix}"),
+        Int=module.Int32,
+        UInt=module.UInt32,
+        Bool=module.Bool,
+    )

@@ -1,0 +1,16 @@
+"""Half-sizes of the image at depth 1, by the tangent of half the vertical angle."""
+
+import math
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.camera import CAMERA
+
+
+@CAMERA.register("half_extent/tangent", covers=("CAM-2",), kind="right", stage=Stage.CAMERA, default=True)
+def half_extent(Float: Any, fovy: float, aspect: float) -> tuple[Any, Any]:
+    """Return (aspect tan(alpha), tan(alpha)) with alpha = fovy / 2; fovy in degrees."""
+    tangent = dr.tan(Float(math.radians(fovy) / 2))
+    return tangent * aspect, tangent

@@ -1,0 +1,12 @@
+"""From normalised device coordinates back to pixels."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.camera import CAMERA
+
+
+@CAMERA.register("pixel/down", covers=("CAM-3",), kind="right", stage=Stage.CAMERA, default=True)
+def pixel(sx: Any, sy: Any, width: int, height: int) -> tuple[Any, Any]:
+    """Return px = (sx + 1) W / 2 and py = (1 - sy) H / 2."""
+    return (sx + 1) * width / 2, (1 - sy) * height / 2

@@ -1,0 +1,123 @@
+"""Every registered formula of the tracer, in the order of the light path."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+from cases.registry import Registry
+from cases.stages import Stage
+from tracer.camera import CAMERA
+from tracer.clipping import CLIPPING
+from tracer.feelers import FEELERS
+from tracer.intersections import INTERSECTIONS
+from tracer.normals import NORMALS
+from tracer.shading import SHADING
+from tracer.transforms import TRANSFORMS
+
+Kind = Literal["right", "control", "fault"]
+KINDS: tuple[Kind, ...] = ("right", "control", "fault")
+REGISTRIES: tuple[Registry[Callable[..., Any]], ...] = (
+    CAMERA,
+    CLIPPING,
+    TRANSFORMS,
+    INTERSECTIONS,
+    NORMALS,
+    FEELERS,
+    SHADING,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Formula:
+    """A formula and what is known about it.
+
+    A "control" is a wrong form that the lecture prints or invites, kept runnable; a "fault" is planted for the audit.
+    """
+
+    slot: str
+    variant: str
+    function: Callable[..., Any]
+    covers: tuple[str, ...]  # specification ids
+    kind: Kind
+    stage: Stage  # the one blamed when it is wrong
+    folder: str  # the extension point, such as "intersections"
+    default: bool = False
+    erratum: str | None = None  # such as "E6"
+    equivalent: str | None = None  # why a wrong form is right on every valid scene
+    facts: Mapping[str, Any]  # what else was registered
+
+    @property
+    def name(self) -> str:
+        """Return "slot/variant"."""
+        return f"{self.slot}/{self.variant}"
+
+    @property
+    def summary(self) -> str:
+        """Return the first line of the function's docstring."""
+        return (self.function.__doc__ or "").strip().split("\n")[0]
+
+
+def _formula(registry: Registry[Callable[..., Any]], name: str) -> Formula:
+    slot, variant = name.split("/")
+    about = dict(registry.about(name))
+    kind = about.pop("kind")
+    if kind not in KINDS:
+        raise ValueError(f"{registry.kind} {name!r}: kind must be one of {', '.join(KINDS)}, got {kind!r}")
+    known = {key: about.pop(key) for key in ("default", "erratum", "equivalent") if key in about}
+    return Formula(
+        slot=slot,
+        variant=variant,
+        function=registry[name],
+        covers=tuple(about.pop("covers")),
+        kind=kind,
+        stage=about.pop("stage"),
+        folder=registry.package.rsplit(".", 1)[1],
+        facts=about,
+        **known,
+    )
+
+
+class Catalogue(Mapping[str, Formula]):
+    """All formulas by "slot/variant"; the modules that hold them are imported at the first look-up."""
+
+    @cached_property
+    def _formulas(self) -> dict[str, Formula]:
+        found = [_formula(registry, name) for registry in REGISTRIES for name in registry]
+        for slot in {formula.slot for formula in found}:
+            defaults = [formula.name for formula in found if formula.slot == slot and formula.default]
+            folders = {formula.folder for formula in found if formula.slot == slot}
+            if len(defaults) != 1 or len(folders) != 1:
+                raise ValueError(f"slot {slot!r} must have one default and one folder, got {defaults} in {folders}")
+        return {formula.name: formula for formula in found}
+
+    def __getitem__(self, name: str) -> Formula:
+        """Return the formula called "slot/variant"; raise LookupError that lists what is known."""
+        if name in self._formulas:
+            return self._formulas[name]
+        slot = name.split("/")[0]
+        if slot not in self.slots:
+            raise LookupError(f"no slot is called {slot!r}; known: {', '.join(sorted(self.slots))}")
+        raise LookupError(f"no variant is called {name!r}; known: {', '.join(f.name for f in self.variants(slot))}")
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._formulas
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._formulas)
+
+    def __len__(self) -> int:
+        return len(self._formulas)
+
+    @cached_property
+    def slots(self) -> dict[str, str]:
+        """Return the default variant of every slot, in the order of the light path."""
+        return {formula.slot: formula.variant for formula in self._formulas.values() if formula.default}
+
+    def variants(self, slot: str) -> tuple[Formula, ...]:
+        """Return all formulas of a slot, the default first."""
+        found = (formula for formula in self._formulas.values() if formula.slot == slot)
+        return tuple(sorted(found, key=lambda formula: (not formula.default, formula.name)))
+
+
+FORMULAS = Catalogue()

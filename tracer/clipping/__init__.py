@@ -1,0 +1,13 @@
+"""Clipping formulas: which part of a camera ray counts. The scene's `clip` chooses the slot.
+
+Contract: "clip_depth/...", "clip_shell/...", "clip_none/..." with the facts listed in `tracer.camera`;
+
+    (direction, forward, near, far) -> (nearest, farthest) t [m] along the unit direction, both exclusive.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from cases.registry import Registry
+
+CLIPPING: Registry[Callable[..., Any]] = Registry("clipping formula", package="tracer.clipping")

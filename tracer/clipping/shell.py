@@ -1,0 +1,12 @@
+"""The lecture's clipping by distance, where the scene asks for it."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.clipping import CLIPPING
+
+
+@CLIPPING.register("clip_shell/distance", covers=("HIT-2",), kind="right", stage=Stage.OBJECT, default=True)
+def distance(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
+    """Return near and far [m]: near < t < far."""
+    return near, far

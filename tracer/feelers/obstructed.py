@@ -1,0 +1,14 @@
+"""What a feeler that met something means."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.feelers import FEELERS
+
+
+@FEELERS.register("obstructed/any_hit", covers=("LIT-1",), kind="right", stage=Stage.VISIBILITY, default=True)
+def any_hit(distance: Any) -> Any:
+    """Return where the feeler met something: a blocked light adds pure black."""
+    return distance < dr.inf

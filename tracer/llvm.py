@@ -1,0 +1,25 @@
+"""Choose the LLVM that comes with the packages, ahead of any that the system has.
+
+LLVM 15 and 16 abort the process on float minimum and maximum, and LLVM 15 on float64 kernels; Dr.Jit would take the
+newest library that it finds. Imports no Dr.Jit, because Dr.Jit loads LLVM when it is imported.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+VARIABLE = "DRJIT_LIBLLVM_PATH"
+NAMES = {"darwin": ("lib/libLLVM.dylib",), "win32": ("Library/bin/LLVM-C.dll", "bin/LLVM-C.dll")}
+
+
+def packaged_library() -> Path | None:
+    """Return the path of the LLVM library in this Python environment, or None if there is none."""
+    candidates = (Path(sys.prefix) / name for name in NAMES.get(sys.platform, ("lib/libLLVM.so",)))
+    return next((path for path in candidates if path.exists()), None)
+
+
+def select() -> None:
+    """Make Dr.Jit load the packaged LLVM, unless DRJIT_LIBLLVM_PATH names another; call it before importing Dr.Jit."""
+    library = packaged_library()
+    if library is not None:
+        os.environ.setdefault(VARIABLE, str(library))

@@ -1,0 +1,16 @@
+"""Normals: in object space, taken to world space, turned towards the viewer.
+
+Contract, with the facts listed in `tracer.camera`:
+
+    sphere_normal(point, center)         -> unit outward normal in object space
+    cube_normal(point)                   -> likewise, for [-0.5, 0.5]^3
+    world_normal(normal, placement)      -> unit world normal; not called where object space is world space
+    facing(normal, direction)            -> the normal of a two-sided surface, turned against `direction`
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from cases.registry import Registry
+
+NORMALS: Registry[Callable[..., Any]] = Registry("normal formula", package="tracer.normals")

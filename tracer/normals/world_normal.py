@@ -1,0 +1,17 @@
+"""A normal to world space by the inverse transpose of the model matrix's 3x3 part."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.normals import NORMALS
+from tracer.placement import Placement
+
+
+@NORMALS.register(
+    "world_normal/inverse_transpose", covers=("NRM-3", "XF-2"), kind="right", stage=Stage.NORMAL, default=True
+)
+def inverse_transpose(normal: Any, placement: Placement) -> Any:
+    """Return the renormalised world normal."""
+    return dr.normalize(placement.normal_to_world(normal))

@@ -1,0 +1,19 @@
+"""Control for erratum E13: the fault that a translation makes when w enters the normalisation."""
+
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from cases.stages import Stage
+from tracer.matrices import quad
+from tracer.normals import NORMALS
+from tracer.placement import Placement
+
+
+@NORMALS.register("world_normal/with_w", covers=("NRM-3",), kind="control", stage=Stage.NORMAL, erratum="E13")
+def with_w(normal: Any, placement: Placement) -> Any:
+    """Return xyz of the normalised 4-vector, which is too short wherever the matrix translates."""
+    rows = np.linalg.inv(np.asarray(placement.to_world)).T
+    x, y, z, w = (sum(float(c) * n for c, n in zip(row, normal, strict=False)) for row in rows)
+    return dr.normalize(quad(x, y, z, w)).xyz

@@ -1,0 +1,34 @@
+"""A ray, and the part of it in which an intersection counts."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ray:
+    """Points origin + t direction, as Dr.Jit arrays [m]. Only camera rays have a unit direction."""
+
+    origin: Any
+    direction: Any
+
+    def at(self, t: Any) -> Any:
+        """Return the points at parameter `t` [m]."""
+        return dr.fma(self.direction, t, self.origin)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interval:
+    """The open interval of t in which an intersection counts."""
+
+    nearest: Any
+    farthest: Any
+
+    def contains(self, t: Any) -> Any:
+        """Return where `t` lies inside. A NaN never does, nor does an infinity."""
+        return (t > self.nearest) & (t < self.farthest)
+
+    def smallest(self, near: Any, far: Any) -> Any:
+        """Return the smaller of two ordered roots that lies inside, or inf."""
+        return dr.select(self.contains(near), near, dr.select(self.contains(far), far, dr.inf))

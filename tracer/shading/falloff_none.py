@@ -1,0 +1,12 @@
+"""Control for erratum E9: the clamped cosine alone as "the amount of light" of a point light."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.shading import SHADING
+
+
+@SHADING.register("falloff/none", covers=("RAD-1",), kind="control", stage=Stage.IRRADIANCE, erratum="E9")
+def none(flux: Any, squared_distance: Any) -> Any:
+    """Return the flux as it is, without 4 pi r^2."""
+    return flux

@@ -1,0 +1,113 @@
+"""What depends on which shape was hit: chosen per pixel among the shapes of the scene."""
+
+from collections.abc import Callable, Hashable, Sequence
+from functools import cached_property
+from typing import Any, TypeVar
+
+import drjit as dr
+
+from cases.scene import Cube, Mesh, Shape, Sphere
+from tracer.clearance import clearance, extent, spread
+from tracer.placement import Placement
+from tracer.rays import Ray
+from tracer.world import Nearest, World, flat_normal
+
+Value = TypeVar("Value", bound=Hashable)
+
+
+class Surfaces:
+    """The surfaces at the nearest hits of one bundle of rays."""
+
+    def __init__(self, world: World, ray: Ray, hit: Nearest, *, eye: Any) -> None:
+        self.world, self.ray, self.hit, self.eye = world, ray, hit, eye
+        self.shapes, self.types = world.scene.shapes, world.types
+        self.configuration = world.configuration
+
+    @cached_property
+    def mask(self) -> Any:
+        """Return which rays hit anything."""
+        return self.hit.distance < dr.inf
+
+    def _choose(self, values: Sequence[Any], otherwise: Any) -> Any:
+        """Return, per pixel, the value of the shape that was hit."""
+        chosen = otherwise
+        for index, value in enumerate(values):
+            chosen = dr.select(self.hit.shape == index, value, chosen)
+        return chosen
+
+    def constant(self, of: Callable[[Shape], Value], upload: Callable[[Value], Any]) -> Any:
+        """Return a constant of the shape that was hit, without any choice where all shapes share it."""
+        values = [of(shape) for shape in self.shapes]
+        if len(set(values)) == 1:
+            return upload(values[0])
+        last = upload(values[-1])
+        return self._choose([upload(value) for value in values[:-1]], last)
+
+    @cached_property
+    def position(self) -> Any:
+        """Return the hit points [m]; where nothing was hit they mean nothing."""
+        return self.configuration["position"](self.ray, self.hit.distance, self._object_ray)
+
+    def _object_ray(self) -> tuple[Ray, Callable[[Any], Any]]:
+        placements = [Placement(to_world=shape.to_world) for shape in self.shapes]
+        to_object = self.configuration["to_object"]
+        rays = [self.ray if p.identity else to_object(self.ray, p) for p in placements]
+        local = Ray(
+            origin=self._choose([ray.origin for ray in rays], self.ray.origin),
+            direction=self._choose([ray.direction for ray in rays], self.ray.direction),
+        )
+
+        def to_world(point: Any) -> Any:
+            return self._choose([point if p.identity else p.point_to_world(point) for p in placements], point)
+
+        return local, to_world
+
+    def _object_normal(self, index: int, shape: Shape, placement: Placement) -> Any:
+        match shape:
+            case Sphere() | Cube():
+                point = self.position if placement.identity else placement.point_to_object(self.position)
+                if isinstance(shape, Cube):
+                    return self.configuration["cube_normal"](point)
+                return self.configuration["sphere_normal"](point, self.types.Vector(*shape.center))
+            case Mesh():
+                if self.world.forest is None:
+                    return self.types.Vector(0)
+                return self.world.forest.normal(self.hit.number, self.hit.shape == index)
+            case _:
+                return self.types.Vector(*flat_normal(shape))
+
+    def _normal(self, index: int, shape: Shape) -> Any:
+        placement = Placement(to_world=shape.to_world)
+        normal = self._object_normal(index, shape, placement)
+        if not placement.identity:
+            normal = self.configuration["world_normal"](normal, placement)
+        return self.configuration["facing"](normal, self.ray.direction) if shape.two_sided else normal
+
+    @cached_property
+    def normal(self) -> Any:
+        """Return the shading normals N, 0 where nothing was hit."""
+        return self._choose(
+            [self._normal(index, shape) for index, shape in enumerate(self.shapes)], self.types.Vector(0)
+        )
+
+    @cached_property
+    def hidden(self) -> Any:
+        """Return where a one-sided surface shows its back."""
+        one_sided = self.constant(lambda shape: not shape.two_sided, self.types.Bool)
+        return self.configuration["hidden"](self.normal, self.ray.direction) & one_sided
+
+    @cached_property
+    def albedo(self) -> Any:
+        """Return the albedo per channel."""
+        return self.constant(lambda shape: shape.albedo, lambda rgb: self.types.Vector(*rgb))
+
+    @cached_property
+    def clearance(self) -> Any:
+        """Return how far along the normal the hit points may be off [m] (see `tracer.clearance`)."""
+        wide = self.constant(lambda shape: 1.0 if isinstance(shape, Mesh) else spread(shape), self.types.Float)
+        if self.world.forest is not None:
+            kind = self.constant(lambda shape: isinstance(shape, Mesh), self.types.Bool) & self.mask
+            wide = dr.select(kind, self.world.forest.slenderness(self.hit.number, kind), wide)
+        size = self.constant(extent, self.types.Float)
+        scale = dr.norm(self.eye) + self.hit.distance + size
+        return clearance(scale, spread=wide, precision=self.types.precision)

@@ -1,0 +1,12 @@
+"""A ray into object space."""
+
+from cases.stages import Stage
+from tracer.placement import Placement
+from tracer.rays import Ray
+from tracer.transforms import TRANSFORMS
+
+
+@TRANSFORMS.register("to_object/inverse", covers=("XF-1",), kind="right", stage=Stage.OBJECT, default=True)
+def to_object(ray: Ray, placement: Placement) -> Ray:
+    """Return the ray by the inverse model matrix; the direction is not renormalised, so t keeps its meaning."""
+    return Ray(origin=placement.point_to_object(ray.origin), direction=placement.vector_to_object(ray.direction))
