@@ -9,6 +9,7 @@ from cases.scene import Scene
 from cases.stages import IMAGE_STAGES, Stage
 from reference import REFERENCES
 from reference.analytic.cameras import camera_answer
+from reference.analytic.edges import Edges, edges_of
 from reference.analytic.stages import NEXT, chain, rays
 from reference.analytic.views import pixel_centers
 
@@ -103,3 +104,7 @@ class Analytic:
             }
             rows = NEXT[stage](scene, flat)
         return rows.reshape(camera.height, camera.width, rows.shape[1])
+
+    def edges(self, scene: Scene) -> Edges:
+        """Return for every pixel lower bounds [px] of the distance to silhouettes, shadow edges and terminators."""
+        return edges_of(scene)

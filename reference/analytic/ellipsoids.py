@@ -49,7 +49,7 @@ class Ellipsoid:
     def blocks(self, apex: np.ndarray, segments: np.ndarray) -> np.ndarray:
         """Return which segments from the apex meet the surface strictly between their ends, shape (N,)."""
         roots = self.crossings(apex, segments)
-        return ((roots > 0) & (roots < 1)).any(axis=1)
+        return np.any((roots > 0) & (roots < 1), axis=1)
 
     def blocks_itself(self, light: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return for points on the surface whether it lies between them and the light as well.

@@ -28,7 +28,7 @@ class Polygons:
     def edge_normals(self, apex: np.ndarray) -> np.ndarray:
         """Return the normals of the planes through the apex and each edge, shape (faces, corners, 3)."""
         start, end = self.corners, np.roll(self.corners, -1, axis=1)
-        swap = _later(start, end)[..., np.newaxis]
+        swap = later(start, end)[..., np.newaxis]
         lesser, greater = np.where(swap, end, start), np.where(swap, start, end)
         return np.cross(lesser - apex, greater - lesser) * np.where(swap, -1.0, 1.0)
 
@@ -43,10 +43,10 @@ class Polygons:
             # Not a matrix product: both faces of an edge must round alike, wherever they stand in memory.
             x, y, z = (directions[rays, axis, np.newaxis, np.newaxis] for axis in range(3))
             volumes = x * edges[faces, :, 0] + y * edges[faces, :, 1] + z * edges[faces, :, 2]
-            if self.closed:
-                inside = (volumes >= 0).all(axis=2) | (volumes <= 0).all(axis=2)
-            else:
-                inside = (volumes > 0).all(axis=2) | (volumes < 0).all(axis=2)
+            least, greatest = volumes[..., 0], volumes[..., 0]
+            for corner in range(1, volumes.shape[2]):
+                least, greatest = np.minimum(least, volumes[..., corner]), np.maximum(greatest, volumes[..., corner])
+            inside = (least >= 0) | (greatest <= 0) if self.closed else (least > 0) | (greatest < 0)
             with np.errstate(all="ignore"):
                 crossing = heights[faces] / (directions[rays] @ normals[faces].T)
             yield rays, faces, np.where(inside, crossing, np.nan)
@@ -88,7 +88,7 @@ class Polygons:
         return blocked
 
 
-def _later(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+def later(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return where `start` comes after `end` in lexicographic order of coordinates."""
     after, decided = np.zeros(start.shape[:-1], dtype=bool), np.zeros(start.shape[:-1], dtype=bool)
     for axis in range(3):

@@ -1,0 +1,62 @@
+"""Where an image may change abruptly: for every pixel a sound distance to the nearest edge of each kind.
+
+Source: the design of this reference; Taylor bounds on implicit equations that are linear or quadratic in the image.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cases.scene import Scene
+from reference.analytic.edges.borders import borders_of
+from reference.analytic.edges.crossings import crossing_distances
+from reference.analytic.edges.hits import Hits, hits_of
+from reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
+from reference.analytic.edges.shadows import shadow_distances, terminator_distances
+from reference.analytic.edges.sights import sight_from_eye
+from reference.analytic.ellipsoids import Ellipsoid
+from reference.analytic.planes import Flat
+from reference.analytic.surfaces import surface_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Edges:
+    """Lower bounds [px] of the image distance from each pixel centre to the nearest edge; inf where there is none.
+
+    `shadow` and `terminator` speak of the surface that the pixel sees. Another surface begins at `silhouette`, so what
+    a pixel shows is constant within the least of the three. Bounds may be less than the distance, and near many edges
+    or on a curved surface they are no more than a few pixels; they tend to the distance as it tends to zero, but for
+    edges that something else hides.
+    """
+
+    silhouette: np.ndarray  # (height, width): the object or face index, or a cube's face, changes
+    shadow: np.ndarray  # (height, width, lights): a blocker begins or ends to hide the light
+    terminator: np.ndarray  # (height, width, lights): dot(N, L) changes sign
+
+
+def edges_of(scene: Scene) -> Edges:
+    """Return the distances to edges of all pixel centres."""
+    hits = hits_of(scene)
+    size, lights = (scene.camera.height, scene.camera.width), len(scene.lights)
+    shadow, terminator = np.zeros((2, *size, lights))
+    for column, light in enumerate(scene.lights):
+        shadow[..., column] = shadow_distances(hits, light).reshape(size)
+        terminator[..., column] = terminator_distances(hits, light).reshape(size)
+    silhouette = np.minimum(_outline_distances(hits), crossing_distances(hits))
+    return Edges(silhouette=silhouette.reshape(size), shadow=shadow, terminator=terminator)
+
+
+def _outline_distances(hits: Hits) -> np.ndarray:
+    """Return a lower bound [px] of the distance to the nearest outline or edge in front of what is hit, shape (N,)."""
+    sight = sight_from_eye(hits.view, hits.directions)
+    screens = hits.screens(hits.view.eye, np.arange(len(hits.directions)), from_eye=True)
+    distances = np.full(len(hits.directions), np.inf)
+    for shape in hits.scene.shapes:
+        surface = surface_of(shape)
+        if isinstance(surface, Ellipsoid):
+            distances = np.minimum(distances, ellipsoid_distances(sight, surface, screens))
+        elif not isinstance(surface, Flat):
+            borders = borders_of(shape)
+            everything = np.ones(len(borders.starts), dtype=bool)
+            distances = np.minimum(distances, edge_distances(sight, borders, everything, screens))
+    return distances

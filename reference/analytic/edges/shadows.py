@@ -1,0 +1,89 @@
+"""Distance in the image to shadow edges and terminators, per light, on the surface that the pixel sees."""
+
+import numpy as np
+
+from cases.scene import Cube, Mesh, PointLight, Triangle
+from cases.stages import Stage
+from reference.analytic.edges.borders import borders_of
+from reference.analytic.edges.bounds import reach
+from reference.analytic.edges.hits import Hits
+from reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
+from reference.analytic.edges.screens import ROUNDING
+from reference.analytic.edges.sights import sight_from_light
+from reference.analytic.ellipsoids import Ellipsoid
+from reference.analytic.feelers import above_horizon, blocked_by_itself
+from reference.analytic.planes import Flat
+from reference.analytic.surfaces import surface_of
+
+
+def shadow_distances(hits: Hits, light: PointLight) -> np.ndarray:
+    """Return a lower bound [px] of the distance to where a blocker's shadow begins or ends, shape (N,).
+
+    Infinite below the horizon and where a convex shape's own body stands before the light: neither can change but at
+    the terminator or the silhouette. An infinite plane's shadow ends only where the plane meets the surface, which is
+    a silhouette.
+    """
+    source = np.asarray(light.position, dtype=np.float64)
+    distances = np.full(len(hits.directions), np.inf)
+    rays = np.flatnonzero(_asked(hits, source))
+    if not len(rays):
+        return distances
+    sight = sight_from_light(source, hits.view, hits.directions[rays], hits.sheet[rays])
+    screens = hits.screens(source, rays, from_eye=False)
+    found = np.full(len(rays), np.inf)
+    for index, shape in enumerate(hits.scene.shapes):
+        surface = surface_of(shape)
+        if isinstance(surface, Flat):
+            continue
+        if isinstance(surface, Ellipsoid):
+            blocker = ellipsoid_distances(sight, surface, screens)
+        else:
+            borders = borders_of(shape)
+            blocker = edge_distances(sight, borders, borders.outlines_from(source), screens)
+        if isinstance(surface, Ellipsoid) or isinstance(shape, Cube):
+            blocker[hits.rows[Stage.OBJECT][rays, 0] == index] = np.inf
+        found = np.minimum(found, blocker)
+    distances[rays] = found
+    return distances
+
+
+def _asked(hits: Hits, source: np.ndarray) -> np.ndarray:
+    """Return which rays' visibility of the light hangs on other shapes, shape (N,)."""
+    positions, normals = hits.rows[Stage.POSITION], hits.rows[Stage.NORMAL]
+    asked = (hits.rows[Stage.OBJECT][:, 0] >= 0) & above_horizon(source, positions, normals)
+    for index in range(len(hits.scene.shapes)):
+        here = hits.of(index)
+        asked[here] &= ~blocked_by_itself(hits.scene, index, source, positions[here])
+    return asked
+
+
+def terminator_distances(hits: Hits, light: PointLight) -> np.ndarray:
+    """Return a lower bound [px] of the distance to where dot(N, L) changes sign, shape (N,).
+
+    On a flat surface it never does; 0 where the light lies in its plane. A triangle's normal is not exactly that of its
+    baked corners, so there it may, far away.
+    """
+    source = np.asarray(light.position, dtype=np.float64)
+    distances = np.full(len(hits.directions), np.inf)
+    steps = np.stack([hits.view.across, hits.view.down], axis=1)
+    for index, shape in enumerate(hits.scene.shapes):
+        here, surface = hits.of(index), surface_of(shape)
+        sheet, directions = hits.sheet[here], hits.directions[here]
+        if isinstance(surface, Ellipsoid):
+            # The polar plane of the light: y.s = 1 in unit-sphere space; here times w.
+            polar = surface.to_unit @ (source - surface.center)
+            vectors = np.broadcast_to(surface.to_unit.T @ polar, directions.shape)
+            lever = np.full(len(here), polar @ (surface.to_unit @ (hits.view.eye - surface.center)) - 1)
+        else:
+            vectors = hits.rows[Stage.NORMAL][here]
+            lever = vectors @ (hits.view.eye - source)
+        value = lever * sheet.value + (vectors * directions).sum(axis=1)
+        if isinstance(surface, Ellipsoid) or isinstance(shape, Triangle | Mesh):
+            gradient = lever[:, np.newaxis] * sheet.gradient + vectors @ steps
+            bend = np.abs(lever) * sheet.bend
+            distances[here] = reach(value, np.linalg.norm(gradient, axis=1), bend, sheet.radius)
+        else:
+            height = ((source - hits.points[here]) * vectors).sum(axis=1)
+            size = np.abs(source).max() + np.abs(hits.points[here]).max(axis=1)
+            distances[here] = np.where(np.abs(height) <= ROUNDING * size, 0, np.inf)
+    return distances

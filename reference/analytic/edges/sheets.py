@@ -1,0 +1,120 @@
+"""The inverse depth w of a surface as a function of the image point, with its derivatives.
+
+A point seen at p is eye + D(p) / w(p). For a flat surface w is linear in p: w = n.D / n.(point - eye). For an ellipsoid
+it is a root of |start w + d(p)|^2 = w^2 in unit-sphere space, where d is linear in p: with c = |start|^2 - 1 and
+b = start.d, w = (-b +- sqrt(Q)) / c, and Q, a quadratic in p, is the outline's own equation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference.analytic.edges.bounds import reach
+from reference.analytic.ellipsoids import Ellipsoid
+from reference.analytic.views import View
+
+FARTHEST = 8.0  # px: no curved surface is followed farther than this
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sheet:
+    """Inverse depth [1/m] per ray: value (N,), gradient (N, 2) [1/px], bound of the second derivative within radius."""
+
+    value: np.ndarray
+    gradient: np.ndarray
+    bend: np.ndarray
+    radius: np.ndarray  # px
+
+    def __getitem__(self, rays: np.ndarray) -> "Sheet":
+        """Return the sheet of some of the rays."""
+        return Sheet(
+            value=self.value[rays], gradient=self.gradient[rays], bend=self.bend[rays], radius=self.radius[rays]
+        )
+
+    def __setitem__(self, rays: np.ndarray, other: "Sheet") -> None:
+        """Write the sheet of some of the rays."""
+        self.value[rays], self.gradient[rays] = other.value, other.gradient
+        self.bend[rays], self.radius[rays] = other.bend, other.radius
+
+    def meets(self, other: "Sheet") -> np.ndarray:
+        """Return a lower bound [px] of the distance to where both sheets have the same depth, shape (N,)."""
+        slope = np.linalg.norm(self.gradient - other.gradient, axis=1)
+        return reach(self.value - other.value, slope, self.bend + other.bend, np.minimum(self.radius, other.radius))
+
+
+def no_sheet(count: int) -> Sheet:
+    """Return the sheet of rays that meet nothing: w = 0, at infinity."""
+    return constant_sheet(count, 0.0)
+
+
+def constant_sheet(count: int, value: float) -> Sheet:
+    """Return a plane across the view, of inverse depth `value` [1/m]."""
+    return Sheet(
+        value=np.full(count, value),
+        gradient=np.zeros((count, 2)),
+        bend=np.zeros(count),
+        radius=np.full(count, np.inf),
+    )
+
+
+def shell_sheet(view: View, directions: np.ndarray, radius: float) -> Sheet:
+    """Return a sphere of `radius` [m] around the eye: w = |D| / radius, convex in the image."""
+    lengths = np.linalg.norm(directions, axis=1)
+    steps = np.stack([view.across, view.down], axis=1)
+    # |D| >= 1 everywhere, so its second derivative is at most that of D, squared.
+    bend = np.linalg.norm(steps) ** 2 / radius
+    return Sheet(
+        value=lengths / radius,
+        gradient=directions @ steps / lengths[:, np.newaxis] / radius,
+        bend=np.full(len(directions), bend),
+        radius=np.full(len(directions), np.inf),
+    )
+
+
+def flat_sheet(view: View, directions: np.ndarray, points: np.ndarray, normals: np.ndarray) -> Sheet:
+    """Return the sheet of the planes through `points` (N, 3) with `normals` (N, 3); linear in the image."""
+    with np.errstate(all="ignore"):
+        scaled = normals / ((points - view.eye) * normals).sum(axis=1, keepdims=True)
+    return Sheet(
+        value=(directions * scaled).sum(axis=1),
+        gradient=scaled @ np.stack([view.across, view.down], axis=1),
+        bend=np.zeros(len(directions)),
+        radius=np.full(len(directions), np.inf),
+    )
+
+
+def ellipsoid_sheet(view: View, directions: np.ndarray, surface: Ellipsoid, inverse_depths: np.ndarray) -> Sheet:
+    """Return the sheet of an ellipsoid near the given roots w (N,), up to half-way to where the two roots meet."""
+    start = surface.to_unit @ (view.eye - surface.center)
+    power = (np.linalg.norm(start) - 1) * (np.linalg.norm(start) + 1)
+    along = directions @ surface.to_unit.T
+    steps = np.stack([view.across, view.down]) @ surface.to_unit.T
+    chord, chord_gradient, chord_bend = outline(start, along, steps)
+    slope = np.linalg.norm(chord_gradient, axis=1)
+    # Where Q has fallen by no more than half, its square root is smooth, with these derivatives.
+    radius = reach(chord / 2, slope, chord_bend, np.full(len(chord), FARTHEST))
+    with np.errstate(all="ignore"):
+        least = np.sqrt(chord / 2)
+        root_bend = chord_bend / (2 * least) + (slope + chord_bend * radius) ** 2 / (4 * least**3)
+        sign = np.sign(power * inverse_depths + along @ start)[:, np.newaxis]
+        gradient = (sign * chord_gradient / (2 * np.sqrt(chord)[:, np.newaxis]) - steps @ start) / power
+    bend = root_bend / np.abs(power)
+    return Sheet(value=inverse_depths, gradient=gradient, bend=bend, radius=radius)
+
+
+def outline(start: np.ndarray, along: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return Q (N,), its gradient (N, 2) and the size of its second derivative (N,) for lines start + t along.
+
+    In unit-sphere space, where `along` changes by `steps` (2, 3) per pixel: Q = |along|^2 - |start x along|^2 is
+    positive where the line meets the sphere.
+    """
+    crossed = np.cross(start, along)
+    value = (along**2).sum(axis=1) - (crossed**2).sum(axis=1)
+    gradient = 2 * metric(start, along) @ steps.T
+    bend = 2 * np.linalg.norm(metric(start, steps) @ steps.T)
+    return value, gradient, np.full(len(along), bend)
+
+
+def metric(start: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return C v for vectors (..., 3), where v.C v = |v|^2 - |start x v|^2."""
+    return vectors + np.cross(start, np.cross(start, vectors))

@@ -1,0 +1,171 @@
+"""No answer changes within the distance that `edges` promises; and the distance is not far below the truth."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reference.analytic.edges import Edges
+from reference.analytic.edges.bounds import reach
+from reference.analytic.views import pixel_centers
+from tests.reference.analytic.scenes import camera, icosphere, looking_down, matrix, position, random_scene
+
+ORACLE: Any = Analytic()
+GREY = (0.5, 0.25, 0.125)
+STAGES = [Stage.OBJECT, Stage.NORMAL, Stage.VISIBILITY]
+
+
+def least(edges: Edges) -> np.ndarray:
+    """Return the least of the three distances, shape (N,)."""
+    per_light = np.minimum(edges.shadow, edges.terminator).min(axis=2, initial=np.inf)
+    return np.minimum(edges.silhouette, per_light).ravel()
+
+
+def changes(scene: Scene, bounds: np.ndarray, *, seed: int, rounds: int) -> int:
+    """Return how often an answer changed at random points within `bounds` of the pixel centres."""
+    generator = np.random.default_rng(seed)
+    centers = pixel_centers(scene.camera)
+    here = ORACLE.at(scene, STAGES, centers)
+    cubes = [index for index, shape in enumerate(scene.shapes) if isinstance(shape, Cube)]
+    on_cube = np.isin(here[Stage.OBJECT][:, 0], cubes)
+    changed = 0
+    for _ in range(rounds):
+        angles = generator.uniform(0, 2 * np.pi, len(centers))
+        radii = np.minimum(bounds, 30) * generator.choice([0.2, 0.5, 0.9, 0.999], len(centers))
+        points = centers + radii[:, np.newaxis] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        there = ORACLE.at(scene, STAGES, points)
+        differs = (there[Stage.OBJECT] != here[Stage.OBJECT]).any(axis=1)
+        differs |= (there[Stage.VISIBILITY] != here[Stage.VISIBILITY]).any(axis=1)
+        differs |= on_cube & (np.abs(there[Stage.NORMAL] - here[Stage.NORMAL]).max(axis=1) > 1e-6)
+        changed += int(differs.sum())
+    return changed
+
+
+def inside_everything(seed: int) -> Scene:
+    """Return a random scene seen by a wide camera from among its shapes, in a two-sided sphere and room."""
+    generator = np.random.default_rng(seed)
+    scene = random_scene(seed, width=30, height=24)
+    view = dataclasses.replace(
+        scene.camera, eye=position(generator, (-1, 1), (-1, 1), (-1, 1)), target=(1.0, 3.0, 0.5), fovy=110.0, near=0.05
+    )
+    ball = Sphere(albedo=GREY, radius=9, two_sided=True)
+    room = Cube(albedo=GREY, to_world=matrix(np.eye(3) * 14, (0, 0, 2)), two_sided=True)
+    return dataclasses.replace(scene, camera=view, shapes=(*scene.shapes, ball, room))
+
+
+def many_faces(seed: int) -> Scene:
+    """Return a random scene with a mirrored mesh of so many edges that only the near ones are looked at."""
+    scene = random_scene(seed, width=24, height=20)
+    ball = icosphere(3 + seed % 2, to_world=matrix(np.diag([0.9, -1.1, 0.7]), (0, -1, 0.3)))
+    return dataclasses.replace(scene, shapes=(*scene.shapes[:3], ball))
+
+
+SCENES = [
+    *(pytest.param(random_scene(seed), id=f"mixed-{seed}") for seed in range(6)),
+    *(pytest.param(inside_everything(seed), id=f"inside-{seed}") for seed in range(6, 10)),
+    *(pytest.param(many_faces(seed), id=f"faces-{seed}") for seed in range(10, 14)),
+]
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_nothing_changes_within_the_bound(scene):
+    bounds = least(ORACLE.edges(scene))
+
+    assert changes(scene, bounds, seed=1, rounds=6) == 0
+
+
+@pytest.mark.parametrize("scene", SCENES[:6])
+def test_the_bound_is_not_far_below_the_distance(scene):
+    """Also the control of the test above: it sees a bound that is too great."""
+    bounds = least(ORACLE.edges(scene))
+
+    assert changes(scene, 1.3 * bounds, seed=1, rounds=6) > 50
+    assert changes(scene, 3 * bounds, seed=1, rounds=6) > 0.1 * len(bounds)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_few_pixels_are_next_to_an_edge(scene):
+    bounds = least(ORACLE.edges(scene))
+
+    assert (bounds < 1e-3).mean() < 0.01
+    assert not np.isnan(bounds).any()
+
+
+def test_where_there_is_no_edge_the_distance_is_infinite():
+    light = PointLight(position=(0, 0, 3), flux=(1, 1, 1))
+    scene = Scene(camera=looking_down(2), shapes=(Plane(albedo=GREY),), lights=(light,), clip="none")
+
+    edges = ORACLE.edges(scene)
+
+    assert np.isinf(edges.shadow).all()
+    assert np.isinf(edges.terminator).all()
+    # The horizon of a plane across the view is infinitely far.
+    assert np.isinf(edges.silhouette).all()
+
+
+def test_the_edge_of_a_square_is_where_geometry_says():
+    """A square of half-size 0.5 seen from 2 m above, in an image of 11 px and 2 tan(25 degrees) height per metre."""
+    scene = Scene(camera=looking_down(2), shapes=(Square(albedo=GREY),))
+    half = 0.5 / 2 * 11 / (2 * np.tan(np.radians(25)))
+
+    silhouette = ORACLE.edges(scene).silhouette
+
+    assert silhouette[5, 7] == pytest.approx(half, rel=1e-12)
+    assert silhouette[5, 14] == pytest.approx(7 - half, rel=1e-12)
+
+
+def test_the_shadow_of_a_square_ends_where_similar_triangles_say():
+    """Half-size a at height z under a light at height h throws a shadow of half-size a h / (h - z)."""
+    blocker = Square(albedo=GREY, to_world=matrix(np.eye(3) * 0.5, (0, 0, 1)))
+    light = PointLight(position=(0, 0, 3), flux=(1, 1, 1))
+    view = looking_down(0.8, width=41, height=31, fovy=90, near=0.01)
+    scene = Scene(camera=view, shapes=(Plane(albedo=GREY), blocker), lights=(light,))
+    half = 0.25 * 3 / (3 - 1) / 0.8 * 31 / 2
+
+    edges = ORACLE.edges(scene)
+
+    assert edges.shadow[15, 20, 0] == pytest.approx(half, rel=1e-12)
+    assert edges.shadow[15, 40, 0] == pytest.approx(20 - half, rel=1e-12)
+
+
+def test_a_hidden_edge_does_not_count():
+    """A mesh behind a square has hundreds of edges; the square's own are all that matter in front of it."""
+    front = Square(albedo=GREY, to_world=matrix(np.eye(3) * 1.3, (0, 0, 2)))
+    alone = Scene(camera=looking_down(4), shapes=(front,))
+    both = Scene(camera=looking_down(4), shapes=(front, icosphere(2)))
+
+    expected, found = ORACLE.edges(alone).silhouette, ORACLE.edges(both).silhouette
+
+    near = expected < 1
+    assert near.any()
+    assert found[5, 7] == pytest.approx(min(expected[5, 7], 8))
+    assert np.array_equal(found[near & (found > 0.5)], expected[near & (found > 0.5)])
+
+
+def test_a_light_in_the_plane_flags_every_pixel_of_it():
+    light = PointLight(position=(0.3, 0.2, 0), flux=(1, 1, 1))
+    scene = Scene(camera=camera(), shapes=(Plane(albedo=GREY),), lights=(light,))
+
+    edges = ORACLE.edges(scene)
+
+    assert (edges.terminator[edges.silhouette > 1] == 0).any()
+
+
+@pytest.mark.parametrize(
+    ("value", "slope", "bend", "expected"),
+    [
+        (3.0, 2.0, 0.0, 1.5),
+        (2.0, 0.0, 1.0, 2.0),
+        (0.0, 0.0, 0.0, 0.0),
+        (1.0, 0.0, 0.0, 5.0),
+        (np.inf, np.inf, 0.0, 0.0),
+    ],
+)
+def test_reach_solves_the_quadratic_and_stays_within_its_radius(value, slope, bend, expected):
+    found = reach(*(np.array([number]) for number in (value, slope, bend, 5.0)))
+
+    assert found[0] == pytest.approx(expected)
