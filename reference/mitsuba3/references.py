@@ -3,13 +3,15 @@
 from collections.abc import Collection
 from typing import Any, ClassVar
 
+import numpy as np
+
 from cases.answers import Answers
 from cases.scene import Plane, Scene
 from cases.stages import Stage
 from reference import REFERENCES
 from reference.mitsuba3 import scalar, variants, vectorized
 from reference.mitsuba3.cameras import camera_answer
-from reference.mitsuba3.epsilons import offsets
+from reference.mitsuba3.epsilons import SHADOW_EPSILON, offsets
 from reference.mitsuba3.images import clip_planes_beyond, radiance
 from reference.mitsuba3.planes import reach
 from reference.mitsuba3.refusals import refusal
@@ -55,26 +57,32 @@ class _Mitsuba:
         return found
 
     def epsilon(self, scene: Scene) -> float:
-        """Return how far [m] above the surface feelers start at most, over all that the camera sees.
+        """Return how far [m] above the surface feelers start at most, over all that the camera sees."""
+        return float(self.epsilon_per_pixel(scene).max())
 
-        `reference.mitsuba3.epsilons` has it for single positions, and what happens at the light's end.
+    def epsilon_per_pixel(self, scene: Scene) -> np.ndarray:
+        """Return how far [m] above the surface the pixel's feelers start, (height, width), 0 on a miss.
+
+        It grows with the distance from the origin, so a plane's far end says nothing about its near one.
         """
-        hits = self.render(scene, [Stage.OBJECT, Stage.POSITION])
-        seen = hits[Stage.POSITION][hits[Stage.OBJECT][..., 0] >= 0]
-        return float(offsets(seen).max(initial=0.0))
+        seen = self.render(scene, [Stage.OBJECT, Stage.POSITION])
+        return np.where(seen[Stage.OBJECT][..., 0] >= 0, offsets(seen[Stage.POSITION]), 0.0)
 
     def notes(self, scene: Scene) -> list[str]:
-        """Return in sentences where Mitsuba's scene stands in for the one asked about."""
+        """Return in sentences where Mitsuba's answer is to another question than the one asked."""
+        found = []
         planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
-        if not planes:
-            return []
-        radius = f"{reach(scene):.4g} m"
-        covers = (
-            "and covers all but the last millionth of a radian below the horizon"
-            if scene.clip == "none"
-            else "and covers everything up to the far plane and every light"
-        )
-        return [f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {radius} around the eye, {covers}."]
+        if planes:
+            covers = (
+                "all but the last millionth of a radian below the horizon"
+                if scene.clip == "none"
+                else "everything up to the far plane and every light"
+            )
+            radius = f"{reach(scene):.4g} m"
+            found.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {radius}, covering {covers}.")
+        if scene.lights:
+            found.append(f"Blockers nearer to a light than {SHADOW_EPSILON:.1e} of a feeler's length do not count.")
+        return found
 
 
 @REFERENCES.register("mitsuba_scalar", independent=True)

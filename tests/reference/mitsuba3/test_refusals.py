@@ -95,7 +95,20 @@ def test_the_offset_is_what_mitsuba_s_own_constants_say(mitsuba):
 def test_epsilon_is_the_largest_offset_that_the_camera_sees(mitsuba):
     scene = Scene(camera=looking_down(height=5), shapes=(Sphere(albedo=WHITE, center=(0, 0, 1)),))
 
+    per_pixel = mitsuba.epsilon_per_pixel(scene)
+
     assert mitsuba.epsilon(scene) == pytest.approx(3 * RAY_EPSILON, rel=1e-6)
+    assert per_pixel[0, 0] == 0
+    assert per_pixel.shape == (scene.camera.height, scene.camera.width)
+
+
+def test_notes_name_what_stands_in_for_a_plane_and_where_feelers_end(mitsuba):
+    camera = looking_down(height=5)
+    bare = Scene(camera=camera, shapes=(Sphere(albedo=WHITE),))
+    lit = Scene(camera=camera, shapes=(Sphere(albedo=WHITE), Plane(albedo=WHITE)), lights=(LIGHT,))
+
+    assert mitsuba.notes(bare) == []
+    assert [note.split()[0] for note in mitsuba.notes(lit)] == ["Infinite", "Blockers"]
 
 
 def test_the_references_say_what_they_are():
