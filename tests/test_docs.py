@@ -1,0 +1,88 @@
+"""What the documents say is run: worked examples, scene files, links, ids."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cases.case import ITEMS
+from cases.scene_json import scene_from_json
+from reports.cli import COMMANDS
+
+CHECKOUT = Path(__file__).parents[1]
+PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """Return the fenced blocks of a page in one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", (CHECKOUT / page).read_text(), re.MULTILINE | re.DOTALL)
+
+
+EXAMPLES = {block.split("\n")[0].removeprefix("# "): block for block in blocks("docs/architecture.md", "python")}
+
+USES = {
+    "tracer/intersections/sphere_closest_point.py": """
+from cases.families import select
+from tracer.configuration import Configuration
+from tracer.render import render
+scene = select(["primitives/sphere"])[0].scene
+ours, usual = (
+    render(scene, [Stage.DISTANCE], Configuration.parse(name))[Stage.DISTANCE]
+    for name in ("float64/sphere=closest_point", "float64")
+)
+import numpy as np
+hit = np.isfinite(ours)
+assert 0 < hit.sum() < hit.size and (hit == np.isfinite(usual)).all()
+assert np.allclose(ours[hit], usual[hit], rtol=1e-12, atol=0)
+""",
+    "cases/families/needles.py": """
+from cases.families import select
+assert len(select(["needles"])) == 3
+""",
+    "reference/flat_grey.py": """
+assert REFERENCES["flat_grey"]().version()
+""",
+    "reports/judge/metrics/mean_bias.py": """
+assert METRICS["mean_bias"](np.ones((2, 2, 1)), np.zeros((2, 2, 1)), (0.0, 1.0)) == 1.0
+""",
+}
+
+
+@pytest.mark.parametrize("file", EXAMPLES)
+def test_a_worked_example_works(file: str) -> None:
+    # In a process of its own: what it registers must not become a parameter of the other tests.
+    done = subprocess.run(
+        [sys.executable, "-c", EXAMPLES[file] + USES[file]], cwd=CHECKOUT, capture_output=True, text=True
+    )
+
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_example_scenes_are_valid() -> None:
+    scenes = blocks("docs/scene.md", "json")
+
+    assert scenes
+    for text in scenes:
+        scene_from_json(json.loads(text), None, "docs/scene.md")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    targets = re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text())
+
+    assert [target for target in targets if not (page.parent / target).exists()] == []
+
+
+def test_every_item_is_specified() -> None:
+    text = (CHECKOUT / "docs" / "specification.md").read_text()
+
+    assert [item for item in ITEMS if f"**{item}" not in text] == []
+
+
+def test_the_readme_names_every_command() -> None:
+    text = (CHECKOUT / "README.md").read_text()
+
+    assert [name for name in COMMANDS if f"rayproof {name}" not in text] == []
