@@ -135,15 +135,14 @@ def test_the_shadow_of_a_square_ends_where_similar_triangles_say():
 def test_a_hidden_edge_does_not_count():
     """A mesh behind a square has hundreds of edges; the square's own are all that matter in front of it."""
     front = Square(albedo=GREY, to_world=matrix(np.eye(3) * 1.3, (0, 0, 2)))
-    alone = Scene(camera=looking_down(4), shapes=(front,))
-    both = Scene(camera=looking_down(4), shapes=(front, icosphere(2)))
+    view = looking_down(4, width=61, height=45)
 
-    expected, found = ORACLE.edges(alone).silhouette, ORACLE.edges(both).silhouette
+    expected = ORACLE.edges(Scene(camera=view, shapes=(front,))).silhouette
+    found = ORACLE.edges(Scene(camera=view, shapes=(front, icosphere(2)))).silhouette
 
-    near = expected < 1
-    assert near.any()
-    assert found[5, 7] == pytest.approx(min(expected[5, 7], 8))
-    assert np.array_equal(found[near & (found > 0.5)], expected[near & (found > 0.5)])
+    # Among many edges nothing is looked for beyond a few pixels.
+    assert found.max() < expected.max()
+    assert np.array_equal(found[found < 7], expected[found < 7])
 
 
 def test_a_light_in_the_plane_flags_every_pixel_of_it():
