@@ -11,14 +11,15 @@ HIT_ITEMS: tuple[tuple[type[Shape], str], ...] = (
     (Mesh, "HIT-6"),
     (Square, "HIT-7"),
 )
+SOLID = (Sphere, Cube)
 
 
 def covering(scene: Scene, *more: str) -> tuple[str, ...]:
     """Return the items that the default formulas exercise on `scene`, and `more`, in the specification's order.
 
     Triangles and meshes are baked into world space before rendering, so their transforms exercise no XF item. A
-    scene where nothing can block a light needs no feeler: a single shape seen from outside never shadows itself
-    unless it is a mesh or two-sided.
+    scene where nothing can block a light needs no feeler: alone, only a mesh shadows itself, or a two-sided sphere or
+    cube that is lit through its wall.
     """
     shapes = scene.shapes
     items = {"CAM-1", "CAM-2", "CAM-3", "CAM-4", *more}
@@ -32,7 +33,8 @@ def covering(scene: Scene, *more: str) -> tuple[str, ...]:
     if any(shape.to_world != IDENTITY and not isinstance(shape, (Triangle, Mesh)) for shape in shapes):
         items.update(("XF-1", "XF-2", "NRM-3"))
     if scene.lights:
-        if len(shapes) > 1 or any(shape.two_sided or isinstance(shape, Mesh) for shape in shapes):
+        shades_itself = (isinstance(shape, Mesh) or (isinstance(shape, SOLID) and shape.two_sided) for shape in shapes)
+        if len(shapes) > 1 or any(shades_itself):
             items.update(("LIT-1", "LIT-5"))
         items.update(("RAD-3",) if scene.shading == "simplified" else ("RAD-1", "RAD-2", "RAD-4"))
     return tuple(item for item in ITEMS if item in items) + tuple(item for item in items if item not in ITEMS)

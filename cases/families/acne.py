@@ -1,0 +1,116 @@
+"""Where shadow acne grows: contact, long grazing light, the terminator, and a light exactly on a surface.
+
+A feeler that starts a rounding error below its surface hits that surface. The danger grows with the distance from the
+eye and with the slant of the light; a strategy that starts too far away loses the shadow where things touch.
+"""
+
+from collections.abc import Iterator
+
+from cases.case import Case, PixelValue
+from cases.covering import covering
+from cases.families import CASE_FAMILIES
+from cases.placement import camera_around, compose, rotation, scaling, translation
+from cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Square
+from cases.stages import Stage
+
+TILT = compose(translation(0.1, -0.2, -0.4), rotation((1.0, -0.6, 0.3), 11))
+
+
+def on_the_sphere() -> Case:
+    """Return a light exactly where the central ray meets a sphere: dark everywhere, and never a NaN."""
+    camera = Camera(
+        eye=(0.0, 0.0, 4.0),
+        target=(0.0, 0.0, 0.0),
+        up=(0.0, 1.0, 0.0),
+        fovy=36.0,
+        width=65,
+        height=57,
+        near=0.25,
+        far=16.0,
+    )
+    sphere = Sphere(albedo=(0.6, 0.7, 0.5))
+    light = PointLight(position=(0.0, 0.0, 1.0), flux=(300.0, 200.0, 250.0))
+    scene = Scene(camera=camera, shapes=(sphere,), lights=(light,))
+    return Case(
+        name="acne/light_on_the_sphere",
+        scene=scene,
+        stresses="A light exactly on a sphere, on the central ray: 0 there, not 0 / 0, and below every other horizon.",
+        covers=covering(scene),
+        least_interior=1000,
+        most_edge=0.03,
+        expectations=tuple(
+            PixelValue(
+                stage=Stage.IRRADIANCE,
+                column=column,
+                row=row,
+                channel=channel,
+                value=0.0,
+                relative=0.0,
+                because="a light on the surface gives nothing there, and stands below the horizon of the rest",
+            )
+            for column, row in ((32, 28), (40, 28), (32, 18), (22, 34))
+            for channel in range(3)
+        ),
+    )
+
+
+@CASE_FAMILIES.register("acne")
+def acne() -> Iterator[Case]:
+    """Yield contact, grazing light, the terminator, a floor seen from afar, and the light on the sphere."""
+    floor = Square(albedo=(0.6, 0.55, 0.7), to_world=compose(TILT, scaling(7, 8, 1)))
+    resting: tuple[Shape, ...] = (
+        floor,
+        Sphere(albedo=(0.8, 0.4, 0.3), radius=0.6, to_world=compose(TILT, translation(0.9, -0.6, 0.6))),
+        Cube(
+            albedo=(0.4, 0.6, 0.8),
+            to_world=compose(TILT, translation(-0.8, 0.5, 0.5), rotation((0, 0, 1), 28)),
+        ),
+    )
+    near = camera_around((0.0, 0.0, 0.0), distance=5.5, azimuth=-50, elevation=36, width=96, height=72, fovy=38)
+    far = camera_around((0.0, 0.0, 0.0), distance=60.0, azimuth=-50, elevation=36, width=96, height=72, fovy=3.6)
+    grazing = PointLight(position=(3.4, -2.6, 0.45), flux=(420.0, 380.0, 300.0))
+    high = PointLight(position=(1.6, -1.4, 3.6), flux=(420.0, 380.0, 300.0))
+    alone = Sphere(albedo=(0.7, 0.6, 0.5), center=(0.1, -0.1, 0.2), radius=1.3)
+    small = Sphere(albedo=(0.4, 0.6, 0.8), center=(1.6, -1.5, 0.9), radius=0.25)
+    side = PointLight(position=(3.1, 1.9, 2.0), flux=(500.0, 450.0, 380.0))
+    tilted = Plane(albedo=(0.6, 0.55, 0.7), to_world=TILT)
+    questions: tuple[tuple[str, str, Scene, tuple[str, ...], int], ...] = (
+        (
+            "contact",
+            "A sphere and a cube that rest on a floor: their shadows begin where they touch it.",
+            Scene(camera=near, shapes=resting, lights=(high,)),
+            ("LIT-2", "LIT-4"),
+            3000,
+        ),
+        (
+            "grazing",
+            "A light a little above a floor: feelers that almost run along it, and long shadows.",
+            Scene(camera=near, shapes=resting, lights=(grazing,)),
+            ("LIT-2", "LIT-4"),
+            3000,
+        ),
+        (
+            "terminator",
+            "A sphere lit from the side: the terminator crosses the image.",
+            Scene(camera=near, shapes=(alone, small), lights=(side,)),
+            ("LIT-2", "LIT-4"),
+            1500,
+        ),
+        (
+            "from_afar",
+            "A plane seen from 60 m: the hit is rounded in units of the distance, the shadow is not.",
+            Scene(camera=far, shapes=(tilted, resting[1]), lights=(high,)),
+            ("LIT-2", "LIT-4"),
+            4000,
+        ),
+    )
+    for name, stresses, scene, more, least_interior in questions:
+        yield Case(
+            name=f"acne/{name}",
+            scene=scene,
+            stresses=stresses,
+            covers=covering(scene, *more),
+            least_interior=least_interior,
+            most_edge=0.05,
+        )
+    yield on_the_sphere()

@@ -1,0 +1,118 @@
+"""Triangle meshes that trimesh makes: round, hollow, finely divided, degenerate and open.
+
+Shared edges must not leak, concave meshes shade themselves, and triangles without area are never hit.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cases.case import Case
+from cases.covering import covering
+from cases.families import CASE_FAMILIES
+from cases.placement import camera_around, compose, rotation, scaling, translation
+from cases.scene import IDENTITY, Matrix, Mesh, PointLight, Scene, Square
+
+SEED = 20060172
+ALBEDO = (0.75, 0.55, 0.35)
+FLOOR = Square(
+    albedo=(0.5, 0.6, 0.7),
+    to_world=compose(translation(0.1, 0.0, -1.3), rotation((0.4, 1.0, 0.3), 7), scaling(8, 7, 1)),
+)
+LIGHT = PointLight(position=(2.2, -1.9, 3.4), flux=(480.0, 400.0, 330.0))
+TURN = rotation((0.5, 0.3, 0.9), 34)
+
+
+def of_trimesh(made: object, to_world: Matrix = IDENTITY, *, two_sided: bool = False) -> Mesh:
+    """Return a mesh with the vertices and faces that trimesh made."""
+    vertices, faces = np.asarray(getattr(made, "vertices")), np.asarray(getattr(made, "faces"))  # noqa: B009
+    return Mesh(albedo=ALBEDO, vertices=vertices, faces=faces, to_world=to_world, two_sided=two_sided)
+
+
+def wavy_sheet(cells: int) -> Mesh:
+    """Return an open two-sided sheet of 2 cells^2 triangles whose height waves and is a little random."""
+    generator = np.random.default_rng(SEED)
+    across = np.linspace(-1.5, 1.5, cells + 1)
+    x, y = np.meshgrid(across, across, indexing="ij")
+    z = 0.3 * np.sin(2.3 * x + 0.4) * np.cos(1.9 * y) + generator.uniform(-0.03, 0.03, x.shape)
+    vertices = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    right, above = corner + cells + 1, corner + 1
+    faces = np.concatenate([np.stack([corner, right, right + 1], 1), np.stack([corner, right + 1, above], 1)])
+    return Mesh(albedo=ALBEDO, vertices=vertices, faces=faces, to_world=TURN, two_sided=True)
+
+
+def with_degenerate_faces() -> Mesh:
+    """Return an octahedron among whose faces lie triangles that are a point, a line and a folded line."""
+    around = ((1.0, 0, 0), (-1.0, 0, 0), (0, 0.9, 0), (0, -0.9, 0), (0, 0, 1.1), (0, 0, -1.1))
+    aside = ((1.5, -0.5, 1.0), (1.0, -0.5, 1.0), (2.0, -0.5, 1.0))
+    vertices = np.array((*around, *aside))
+    solid = ((0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5))
+    empty = ((6, 6, 6), (6, 7, 8), (4, 4, 6), (7, 8, 7))
+    return Mesh(albedo=ALBEDO, vertices=vertices, faces=np.array((*empty, *solid)), to_world=TURN)
+
+
+@CASE_FAMILIES.register("meshes")
+def meshes() -> Iterator[Case]:
+    """Yield one case per mesh; the largest at low resolution."""
+    from trimesh.creation import box, icosphere, torus  # here, because it takes most of a second
+
+    stretched = compose(TURN, scaling(1.2, 0.8, 1.0))
+    ball = of_trimesh(icosphere(subdivisions=2), stretched)
+    ring = of_trimesh(torus(0.9, 0.35, major_sections=32, minor_sections=16), TURN)
+    mirrored = of_trimesh(torus(0.9, 0.35, major_sections=24, minor_sections=12), compose(TURN, scaling(-1, 1, 1)))
+    divided = of_trimesh(box(extents=(1.5, 1.2, 1.7)).subdivide().subdivide().subdivide(), TURN)
+    sheet = wavy_sheet(12)
+    spoilt = with_degenerate_faces()
+    any_mesh = ("HIT-5", "LIT-4")
+    convex = (*any_mesh, "LIT-2", "LIT-3")
+    questions: tuple[tuple[str, str, Mesh, tuple[str, ...], int, float], ...] = (
+        ("icosphere", "A convex mesh of 320 faces.", ball, convex, 3000, 0.08),
+        ("torus", "A hollow mesh of 1024 faces that shades itself.", ring, any_mesh, 2800, 0.1),
+        (
+            "mirrored_torus",
+            "A torus mirrored: normals do not follow the world's winding.",
+            mirrored,
+            any_mesh,
+            2800,
+            0.1,
+        ),
+        (
+            "divided_box",
+            "Flat faces divided 64-fold: rays through inner edges must not leak.",
+            divided,
+            convex,
+            3000,
+            0.1,
+        ),
+        (
+            "wavy_sheet",
+            "An open two-sided sheet that shades itself, seen from both sides.",
+            sheet,
+            any_mesh,
+            3000,
+            0.08,
+        ),
+        ("degenerate", "Faces that are points and lines: never hit, never a NaN.", spoilt, any_mesh, 3000, 0.04),
+    )
+    camera = camera_around((0.1, 0.0, -0.2), distance=5.6, azimuth=-58, elevation=35, width=96, height=72, fovy=36)
+    for name, stresses, mesh, more, least_interior, most_edge in questions:
+        scene = Scene(camera=camera, shapes=(FLOOR, mesh), lights=(LIGHT,))
+        yield Case(
+            name=f"meshes/{name}",
+            scene=scene,
+            stresses=stresses,
+            covers=covering(scene, *more),
+            least_interior=least_interior,
+            most_edge=most_edge,
+        )
+    low = camera_around((0.0, 0.0, 0.0), distance=5.0, azimuth=-33, elevation=24, width=64, height=48, fovy=30)
+    scene = Scene(camera=low, shapes=(of_trimesh(icosphere(subdivisions=5), stretched),), lights=(LIGHT,))
+    yield Case(
+        name="meshes/twenty_thousand_faces",
+        scene=scene,
+        stresses="A mesh of 20 480 faces, most of them smaller than a pixel, through the acceleration structure.",
+        covers=covering(scene, "LIT-4"),
+        least_interior=500,
+        most_edge=0.18,
+    )

@@ -1,0 +1,102 @@
+"""Nearest of many: crowds of small shapes, thin layers, and solids that pass through each other."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cases.case import Case
+from cases.covering import covering
+from cases.families import CASE_FAMILIES
+from cases.placement import camera_around, compose, rotation, scaling, translation
+from cases.scene import Cube, Matrix, PointLight, Scene, Shape, Sphere, Square, Vector
+
+SEED = 20060171
+
+
+def _vector(values: np.ndarray) -> Vector:
+    x, y, z = map(float, values)
+    return (x, y, z)
+
+
+def crowd_of_spheres(count: int) -> tuple[Shape, ...]:
+    """Return `count` spheres in a box of 3 m, overlapping in the image."""
+    generator = np.random.default_rng(SEED)
+    return tuple(
+        Sphere(
+            albedo=_vector(generator.uniform(0.2, 0.9, 3)),
+            center=_vector(generator.uniform(-1.4, 1.4, 3)),
+            radius=float(generator.uniform(0.12, 0.35)),
+        )
+        for _ in range(count)
+    )
+
+
+def crowd_of_cubes(count: int) -> tuple[Shape, ...]:
+    """Return `count` cubes in a box of 3 m, each turned and stretched its own way."""
+    generator = np.random.default_rng(SEED + 1)
+
+    def place() -> Matrix:
+        return compose(
+            translation(*_vector(generator.uniform(-1.4, 1.4, 3))),
+            rotation(_vector(generator.normal(size=3)), float(generator.uniform(0, 180))),
+            scaling(*_vector(generator.uniform(0.25, 0.6, 3))),
+        )
+
+    return tuple(Cube(albedo=_vector(generator.uniform(0.2, 0.9, 3)), to_world=place()) for _ in range(count))
+
+
+def layers(count: int, gap: float) -> tuple[Shape, ...]:
+    """Return `count` parallel squares `gap` [m] apart, each smaller than the one behind it."""
+    frame = compose(translation(0.1, -0.1, 0.2), rotation((0.6, -0.4, 0.5), 33))
+    return tuple(
+        Square(
+            albedo=(0.9 - 0.1 * index, 0.3, 0.2 + 0.1 * index),
+            to_world=compose(
+                frame,
+                translation(0.03 * index, -0.02 * index, gap * index),
+                rotation((0, 0, 1), 11.0 * index),
+                scaling(2.6 - 0.35 * index, 2.4 - 0.3 * index, 1),
+            ),
+        )
+        for index in range(count)
+    )
+
+
+def interpenetrating() -> tuple[Shape, ...]:
+    """Return two spheres and two cubes around one place."""
+    return (
+        Sphere(albedo=(0.8, 0.3, 0.3), center=(0.3, -0.2, 0.1), radius=0.9),
+        Sphere(albedo=(0.3, 0.8, 0.4), center=(-0.5, 0.4, 0.3), radius=0.8),
+        Cube(
+            albedo=(0.3, 0.4, 0.9),
+            to_world=compose(translation(0.1, -0.1, 0.2), rotation((0.5, 1.0, 0.3), 40), scaling(1.5, 1.3, 1.4)),
+        ),
+        Cube(
+            albedo=(0.8, 0.7, 0.2),
+            to_world=compose(translation(-0.2, 0.2, -0.4), rotation((1.0, -0.4, 0.6), 65), scaling(1.2, 1.8, 0.9)),
+        ),
+    )
+
+
+@CASE_FAMILIES.register("nearest")
+def nearest() -> Iterator[Case]:
+    """Yield crowds, layers and intersecting solids; the last crowd is lit."""
+    camera = camera_around((0.0, 0.0, 0.1), distance=6.0, azimuth=-57, elevation=28, width=96, height=72, fovy=29)
+    light = PointLight(position=(2.4, -2.9, 3.2), flux=(500.0, 420.0, 360.0))
+    questions: tuple[tuple[str, str, tuple[Shape, ...], tuple[PointLight, ...], tuple[str, ...], int, float], ...] = (
+        ("spheres", "Forty small spheres, many behind each other.", crowd_of_spheres(40), (), (), 1500, 0.08),
+        ("cubes", "Twenty-four turned cubes, many within each other.", crowd_of_cubes(24), (), (), 1200, 0.08),
+        ("layers", "Six squares a centimetre apart, nearest last.", layers(6, 0.01), (), ("HIT-8",), 1500, 0.05),
+        ("interpenetrating", "Spheres and cubes that pass through each other.", interpenetrating(), (), (), 1500, 0.05),
+        ("lit_crowd", "Spheres that shade each other.", crowd_of_spheres(14), (light,), ("LIT-2", "LIT-4"), 700, 0.06),
+    )  # fmt: skip
+    for name, stresses, shapes, lights, more, least_interior, most_edge in questions:
+        scene = Scene(camera=camera, shapes=shapes, lights=lights)
+        yield Case(
+            name=f"nearest/{name}",
+            scene=scene,
+            stresses=stresses,
+            covers=covering(scene, *more),
+            least_interior=least_interior,
+            most_edge=most_edge,
+        )

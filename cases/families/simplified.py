@@ -1,0 +1,90 @@
+"""The lecture's simplified point light: its RGB as it is, clamped cosine, no falloff, no division by pi.
+
+Two lights may add to more than one; the sum is not clamped. The same closed form holds at every distance.
+"""
+
+from collections.abc import Iterator
+from math import cos, radians, sin
+
+import numpy as np
+
+from cases.case import Case, PixelValue
+from cases.covering import covering
+from cases.families import CASE_FAMILIES
+from cases.placement import camera_around, compose, mapped, rotation, scaling, translation
+from cases.rounding import gamma
+from cases.scene import Mesh, PointLight, Scene, Sphere, Square, Vector
+from cases.stages import Stage
+
+CENTER: Vector = (-0.2, 0.3, 0.4)
+TILT = compose(translation(*CENTER), rotation((-0.4, 1.0, 0.2), 24))
+SQUARE = Square(albedo=(0.8, 0.55, 0.3), to_world=compose(TILT, scaling(3.0, 2.4, 1.0)))
+OCTAHEDRON = np.array(((0.8, 0, 0), (-0.8, 0, 0), (0, 0.8, 0), (0, -0.8, 0), (0, 0, 0.9), (0, 0, -0.9)))
+FACES = np.array(((0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)))
+RGB = ((0.9, 0.7, 0.5), (0.6, 0.8, 1.0))
+WIDTH, HEIGHT = 81, 65  # odd: a pixel centre lies on the central ray
+ROUNDINGS = 60  # of camera ray (20), hit (15), feeler vector and its length (10), cosines and their sum (15)
+
+
+def cosines(distance: float) -> Case:
+    """Return the case of two lights at `distance` [m], 20 and 50 degrees off the normal."""
+    turns = [radians(angle) for angle in (20, 50)]
+    places = [
+        mapped(TILT, (distance * sin(turn) * 0.6, distance * sin(turn) * -0.8, distance * cos(turn))) for turn in turns
+    ]
+    camera = camera_around(CENTER, distance=5.0, azimuth=-80, elevation=52, width=WIDTH, height=HEIGHT, fovy=38)
+    lights = tuple(PointLight(position=place, flux=rgb) for place, rgb in zip(places, RGB, strict=True))
+    scene = Scene(camera=camera, shapes=(SQUARE,), lights=lights, shading="simplified")
+    return Case(
+        name=f"simplified/lights_at_{distance:g}m",
+        scene=scene,
+        stresses=f"Two lights {distance:g} m away: without falloff their clamped cosines add to more than one.",
+        covers=covering(scene, "HIT-8"),
+        least_interior=1200,
+        most_edge=0.03,
+        expectations=tuple(
+            PixelValue(
+                stage=Stage.RADIANCE,
+                column=WIDTH // 2,
+                row=HEIGHT // 2,
+                channel=channel,
+                value=SQUARE.albedo[channel] * (RGB[0][channel] * cos(turns[0]) + RGB[1][channel] * cos(turns[1])),
+                relative=gamma(ROUNDINGS * 4, precision="float32"),
+                because=f"albedo x RGB x cos, summed; float32: {ROUNDINGS} roundings, times 4 for the place of the hit",
+            )
+            for channel in range(3)
+        ),
+    )  # fmt: skip
+
+
+@CASE_FAMILIES.register("simplified")
+def simplified() -> Iterator[Case]:
+    """Yield the closed forms at two distances, then shadows and a mesh in this model."""
+    yield cosines(1.5)
+    yield cosines(6.0)
+    floor = Square(
+        albedo=(0.6, 0.7, 0.5),
+        to_world=compose(translation(0, 0, -1.1), rotation((1.0, -0.3, 0.2), 7), scaling(7, 8, 1)),
+    )
+    sphere = Sphere(albedo=(0.9, 0.4, 0.4), center=(0.9, 0.6, 0.1), radius=0.6)
+    mesh = Mesh(
+        albedo=(0.4, 0.5, 0.9),
+        vertices=OCTAHEDRON,
+        faces=FACES,
+        to_world=compose(translation(-0.6, -0.4, 0.1), rotation((1.0, 0.5, 0.3), 33)),
+    )
+    camera = camera_around((0.1, 0.0, -0.2), distance=6.0, azimuth=-35, elevation=33, width=96, height=72, fovy=40)
+    scene = Scene(
+        camera=camera,
+        shapes=(floor, sphere, mesh),
+        lights=(PointLight(position=(1.9, -1.8, 2.9), flux=RGB[0]),),
+        shading="simplified",
+    )
+    yield Case(
+        name="simplified/shadows",
+        scene=scene,
+        stresses="A sphere and an octahedron with their shadows under the simplified light.",
+        covers=covering(scene, "HIT-5", "LIT-2", "LIT-3", "LIT-4"),
+        least_interior=3500,
+        most_edge=0.03,
+    )
