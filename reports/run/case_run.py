@@ -7,9 +7,9 @@ from typing import Any
 from reports.judge.judging import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
+from reports.run.orders import JudgeTask, ReferenceTask, TracerTask
 from reports.run.plan import PlannedCase
 from reports.run.pool import Pool
-from reports.run.tasks import JudgeTask, ReferenceTask, TracerTask
 from reports.run.worker import Reply
 
 

@@ -12,7 +12,7 @@ from reports.judge.judging import Judged, judge_case
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.sentinels import stand_guard
 from reports.publish.exr import write_answers
-from reports.run.tasks import JudgeTask
+from reports.run.orders import JudgeTask
 
 _ORACLE = Analytic()
 

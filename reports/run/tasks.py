@@ -1,49 +1,17 @@
 """What workers do: render with a tracer configuration, render with a reference, judge a case."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cases.answers import Answers
-from cases.case import Case
-from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge.judging import stages_of
 from reports.judge.parties import Candidate, Witness
 from reports.judge.supersampled import finer
 from reports.run.llvm import choose_packaged_llvm
-
-
-@dataclass(frozen=True, kw_only=True)
-class TracerTask:
-    """Render a scene by one configuration; the answer is a Candidate."""
-
-    scene: Scene
-    configuration: str
-    samples: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReferenceTask:
-    """Render a scene by the worker's reference; the answer is a Witness with its version."""
-
-    scene: Scene
-    samples: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class JudgeTask:
-    """Judge a case and write its images and scene below `folder`; the answer is the case's record."""
-
-    case: Case
-    candidates: tuple[Candidate, ...]
-    witnesses: tuple[Witness, ...]
-    versions: dict[str, str]
-    folder: Path
-    require: tuple[str, ...]
+from reports.run.orders import ReferenceTask, TracerTask
 
 
 def handler(kind: str) -> Callable[[Any], Any]:
@@ -60,10 +28,9 @@ def handler(kind: str) -> Callable[[Any], Any]:
 
 def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
     """Render by the tracer."""
-    from tracer.render import render
-
     from tracer.configuration import Configuration
     from tracer.feelers import shadow_epsilon
+    from tracer.render import render
     from tracer.versions import versions
 
     configuration = Configuration.parse(task.configuration)
