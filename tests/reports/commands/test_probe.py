@@ -1,0 +1,57 @@
+"""`rayproof probe` shows what each renderer says about one pixel, and where it says nothing."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cases.families import select
+from cases.scene_json import save_scene
+from cases.stages import Stage
+from reference import REFERENCES
+from tests.reports.commands.conftest import Rayproof
+from tracer.catalogue import FORMULAS
+from tracer.configuration import Configuration
+from tracer.render import render
+
+
+def test_every_renderer_answers_every_stage(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof("probe", "primitives/sphere", 48, 36, "--json", tmp_path / "pixel.json")
+
+    assert ended.code == 0
+    columns = json.loads((tmp_path / "pixel.json").read_text())["renderers"]
+    assert set(columns) == {"tracer-float32", "tracer-float64", *REFERENCES}
+    for values in columns.values():
+        assert {name.split(".")[0] for name in values} >= {str(stage) for stage in Stage}
+
+
+def test_the_values_are_the_renderer_s_own(rayproof: Rayproof, tmp_path: Path) -> None:
+    rayproof("probe", "primitives/cube", 50, 30, "--json", tmp_path / "pixel.json")
+
+    shown = json.loads((tmp_path / "pixel.json").read_text())["renderers"]["tracer-float64"]
+    scene = select(["primitives/cube"])[0].scene
+    answers = render(scene, [Stage.NORMAL, Stage.RADIANCE], Configuration(precision="float64"))
+    assert [shown[f"normal.{axis}"] for axis in "XYZ"] == answers[Stage.NORMAL][30, 50].tolist()
+    assert [shown[f"radiance.{channel}"] for channel in "RGB"] == answers[Stage.RADIANCE][30, 50].tolist()
+
+
+def test_a_scene_file_can_be_probed_and_a_miss_is_infinitely_far(rayproof: Rayproof, tmp_path: Path) -> None:
+    save_scene(select(["primitives/sphere"])[0].scene, tmp_path / "scene.json")
+
+    ended = rayproof("probe", tmp_path / "scene.json", 0, 0, "--json", tmp_path / "pixel.json")
+
+    assert ended.code == 0
+    shown = json.loads((tmp_path / "pixel.json").read_text())["renderers"]["analytic"]
+    assert shown["distance.V"] == "inf"
+    assert shown["object.V"] == -1
+
+
+CONTROLS = [name for name, formula in FORMULAS.items() if formula.kind == "control" and formula.slot == "sample"]
+
+
+@pytest.mark.parametrize("formula", CONTROLS)
+def test_a_formula_can_be_chosen(rayproof: Rayproof, formula: str) -> None:
+    ended = rayproof("probe", "primitives/sphere", 48, 36, "--formula", formula)
+
+    assert ended.code == 0
+    assert f"tracer-float32/{formula.replace('/', '=')}" in ended.out

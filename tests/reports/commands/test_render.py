@@ -1,0 +1,32 @@
+"""`rayproof render` writes the tracer's stages as OpenEXR."""
+
+from pathlib import Path
+
+import numpy as np
+
+from cases.families import select
+from cases.scene_json import save_scene
+from cases.stages import Stage
+from reports.publish.exr import read_answers
+from tests.reports.commands.conftest import Rayproof
+from tracer.configuration import Configuration
+from tracer.render import render
+
+
+def test_the_stages_asked_for_are_in_the_image(rayproof: Rayproof, tmp_path: Path) -> None:
+    scene = select(["primitives/sphere"])[0].scene
+    save_scene(scene, tmp_path / "scene.json")
+
+    ended = rayproof("render", tmp_path / "scene.json", tmp_path / "out" / "a.exr", "--stages", "radiance,distance")
+
+    assert ended.code == 0
+    found = read_answers(tmp_path / "out" / "a.exr")
+    assert set(found) == {Stage.DISTANCE, Stage.RADIANCE}
+    own = render(scene, list(found), Configuration(precision="float32"))
+    assert all(np.array_equal(found[stage], own[stage].astype(np.float32)) for stage in found)
+
+
+def test_the_default_is_radiance_alone(rayproof: Rayproof, tmp_path: Path) -> None:
+    rayproof("render", "primitives/sphere", tmp_path / "a.exr")
+
+    assert set(read_answers(tmp_path / "a.exr")) == {Stage.RADIANCE}
