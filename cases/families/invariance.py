@@ -27,7 +27,8 @@ LIGHTS = (
 )
 DISTANCES = ((1.5, 3000), (3.0, 3000), (6.0, 2200), (12.0, 450))  # m, and least interior pixels
 WIDTH, HEIGHT = 73, 57  # odd: a pixel centre lies on the central ray
-ROUNDINGS = 60  # of camera ray (20), hit (15), feelers (10), cosines, falloffs and their sum (15)
+ROUNDINGS = 30  # of the feelers and their lengths (10), cosines and falloffs (15), sum and radiance (5)
+PLACE = 10  # roundings of the camera's distance: how far the hit may lie from its place
 
 
 def irradiance(channel: int) -> float:
@@ -49,8 +50,8 @@ def invariance() -> Iterator[Case]:
             CENTER, distance=distance, azimuth=-95, elevation=54, width=WIDTH, height=HEIGHT, fovy=34, roll=17
         )
         scene = Scene(camera=camera, shapes=(SQUARE, SPHERE), lights=LIGHTS)
-        # The hit is rounded in units of the distance, the lights stand 2 to 3 m away.
-        conditioning = 2 * max(1.0, distance / 2)
+        # A hit that is misplaced by s changes Phi cos / r^2 by (2 + tan) s / r; here tan < 1 and r > 2 m.
+        roundings = ROUNDINGS + PLACE * 3 * distance / 2
         yield Case(
             name=f"invariance/from_{distance:g}m",
             scene=scene,
@@ -65,9 +66,9 @@ def invariance() -> Iterator[Case]:
                     row=HEIGHT // 2,
                     channel=channel,
                     value=SQUARE.albedo[channel] / pi * irradiance(channel),
-                    relative=gamma(ROUNDINGS * conditioning, precision="float32"),
+                    relative=gamma(roundings, precision="float32"),
                     because=f"rho / pi times the sum of Phi cos / (4 pi r^2), without the camera's distance; float32: "
-                    f"{ROUNDINGS} roundings, times {conditioning:g} for the place of the hit",
+                    f"{ROUNDINGS} roundings, and a hit misplaced by {PLACE} roundings of {distance:g} m",
                 )
                 for channel in range(3)
             ),

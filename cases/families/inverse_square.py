@@ -22,21 +22,26 @@ FLUX = (400.0, 250.0, 520.0)  # W
 DISTANCES = (0.5, 1.0, 2.0, 4.0, 8.0)  # m; straight above, each step a quarter of the irradiance
 ANGLES = (30.0, 60.0, 75.0, 85.0, 95.0, 150.0)  # degrees from the normal, at 2 m; the last two below the horizon
 WIDTH, HEIGHT = 81, 65  # odd: a pixel centre lies on the central ray
-ROUNDINGS = 60  # of camera ray (20), hit (15), feeler vector and its length (10), cosine and falloff (15)
+EYE_DISTANCE = 5.0  # m
+ROUNDINGS = 25  # of the feeler vector and its length (10), cosine and falloff (15)
+PLACE = 10  # roundings of the eye's distance: how far the hit may lie from its place
 
 
 def lit(name: str, stresses: str, distance: float, angle: float, least_interior: int) -> Case:
     """Return the case of a light at `distance` [m] from the square's centre, `angle` degrees off its normal."""
     turn = radians(angle)
     light = mapped(TILT, (distance * sin(turn) * 0.8, distance * sin(turn) * 0.6, distance * cos(turn)))
-    camera = camera_around(CENTER, distance=5.0, azimuth=-70, elevation=48, width=WIDTH, height=HEIGHT, fovy=38)
+    camera = camera_around(
+        CENTER, distance=EYE_DISTANCE, azimuth=-70, elevation=48, width=WIDTH, height=HEIGHT, fovy=38
+    )
     scene = Scene(camera=camera, shapes=(SQUARE,), lights=(PointLight(position=light, flux=FLUX),))
     above = angle < 90
     falloff = cos(turn) / (4 * pi * distance**2) if above else 0.0
-    # Each rounding of the hit point moves it by up to u |p| (here |p| < 8 m): distance and cosine feel that as 1 / r.
-    conditioning = (2 + abs(tan(turn))) * max(1.0, 8.0 / distance)
+    # A hit that is misplaced by s changes 1 / r^2 by 2 s / r and the cosine by tan s / r.
+    roundings = ROUNDINGS + PLACE * (2 + abs(tan(turn))) * EYE_DISTANCE / distance
     because = (
-        f"Phi cos / (4 pi r^2); float32: {ROUNDINGS} roundings, times {conditioning:.3g} for the place of the hit"
+        f"Phi cos / (4 pi r^2); float32: {ROUNDINGS} roundings, and a hit misplaced by {PLACE} roundings of "
+        f"{EYE_DISTANCE:g} m counts (2 + tan) / r"
         if above
         else "below the horizon nothing arrives, exactly"
     )
@@ -54,7 +59,7 @@ def lit(name: str, stresses: str, distance: float, angle: float, least_interior:
                 row=HEIGHT // 2,
                 channel=channel,
                 value=flux * falloff * factor[channel],
-                relative=gamma(ROUNDINGS * conditioning, precision="float32") if above else 0.0,
+                relative=gamma(roundings, precision="float32") if above else 0.0,
                 because=because,
             )
             for stage, factor in (

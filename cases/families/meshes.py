@@ -67,15 +67,15 @@ def meshes() -> Iterator[Case]:
     any_mesh = ("HIT-5", "LIT-4")
     convex = (*any_mesh, "LIT-2", "LIT-3")
     questions: tuple[tuple[str, str, Mesh, tuple[str, ...], int, float], ...] = (
-        ("icosphere", "A convex mesh of 320 faces.", ball, convex, 3000, 0.08),
-        ("torus", "A hollow mesh of 1024 faces that shades itself.", ring, any_mesh, 2800, 0.1),
+        ("icosphere", "A convex mesh of 320 faces.", ball, convex, 3000, 0.05),
+        ("torus", "A hollow mesh of 1024 faces that shades itself.", ring, any_mesh, 2800, 0.05),
         (
             "mirrored_torus",
             "A torus mirrored: normals do not follow the world's winding.",
             mirrored,
             any_mesh,
             2800,
-            0.1,
+            0.05,
         ),
         (
             "divided_box",
@@ -83,7 +83,7 @@ def meshes() -> Iterator[Case]:
             divided,
             convex,
             3000,
-            0.1,
+            0.05,
         ),
         (
             "wavy_sheet",
@@ -91,7 +91,7 @@ def meshes() -> Iterator[Case]:
             sheet,
             any_mesh,
             3000,
-            0.08,
+            0.05,
         ),
         ("degenerate", "Faces that are points and lines: never hit, never a NaN.", spoilt, any_mesh, 3000, 0.04),
     )
@@ -114,5 +114,5 @@ def meshes() -> Iterator[Case]:
         stresses="A mesh of 20 480 faces, most of them smaller than a pixel, through the acceleration structure.",
         covers=covering(scene, "LIT-4"),
         least_interior=500,
-        most_edge=0.18,
+        most_edge=0.1,
     )

@@ -56,5 +56,5 @@ def models() -> Iterator[Case]:
             stresses=f"The {name} of PyVista: long thin triangles, concave and self-shading, over a floor.",
             covers=covering(scene, "HIT-5", "LIT-4"),
             least_interior=least_interior,
-            most_edge=0.12,
+            most_edge=0.06,
         )

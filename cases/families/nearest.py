@@ -84,11 +84,11 @@ def nearest() -> Iterator[Case]:
     camera = camera_around((0.0, 0.0, 0.1), distance=6.0, azimuth=-57, elevation=28, width=96, height=72, fovy=29)
     light = PointLight(position=(2.4, -2.9, 3.2), flux=(500.0, 420.0, 360.0))
     questions: tuple[tuple[str, str, tuple[Shape, ...], tuple[PointLight, ...], tuple[str, ...], int, float], ...] = (
-        ("spheres", "Forty small spheres, many behind each other.", crowd_of_spheres(40), (), (), 1500, 0.08),
-        ("cubes", "Twenty-four turned cubes, many within each other.", crowd_of_cubes(24), (), (), 1200, 0.08),
-        ("layers", "Six squares a centimetre apart, nearest last.", layers(6, 0.01), (), ("HIT-8",), 1500, 0.05),
-        ("interpenetrating", "Spheres and cubes that pass through each other.", interpenetrating(), (), (), 1500, 0.05),
-        ("lit_crowd", "Spheres that shade each other.", crowd_of_spheres(14), (light,), ("LIT-2", "LIT-4"), 700, 0.06),
+        ("spheres", "Forty small spheres, many behind each other.", crowd_of_spheres(40), (), (), 1500, 0.03),
+        ("cubes", "Twenty-four turned cubes, many within each other.", crowd_of_cubes(24), (), (), 1200, 0.03),
+        ("layers", "Six squares a centimetre apart, nearest last.", layers(6, 0.01), (), ("HIT-8",), 1500, 0.03),
+        ("interpenetrating", "Spheres and cubes that pass through each other.", interpenetrating(), (), (), 1500, 0.03),
+        ("lit_crowd", "Spheres that shade each other.", crowd_of_spheres(14), (light,), ("LIT-2", "LIT-4"), 700, 0.03),
     )  # fmt: skip
     for name, stresses, shapes, lights, more, least_interior, most_edge in questions:
         scene = Scene(camera=camera, shapes=shapes, lights=lights)

@@ -88,5 +88,5 @@ def random_scenes() -> Iterator[Case]:
             stresses=f"A mixed scene that seed {seed} made: every kind of shape, every kind of motion, two lights.",
             covers=covering(scene, "CAM-5", "HIT-5", "HIT-8", "LIT-4"),
             least_interior=3000,
-            most_edge=0.08,
+            most_edge=0.04,
         )

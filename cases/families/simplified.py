@@ -4,7 +4,7 @@ Two lights may add to more than one; the sum is not clamped. The same closed for
 """
 
 from collections.abc import Iterator
-from math import cos, radians, sin
+from math import cos, radians, sin, tan
 
 import numpy as np
 
@@ -23,7 +23,9 @@ OCTAHEDRON = np.array(((0.8, 0, 0), (-0.8, 0, 0), (0, 0.8, 0), (0, -0.8, 0), (0,
 FACES = np.array(((0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)))
 RGB = ((0.9, 0.7, 0.5), (0.6, 0.8, 1.0))
 WIDTH, HEIGHT = 81, 65  # odd: a pixel centre lies on the central ray
-ROUNDINGS = 60  # of camera ray (20), hit (15), feeler vector and its length (10), cosines and their sum (15)
+EYE_DISTANCE = 5.0  # m
+ROUNDINGS = 25  # of the feeler vector and its length (10), cosines and their sum (15)
+PLACE = 10  # roundings of the eye's distance: how far the hit may lie from its place
 
 
 def cosines(distance: float) -> Case:
@@ -32,7 +34,9 @@ def cosines(distance: float) -> Case:
     places = [
         mapped(TILT, (distance * sin(turn) * 0.6, distance * sin(turn) * -0.8, distance * cos(turn))) for turn in turns
     ]
-    camera = camera_around(CENTER, distance=5.0, azimuth=-80, elevation=52, width=WIDTH, height=HEIGHT, fovy=38)
+    camera = camera_around(
+        CENTER, distance=EYE_DISTANCE, azimuth=-80, elevation=52, width=WIDTH, height=HEIGHT, fovy=38
+    )
     lights = tuple(PointLight(position=place, flux=rgb) for place, rgb in zip(places, RGB, strict=True))
     scene = Scene(camera=camera, shapes=(SQUARE,), lights=lights, shading="simplified")
     return Case(
@@ -49,8 +53,9 @@ def cosines(distance: float) -> Case:
                 row=HEIGHT // 2,
                 channel=channel,
                 value=SQUARE.albedo[channel] * (RGB[0][channel] * cos(turns[0]) + RGB[1][channel] * cos(turns[1])),
-                relative=gamma(ROUNDINGS * 4, precision="float32"),
-                because=f"albedo x RGB x cos, summed; float32: {ROUNDINGS} roundings, times 4 for the place of the hit",
+                relative=gamma(ROUNDINGS + PLACE * tan(turns[1]) * EYE_DISTANCE / distance, precision="float32"),
+                because=f"albedo x RGB x cos, summed; float32: {ROUNDINGS} roundings, and a hit misplaced by {PLACE} "
+                f"roundings of {EYE_DISTANCE:g} m counts tan / r",
             )
             for channel in range(3)
         ),
