@@ -11,8 +11,8 @@ from cases.stages import Stage
 from reports.judge.calibration import calibration
 from reports.judge.classes import Classes, Edges, classify
 from reports.judge.conditioning import Conditioning
-from reports.judge.limits import Limits, Roundoff, continued_light_limit, limits
-from reports.judge.measurement import Measurement, measure
+from reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit, limits
+from reports.judge.measurement import Measurement, measure, ratios
 from reports.judge.parties import Candidate, Witness
 from reports.judge.sides import Oracle, Sides, excused, sides
 
@@ -68,28 +68,33 @@ class Bench:
 
     @cached_property
     def _sides(self) -> Sides:
-        """Return the oracle's answers around the edge pixels where candidate and witness differ."""
+        """Return the oracle's answers around every edge pixel."""
         assert self.candidate.answers is not None
-        ours = self.candidate.answers
-        differ = np.zeros_like(self.classes.outline)
-        stages = tuple(stage for stage in GEOMETRY if stage in ours and stage in self.truth)
-        for stage in stages:
-            with np.errstate(invalid="ignore"):
-                limit = self.limits.end_to_end.get(stage, np.zeros(differ.shape))[..., np.newaxis]
-                same = (ours[stage] == self.truth[stage]) | (np.abs(ours[stage] - self.truth[stage]) <= limit)
-            differ |= ~same.all(axis=-1)
-        return sides(self.oracle, self.scene, stages, differ & self.classes.outline, self.classes.reach)
+        stages = tuple(stage for stage in GEOMETRY if stage in self.candidate.answers and stage in self.truth)
+        return sides(self.oracle, self.scene, stages, self.classes.outline, self.classes.reach)
+
+    def _excused(
+        self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
+    ) -> np.ndarray:
+        """Return the edge pixels that have a side's value; the oracle is asked only if an edge pixel differs at all."""
+        assert self.candidate.answers is not None
+        over = ratios(stage, self.candidate.answers[stage], np.asarray(theirs, dtype=np.float64), limit)[0]
+        if Stage.OBJECT not in self.candidate.answers or not np.any((over > 1) & edge):
+            return np.zeros(edge.shape, dtype=bool)
+        return excused(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
 
     def end_to_end(self, stage: Stage) -> Measurement:
         """Measure the candidate's stage against the witness's own."""
         assert self.candidate.answers is not None
         shape = self.classes.outline.shape
         limit = self.limits.end_to_end.get(stage, np.zeros(shape))
-        if stage in GEOMETRY and Stage.OBJECT in self.candidate.answers:
-            good = excused(stage, self.candidate.answers, self._sides, limit, shape, continued=False)
+        edge = self.classes.edge(stage)
+        theirs = self.witness.answers[stage]
+        if stage in GEOMETRY:
+            good = self._excused(stage, theirs, limit, edge, continued=False)
         else:
             good = np.isfinite(self.candidate.answers[stage]).all(axis=-1)
-        return self._measure(stage, self.witness.answers[stage], limit, self.classes.edge(stage), good)
+        return self._measure(stage, theirs, limit, edge, good)
 
     def continued(self, stage: Stage, value: np.ndarray) -> Measurement:
         """Measure the candidate's stage against `value`, which the oracle made from the candidate's own stages."""
@@ -97,6 +102,9 @@ class Bench:
         shape = self.classes.outline.shape
         edge = self.classes.outline if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL) else np.zeros(shape, bool)
         limit = self.limits.continued.get(stage, np.zeros(shape))
+        if stage is Stage.POSITION:
+            # By the tracer's own distance: at an outline it may have hit where the oracle's ray misses.
+            limit = continued_position_limit(self.scene, self.candidate.answers, self._roundoffs)
         if stage in LIGHT:
             edge = self.classes.flagged
             mine, other = (
@@ -104,8 +112,8 @@ class Bench:
             )
             limit = mine + other
         good = np.ones(shape, dtype=bool)
-        if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL) and Stage.OBJECT in self.candidate.answers:
-            good = excused(stage, self.candidate.answers, self._sides, limit, shape, continued=True)
+        if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL):
+            good = self._excused(stage, value, limit, edge, continued=True)
         return self._measure(stage, value, limit, edge, good)
 
     def _measure(

@@ -15,6 +15,7 @@ from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge.conditioning import Conditioning
 from reports.judge.limits import HIT, Limits, Roundoff
+from reports.judge.sides import widest_near
 
 
 class Edges(Protocol):
@@ -51,7 +52,7 @@ def classify(
     limits: Limits,
     g: Roundoff,
     *,
-    shadow_epsilon: float,
+    shadow_epsilon: float | np.ndarray,
 ) -> Classes:
     """Return the classes for one precision.
 
@@ -61,14 +62,16 @@ def classify(
     c = conditioning
     lights = len(scene.lights)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # An outline shifts by its rays' error and by its points' error seen from the eye; the nearest object counts.
-        seen = float(np.max(c.point[c.hit] / c.distance[c.hit], initial=0.0))
+        # An outline shifts by its rays' error and by its points' error seen from the eye. Of the surfaces that meet
+        # there the worst counts: what is seen within two pixels, or for something thinner the scene's middling one.
+        seen = widest_near(np.where(c.hit, c.point / c.distance, 0.0))
+        seen = np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
         reach = (limits.end_to_end[Stage.RAY] + g(HIT) * seen) / c.pixel_angle
     outline = edges.silhouette <= reach
     light = np.zeros((*c.hit.shape, lights), dtype=bool)
     flagged = np.zeros(c.hit.shape, dtype=bool)
     if lights and Stage.VISIBILITY in truth:
-        scale = float(np.max(c.point[c.hit], initial=0.0))
+        blocker = _typical_point(truth, c)
         for index, one in enumerate(scene.lights):
             toward = np.asarray(one.position) - truth[Stage.POSITION]
             r = np.linalg.norm(toward, axis=-1)
@@ -76,9 +79,19 @@ def classify(
                 cosine = np.abs(np.sum(toward * truth[Stage.NORMAL], axis=-1)) / r
                 # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
                 throw = np.maximum(1.0, r / np.min(r[c.hit], initial=np.inf))
-                shift = (limits.position + g(HIT) * scale * throw + 2 * shadow_epsilon) / cosine
-                near = edges.shadow[..., index] <= shift / (c.distance * c.pixel_angle)
+                shift = (limits.position + g(HIT) * blocker * throw + 2 * shadow_epsilon) / cosine
+                shadow = edges.shadow[..., index]
+                near = np.isfinite(shadow) & (shadow <= shift / (c.distance * c.pixel_angle))
                 undecided = (cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach)
             light[..., index] = c.hit & (near | undecided)
             flagged |= c.hit & (r <= 4 * limits.position)
     return Classes(outline=outline, light=light, reach=reach, flagged=flagged)
+
+
+def _typical_point(truth: Answers, c: Conditioning) -> float:
+    """Return the point error [m per roundoff] of the worst shape, each by the median of what is seen of it.
+
+    Not the largest: an infinite plane's error grows towards its horizon, where it blocks nothing.
+    """
+    objects = truth[Stage.OBJECT][..., 0]
+    return max((float(np.median(c.point[objects == one])) for one in np.unique(objects[c.hit])), default=0.0)

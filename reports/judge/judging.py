@@ -15,7 +15,6 @@ from reports.judge.adjudicate import ORACLE, adjudicate
 from reports.judge.bench import Bench
 from reports.judge.calibration import calibration
 from reports.judge.checks import Check, camera_check, stage_check
-from reports.judge.classes import Edges
 from reports.judge.conditioning import condition
 from reports.judge.copies import copied
 from reports.judge.expectations import judge as judge_expectation
@@ -42,8 +41,8 @@ class FullOracle(Protocol):
         """Return the stage computed from the given previous ones."""
         ...
 
-    def edges(self, scene: Scene) -> Edges:
-        """Return each pixel's distance to the nearest edges [px]."""
+    def edges(self, scene: Scene) -> Any:
+        """Return each pixel's distance to the nearest edges [px], as `reports.judge.classes.Edges`."""
         ...
 
 
@@ -232,12 +231,20 @@ def _means(
             edges=edges,
             conditioning=factors,
             oracle=oracle,
-            candidate=replace(candidate, answers=candidate.fine),
+            candidate=_finer(candidate, case.samples),
             witness=witness,
         )
         ours = box_mean(candidate.fine[Stage.RADIANCE], case.samples)
         checks.append(supersampled_check(fine, ours, witness.mean, case.samples))
     return checks, planned
+
+
+def _finer(candidate: Candidate, samples: int) -> Candidate:
+    """Return the candidate with its answers, and its epsilon, at the resolution of the samples."""
+    epsilon = np.asarray(candidate.shadow_epsilon)
+    if epsilon.ndim:
+        epsilon = np.kron(epsilon, np.ones((samples, samples)))
+    return replace(candidate, answers=candidate.fine, shadow_epsilon=epsilon)
 
 
 def _expectations(case: Case, candidate: Candidate, bench: Bench) -> list[dict[str, Any]]:

@@ -7,6 +7,7 @@ evaluation; a formula that needs more has lost digits that the scene did not ask
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,6 +95,13 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
         whole[Stage.EXITANCE] = albedo * irradiance + g(3) * truth[Stage.EXITANCE]
         whole[Stage.RADIANCE] = per_radiance * irradiance + g(7) * truth[Stage.RADIANCE]
     return Limits(continued=own, end_to_end=whole, cosine=cosine, position=np.where(c.hit, all_position, 0.0))
+
+
+def continued_position_limit(scene: Scene, given: Answers, roundoffs: Sequence[Roundoff]) -> np.ndarray:
+    """Return the limit of the position (height, width) continued from a given distance [m]."""
+    distance = given[Stage.DISTANCE][..., 0]
+    reach = float(np.linalg.norm(scene.camera.eye)) + np.where(np.isfinite(distance), np.abs(distance), 0.0)
+    return sum(g(POINT) for g in roundoffs) * reach
 
 
 def continued_light_limit(scene: Scene, stage: Stage, given: Answers, value: np.ndarray, g: Roundoff) -> np.ndarray:

@@ -136,7 +136,7 @@ def measure(
         wrong_at_edge=int(np.count_nonzero(differ & edge & ~excused)),
         hit_miss=int(np.count_nonzero(misses & ~edge)),
         nan=int(np.count_nonzero(np.isnan(ours).any(axis=-1))),
-        inf=int(np.count_nonzero((np.isinf(ours) & ~np.isinf(theirs)).any(axis=-1))),
+        inf=int(np.count_nonzero((np.isinf(ours) & ~np.isinf(theirs)).any(axis=-1) & ~forgiven)),
         flagged=int(np.count_nonzero(flagged)),
         ulp=_ulp(ours, theirs, ~forgiven, precision),
     )

@@ -15,7 +15,8 @@ class Candidate:
     name: str
     precision: str
     items: frozenset[str]  # specification items whose formulas it ran
-    shadow_epsilon: float  # m: how far it admits to move or ignore things at a feeler's start
+    # m, one for all or per pixel: how far it admits to move or ignore things at a feeler's start
+    shadow_epsilon: float | np.ndarray
     answers: Answers | None
     error: str | None = None
     fine: Answers | None = None  # at the resolution of a case's samples: the tracer's own answers there

@@ -55,6 +55,13 @@ def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.nda
     )
 
 
+def widest_near(image: np.ndarray) -> np.ndarray:
+    """Return each pixel's largest value within two pixels, (height, width)."""
+    height, width = image.shape
+    padded = np.pad(image, 2, mode="edge")
+    return np.max([padded[y : y + height, x : x + width] for y in range(5) for x in range(5)], axis=0)
+
+
 def excused(
     stage: Stage, ours: Answers, around: Sides, limit: np.ndarray, shape: tuple[int, int], *, continued: bool
 ) -> np.ndarray:
@@ -77,8 +84,11 @@ def excused(
         theirs = around.answers[stage]
         low = np.where(mask, theirs, np.inf).min(axis=1)
         high = np.where(mask, theirs, -np.inf).max(axis=1)
-        bound = limit[rows, columns]
-        bound = bound if bound.ndim == 2 else bound[:, np.newaxis]
+        # The pixel's own limit may be that of the other side, a miss's for example: the largest nearby holds.
+        bound = widest_near(limit.max(axis=-1) if limit.ndim == 3 else limit)[rows, columns][:, np.newaxis]
+        # A centre that lies on the edge itself lies just outside the samples of one side: by no more than they span.
+        span = np.where(np.isfinite(high - low), high - low, 0.0)
+        low, high = low - span, high + span
         value = ours[stage][rows, columns]
         if continued and stage is Stage.NORMAL:
             near = np.linalg.norm(value[:, np.newaxis] - theirs, axis=-1) <= bound

@@ -28,6 +28,7 @@ def handler(kind: str) -> Callable[[Any], Any]:
 
 def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
     """Render by the tracer."""
+    from tracer.clearance import spread
     from tracer.configuration import Configuration
     from tracer.feelers import shadow_epsilon
     from tracer.render import render
@@ -38,13 +39,14 @@ def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
     fine = None
     if task.samples > 1:
         fine = render(finer(task.scene, task.samples), stages_of(task.scene), configuration)
-    scale = float(np.abs(answers[Stage.POSITION]).max(initial=0.0, where=np.isfinite(answers[Stage.POSITION])))
-    scale = max(scale, float(np.abs(task.scene.camera.eye).max()))
+    # A strategy's epsilon grows with the coordinates at hand: [m] per pixel, from [m] per metre of coordinate.
+    coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(task.scene.camera.eye).max())
+    widest = max((spread(shape) for shape in task.scene.shapes), default=1.0)
     candidate = Candidate(
         name=configuration.name,
         precision=configuration.precision,
         items=configuration.items,
-        shadow_epsilon=shadow_epsilon(configuration, scale=scale),
+        shadow_epsilon=coordinates * shadow_epsilon(configuration, scale=1.0, spread=widest),
         answers=answers,
         fine=fine,
     )
