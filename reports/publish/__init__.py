@@ -1,0 +1,30 @@
+"""Publishing: a results folder in, the files that people and machines read out. Renders nothing, judges nothing.
+
+To add a publisher: a function `(folder, results) -> list[Path]` in a new file, under `@PUBLISHERS.register("name")`.
+It reads `results` (see docs/results.md) and what lies below `folder`, writes below `folder` only, each file through
+`reports.publish.atomic`, and returns what it wrote. Names, paths and messages in `results` are hostile input. What
+`reports.publish.headline.shouts` returns stands on the first line of everything written.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from cases.registry import Registry
+
+Publisher = Callable[[Path, dict[str, Any]], list[Path]]
+
+PUBLISHERS: Registry[Publisher] = Registry("publisher", package="reports.publish")
+
+
+def publish_all(folder: Path) -> list[Path]:
+    """Write every publication of the results folder anew and return the paths written.
+
+    Raises:
+        ResultsError: results.json is missing or not what docs/results.md describes.
+
+    """
+    from reports.publish.results import load_results
+
+    results = load_results(folder)
+    return [path for name in PUBLISHERS for path in PUBLISHERS[name](folder, results)]

@@ -1,0 +1,89 @@
+"""Whether VTK can draw here, asked once in a child process and remembered.
+
+Without OpenGL libraries VTK does not raise: it kills the process inside `pyvista.Plotter()`. So nothing may touch a
+plotter in this process, and none before this probe said yes.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+from reports.publish.atomic import write_text
+
+INSTALL = "apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri"
+_SECONDS = 60.0
+_VARIABLES = (
+    "VTK_DEFAULT_OPENGL_WINDOW", "DISPLAY", "WAYLAND_DISPLAY", "LD_LIBRARY_PATH", "LD_PRELOAD", "LIBGL_ALWAYS_SOFTWARE",
+    "LIBGL_DRIVERS_PATH", "GALLIUM_DRIVER", "MESA_LOADER_DRIVER_OVERRIDE", "__EGL_VENDOR_LIBRARY_FILENAMES",
+)  # fmt: skip
+_PROBE = """
+import pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(32, 24))
+plotter.add_mesh(pyvista.Sphere(), color="red")
+image = plotter.screenshot(return_img=True)
+assert image.std() > 1, "the image is blank"
+"""
+
+
+def drawing_environment() -> dict[str, str]:
+    """Return the environment for a child process that draws: EGL on Linux, unless the user chose otherwise."""
+    environment = dict(os.environ)
+    if sys.platform.startswith("linux"):
+        environment.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    return environment
+
+
+def why_not(cache: Path | None = None) -> str | None:
+    """Return why VTK cannot draw here, or None if it can; the answer is kept in `cache` until something changes."""
+    cache = cache or user_cache_path("rayproof")
+    # One file per configuration, so that shells with different settings do not overwrite each other's answer.
+    path = cache / f"gl-{_key()}.json"
+    try:
+        remembered = json.loads(path.read_text(encoding="utf-8"))["why_not"]
+        if remembered is None or isinstance(remembered, str):
+            return remembered
+    except (OSError, ValueError, KeyError, TypeError):
+        pass  # Never asked, or what was written is no answer: ask.
+    answer = probe()
+    try:
+        write_text(path, json.dumps({"why_not": answer}))
+    except OSError:
+        pass  # A read-only home costs a second at the next start, nothing else.
+    return answer
+
+
+def probe() -> str | None:
+    """Draw a sphere in a child process and return why that failed, or None."""
+    try:
+        child = subprocess.run(
+            [sys.executable, "-c", _PROBE],
+            env=drawing_environment(),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return f"OpenGL did not draw within {_SECONDS:.0f} s"
+    if child.returncode == 0:
+        return None
+    if child.returncode < 0:
+        return f"OpenGL is missing (VTK ended with signal {-child.returncode}); on Debian: {INSTALL}"
+    last = child.stderr.decode(errors="replace").strip().splitlines()[-1:] or [f"exit code {child.returncode}"]
+    return f"VTK cannot draw: {last[0][:200]}"
+
+
+def _key() -> str:
+    """Return what the answer depends on, as a short hash."""
+    facts = [sys.executable, version("pyvista"), version("vtk")]
+    facts += [f"{name}={drawing_environment().get(name, '')}" for name in _VARIABLES]
+    # The package manager rewrites this file when it installs a library: a remembered no then ends by itself.
+    linker = Path("/etc/ld.so.cache")
+    facts.append(str(linker.stat().st_mtime_ns) if linker.exists() else "")
+    return hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]

@@ -1,0 +1,69 @@
+"""The one sentence of a run, and what must be shouted before it."""
+
+from collections import Counter
+from typing import Any
+
+from reports.judge.outcomes import Outcome
+from reports.publish.results import number
+
+
+def shouts(results: dict[str, Any]) -> list[str]:
+    """Return what no reader may overlook: planted faults, a run cut short, a ledger that does not add up."""
+    found = []
+    if results.get("faults"):
+        names = ", ".join(map(str, results["faults"]))
+        found.append(f"PLANTED FAULTS IN USE: {names}. This run audits the harness; it says nothing about the tracer.")
+    if not results.get("finished", False):
+        found.append("UNFINISHED RUN: what is shown is what was done when it stopped; `--resume` continues it.")
+    for key, what in (("summary", "cases"), ("checks", "checks")):
+        ledger = results[key]
+        total = sum(ledger[outcome.value] for outcome in Outcome)
+        if total != ledger["planned"]:
+            found.append(f"LEDGER BROKEN: {ledger['planned']} {what} planned, {total} have a verdict.")
+    return found
+
+
+def headline(results: dict[str, Any]) -> str:
+    """Return the verdict of the run in one sentence, with what is blamed."""
+    summary = results["summary"]
+    total = f"{summary['planned']} case{'' if summary['planned'] == 1 else 's'}"
+    worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
+    if not worst_first:
+        return "Nothing was measured."
+    if worst_first == [Outcome.PASS]:
+        return f"{total}: all pass, in {results['checks']['planned']} checks."
+    parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
+    blamed = Counter(blame(case) for case in results["cases"] if case["verdict"] in BAD and blame(case))
+    named = ", ".join(where for where, _ in blamed.most_common(4))
+    return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "")
+
+
+BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING})
+
+
+def blame(case: dict[str, Any]) -> str:
+    """Return the blamed stage and specification id of a case, or an empty string."""
+    return " ".join(str(case[key]) for key in ("stage", "item") if case.get(key))
+
+
+def worst_ratio(case: dict[str, Any]) -> float | None:
+    """Return the case's largest end-to-end error over its limit, NaN counted as largest; None without any."""
+    ratios = [number(ratio_of(check)) for check in case.get("checks", [])]
+    known = [float("inf") if ratio != ratio else ratio for ratio in ratios if ratio is not None]
+    return max(known, default=None)
+
+
+def ratio_of(check: dict[str, Any]) -> Any:
+    """Return a check's error over its limit as results.json has it, end to end where it was judged twice."""
+    return (check.get("end_to_end") or check).get("worst_ratio", check.get("ratio"))
+
+
+def worst_first(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the cases by verdict, then by error over limit, then by name; the worst first."""
+    order = [outcome.value for outcome in Outcome]
+
+    def key(case: dict[str, Any]) -> tuple[int, float, str]:
+        ratio = worst_ratio(case)
+        return (-order.index(case["verdict"]), -(ratio if ratio is not None else 0.0), case["name"])
+
+    return sorted(cases, key=key)

@@ -1,0 +1,30 @@
+// Coverage by specification id: how many cases, the worst error against its limit, which references.
+(function (rayproof) {
+  "use strict";
+  const e = rayproof.element;
+
+  function state(item) {
+    if (!item.cases) return "missing";
+    return item.failed ? "fail" : "pass";
+  }
+
+  rayproof.coverage = function (results, onpick) {
+    const covered = results.coverage.filter((item) => item.cases).length;
+    return e("section", { class: "panel", "aria-label": "Coverage" },
+      e("h2", {}, "Coverage by specification id ",
+        e("span", { class: "muted" }, `${covered} of ${results.coverage.length} covered`)),
+      e("div", { class: "scroll" }, e("table", { class: "coverage" },
+        e("thead", {}, e("tr", {}, ["id", "", "what", "cases", "failed", "worst error / limit", "references"]
+          .map((title) => e("th", { scope: "col" }, title)))),
+        e("tbody", {}, results.coverage.map((item) => e("tr", {},
+          e("th", { scope: "row" }, e("button", { class: "link", onclick: () => onpick(item.id), title: "show its cases" },
+            item.id)),
+          e("td", {}, e("span", { class: `glyph mark ${rayproof.tone(state(item))}`, title: rayproof.word(state(item)) },
+            rayproof.glyph(state(item)))),
+          e("td", { class: "what" }, item.what),
+          e("td", { class: "figure" }, item.cases),
+          e("td", { class: "figure" }, item.failed ?? ""),
+          e("td", {}, e("span", { title: item.worst_check || "" }, rayproof.ratioBar(item.cases ? item.worst_ratio : null))),
+          e("td", { class: "references" }, (item.references || []).map((name) => e("span", { class: "chip" }, name)))))))));
+  };
+})(window.rayproof);

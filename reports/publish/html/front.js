@@ -1,0 +1,84 @@
+// The first screen: shouts, the verdict in one line, the ledgers, what is blamed, and at the end the environment.
+(function (rayproof) {
+  "use strict";
+  const e = rayproof.element;
+
+  rayproof.shoutBars = (results) => results.shouts.map((text) => e("p", { class: "shout", role: "alert" }, text));
+
+  rayproof.verdictLine = function (results) {
+    const verdict = String(results.verdict);
+    return e("section", { class: `verdict ${rayproof.tone(verdict)}`, "aria-label": "Verdict" },
+      e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(verdict)),
+      e("div", {},
+        e("h1", {}, results.headline),
+        e("p", { class: "muted" }, [results.command, started(results.started), rayproof.seconds(results.seconds)]
+          .filter(Boolean).flatMap((text, i) => (i ? [" \u00B7 ", text] : [e("code", {}, text)])))));
+  };
+
+  const started = (text) => (text ? String(text).slice(0, 16).replace("T", " ") : "");
+
+  // planned = pass + warn + ..., for cases and for checks.
+  rayproof.ledger = function (results, onpick) {
+    const names = results.ledger.slice(1);
+    const row = (title, counts) => e("tr", {},
+      e("th", { scope: "row" }, title),
+      e("td", { class: "planned" }, counts.planned), e("td", { class: "sign" }, "="),
+      names.map((name, i) => e("td", {},
+        i ? e("span", { class: "sign", "aria-hidden": "true" }, "+") : null,
+        title === "cases" && counts[name]
+          ? e("button", { class: `count ${rayproof.tone(name)}`, onclick: () => onpick(name), title: `show these cases` },
+            counts[name])
+          : e("span", { class: `count ${counts[name] ? rayproof.tone(name) : "zero"}` }, counts[name]))));
+    return e("section", { class: "panel scroll", "aria-label": "Totals" },
+      e("table", { class: "ledger" },
+        e("thead", {}, e("tr", {}, e("td"), e("th", { scope: "col" }, "planned"), e("td"),
+          names.map((name) => e("th", { scope: "col" },
+            e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(name)), " ", rayproof.word(name))))),
+        e("tbody", {}, row("cases", results.summary), row("checks", results.checks))));
+  };
+
+  rayproof.blamed = function (results) {
+    const bad = results.cases.filter((row) => !["pass", "warn", "unsupported"].includes(row.verdict));
+    if (!bad.length) return null;
+    return e("section", { class: "panel blamed", "aria-label": "What is blamed" },
+      e("h2", {}, "What is blamed"),
+      e("ul", {}, bad.slice(0, 8).map((row) => e("li", {}, rayproof.pill(row.verdict), " ",
+        row.blame ? e("strong", {}, row.blame) : e("span", { class: "muted" }, "no stage"), " in ",
+        e("a", { href: rayproof.link({ case: row.name, stage: row.stage }) }, e("bdi", {}, row.name)),
+        row.reason ? e("bdi", { class: "muted" }, ` \u2013 ${row.reason}`) : null))),
+      bad.length > 8 ? e("p", { class: "muted" }, `and ${bad.length - 8} more in the list below`) : null);
+  };
+
+  rayproof.review = function (results) {
+    if (!results.review.length) return null;
+    return e("details", { class: "panel" },
+      e("summary", {}, `Limits for review (${results.review.length})`),
+      e("p", { class: "muted" }, "An error below a hundredth of its limit says the limit is loose; above 0.8, that it is tight."),
+      e("div", { class: "scroll" }, e("table", {},
+        e("thead", {}, e("tr", {}, e("th", {}, "check"), e("th", {}, "error / limit"), e("th", {}, "why"))),
+        e("tbody", {}, results.review.slice(0, 400).map((entry) => e("tr", {}, e("td", {}, entry.check),
+          e("td", {}, rayproof.ratioBar(entry.ratio)), e("td", {}, entry.why)))))),
+      results.review.length > 400 ? e("p", { class: "muted" }, "The rest is in results.json.") : null);
+  };
+
+  rayproof.slowest = function (results) {
+    const rows = results.cases.filter((row) => row.seconds > 0).sort((a, b) => b.seconds - a.seconds).slice(0, 10);
+    if (!rows.length) return null;
+    return e("details", { class: "panel" }, e("summary", {}, "What was slow"),
+      e("table", {}, e("tbody", {}, rows.map((row) => e("tr", {},
+        e("td", {}, e("a", { href: rayproof.link({ case: row.name }) }, row.name)),
+        e("td", { class: "figure" }, rayproof.seconds(row.seconds)))))));
+  };
+
+  rayproof.environment = function (results) {
+    const references = Object.entries(results.references || {}).map(([name, about]) =>
+      [name, [about.version, about.precision, about.independent ? "independent of the tracer" : "not independent"]
+        .filter(Boolean).join(", ")]);
+    const pairs = [["rayproof", results.rayproof], ...Object.entries(results.environment || {}), ...references,
+      ["configurations", (results.configurations || []).join(", ")]];
+    return e("details", { class: "panel" }, e("summary", {}, "Environment and references"),
+      e("dl", { class: "facts" }, pairs.map(([name, value]) => [e("dt", {}, name), e("dd", {}, text(value))])));
+  };
+
+  const text = (value) => (value !== null && typeof value === "object" ? JSON.stringify(value) : String(value ?? ""));
+})(window.rayproof);

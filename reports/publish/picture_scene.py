@@ -1,0 +1,231 @@
+"""One scene as a 600 x 450 picture: geometry, camera frustum, rays, hit points coloured by error, normals, lights.
+
+Drawn with PyVista (Sullivan and Kaszynski, 2019), imported inside: only a process that may die of OpenGL calls this.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.scene import Camera, Scene
+from cases.stages import FACTS, Stage
+from reports.publish.atomic import replacing
+from reports.publish.picture_shapes import surface
+
+SIZE = (600, 450)  # px
+MOST_POINTS, MOST_RAYS, MOST_NORMALS = 1000, 24, 50
+# What is coloured unless the case blames a stage of its own.
+COLORED = (Stage.DISTANCE, Stage.POSITION, Stage.RADIANCE)
+NO_ERROR = 1e-16  # drawn where no pixel has an error at all, which has no logarithm
+
+
+def new_plotter() -> Any:
+    """Return an empty plotter; one serves any number of pictures, since making one costs more than drawing."""
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
+    # A plain background: a gradient trebles the size of the file and the time to write it.
+    plotter.set_background("#f3f5f8")
+    return plotter
+
+
+def draw(plotter: Any, path: Path, scene: Scene, *, ours: Any, theirs: Any, stage: str | None) -> None:
+    """Write the picture of `scene`; `ours` and `theirs` are answers as `read_answers` gives them, or None."""
+    plotter.clear()
+    plotter.enable_3_lights()
+    _fill(plotter, scene, ours=ours, theirs=theirs, stage=stage)
+    # A plotter that has been shown once takes its last image for the screenshot unless told to draw.
+    plotter.render()
+    with replacing(path) as draft:
+        plotter.screenshot(str(draft))
+
+
+def _fill(plotter: Any, scene: Scene, *, ours: Any, theirs: Any, stage: str | None) -> None:
+    import pyvista
+
+    eye = np.asarray(scene.camera.eye, dtype=np.float64)
+    points, normals, errors, title = _hits(ours, theirs, stage)
+    focus, extent = _framing(scene, points)
+    _add_shapes(plotter, scene, points, eye, extent)
+    _add_camera(plotter, scene.camera, extent)
+    rays = _rays(eye, points, extent)
+    if len(rays):
+        _add(plotter, pyvista.line_segments_from_points(rays), color="#b8860b", line_width=1, opacity=0.6)
+    if len(points):
+        _add_hits(plotter, points, normals, errors, title, extent)
+    for light in scene.lights:
+        bulb = pyvista.Sphere(radius=0.02 * extent, center=light.position)
+        _add(plotter, bulb, color="#f5b700", lighting=False)
+    _aim(plotter, scene.camera, focus, extent)
+
+
+def _hits(ours: Any, theirs: Any, stage: str | None) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, str]:
+    """Return hit points (n, 3), normals (n, 3), log10 errors (n,) or None, and what the errors are of."""
+    answers = ours or theirs or {}
+    if Stage.POSITION not in answers or Stage.OBJECT not in answers:
+        return np.empty((0, 3)), np.empty((0, 3)), None, ""
+    hit = answers[Stage.OBJECT][..., 0] >= 0
+    hit &= np.isfinite(answers[Stage.POSITION]).all(axis=-1)
+    error, title = _error(ours, theirs, stage)
+    rows, columns = np.nonzero(hit)
+    chosen = np.linspace(0, len(rows) - 1, min(len(rows), MOST_POINTS)).astype(int) if len(rows) else np.empty(0, int)
+    if error is not None and len(rows):
+        # The worst pixels are what one looks for; thinning must not lose them.
+        worst = np.argsort(error[rows, columns])[-20:]
+        chosen = np.unique(np.concatenate([chosen, worst]))
+    rows, columns = rows[chosen], columns[chosen]
+    normals = answers.get(Stage.NORMAL, np.zeros_like(answers[Stage.POSITION]))[rows, columns]
+    points = answers[Stage.POSITION][rows, columns].astype(np.float64)
+    return points, normals, None if error is None else error[rows, columns], title
+
+
+def _error(ours: Any, theirs: Any, stage: str | None) -> tuple[np.ndarray | None, str]:
+    """Return log10 of the largest absolute difference over channels (height, width), and its title."""
+    both = [s for s in Stage if ours and theirs and s in ours and s in theirs]
+    wanted = [s for s in (stage, *COLORED) if s in both]
+    if not wanted:
+        return None, ""
+    chosen = Stage(wanted[0])
+    a, b = ours[chosen].astype(np.float64), theirs[chosen].astype(np.float64)
+    if a.shape != b.shape:
+        return None, ""
+    with np.errstate(invalid="ignore"):
+        difference = np.where(a == b, 0.0, np.abs(a - b)).max(axis=-1)
+    # NaN and infinities are worse than any number and take the top of the scale; no error takes its bottom.
+    known = difference[np.isfinite(difference) & (difference > 0)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (NO_ERROR, NO_ERROR)
+    difference = np.where(np.isfinite(difference), np.maximum(difference, low), high)
+    unit = FACTS[chosen].unit
+    return np.log10(difference), f"log10 |{chosen} error|" + (f" [{unit}]" if unit != "1" else "")
+
+
+def _framing(scene: Scene, points: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return what to look at [m] and its size [m]: the hits, the bounded shapes near them and, unless far, the eye."""
+    eye = np.asarray(scene.camera.eye, dtype=np.float64)
+    # Hits out to the horizon would shrink everything else to nothing: the middle nine tenths decide.
+    corners = [np.quantile(points, (0.05, 0.95), axis=0)] if len(points) else []
+    corners += [bounds for shape in scene.shapes if (bounds := _corners(shape)) is not None]
+    inside = np.concatenate(corners) if corners else np.asarray([scene.camera.target], dtype=np.float64)
+    low, high = inside.min(axis=0), inside.max(axis=0)
+    size = float(np.linalg.norm(high - low)) or float(np.linalg.norm(eye - inside[0])) or 1.0
+    others = [eye, *(np.asarray(light.position, dtype=np.float64) for light in scene.lights)]
+    near = [point for point in others if np.linalg.norm(point - (low + high) / 2) < 2.5 * size]
+    everything = np.concatenate([inside, np.asarray(near).reshape(-1, 3)])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    return (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0
+
+
+def _corners(shape: Any) -> np.ndarray | None:
+    mesh = surface(shape, patch=None)
+    return None if mesh is None else np.asarray(mesh.bounds).reshape(3, 2).T.astype(np.float64)
+
+
+def _add(plotter: Any, mesh: Any, **style: Any) -> None:
+    """Add a mesh under a name of its own, without drawing yet.
+
+    By default PyVista names an actor after its mesh's address, which the next mesh may get: it would replace it.
+    """
+    plotter.add_mesh(mesh, name=f"part {len(plotter.renderer.actors)}", render=False, **style)
+
+
+def _add_shapes(plotter: Any, scene: Scene, points: np.ndarray, eye: np.ndarray, extent: float) -> None:
+    for shape in scene.shapes:
+        mesh = surface(shape, patch=points if len(points) else np.asarray([scene.camera.target]), margin=0.05 * extent)
+        if mesh is None:
+            continue
+        bounds = np.asarray(mesh.bounds).reshape(3, 2)
+        # One that the camera is inside of would hide everything.
+        around = bool(np.all((bounds[:, 0] < eye) & (eye < bounds[:, 1])))
+        color = np.clip(np.asarray(shape.albedo) * 0.6 + 0.35, 0, 1)
+        flat = mesh.n_cells < 50
+        _add(
+            plotter,
+            mesh,
+            color=color,
+            opacity=0.18 if around else 0.8,
+            smooth_shading=not flat,
+            show_edges=flat,
+            edge_color="#5b6570",
+        )
+
+
+def _add_camera(plotter: Any, camera: Camera, extent: float) -> None:
+    """Add the frustum as lines from the eye, as deep as a sixth of the scene."""
+    import pyvista
+
+    eye, forward, right, up = _basis(camera)
+    depth = 0.12 * extent
+    half = depth * np.tan(camera.alpha)
+    ends = [
+        eye + depth * forward + sx * half * camera.aspect * right + sy * half * up
+        for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    lines = [(eye, end) for end in ends] + [(ends[i], ends[(i + 1) % 4]) for i in range(4)]
+    segments = np.asarray(lines, dtype=np.float64).reshape(-1, 3)
+    _add(plotter, pyvista.line_segments_from_points(segments), color="#1d4e89", line_width=2)
+    # A tick above the upper edge says which way up is.
+    tick = (ends[2] + ends[3]) / 2
+    _add(plotter, pyvista.Line(tick, tick + 0.25 * half * up), color="#1d4e89", line_width=3)
+
+
+def _rays(eye: np.ndarray, points: np.ndarray, extent: float) -> np.ndarray:
+    """Return the ends [m] of some rays, two rows each."""
+    ends = points[np.linspace(0, len(points) - 1, min(len(points), MOST_RAYS)).astype(int)] if len(points) else points
+    back = eye - ends
+    length = np.linalg.norm(back, axis=-1, keepdims=True)
+    # From afar only the last stretch: lines a kilometre long lose their digits in the depth buffer.
+    starts = ends + back * np.minimum(1, 4 * extent / np.maximum(length, 1e-300))
+    return np.stack([starts, ends], axis=1).reshape(-1, 3)
+
+
+def _add_hits(plotter: Any, points: np.ndarray, normals: np.ndarray, errors: Any, title: str, extent: float) -> None:
+    import pyvista
+
+    cloud = pyvista.PolyData(points)
+    if errors is None:
+        _add(plotter, cloud, color="#333333", point_size=4)
+    else:
+        cloud[title] = errors
+        _add(
+            plotter,
+            cloud,
+            scalars=title,
+            cmap="viridis",
+            clim=(float(errors.min()), max(float(errors.max()), float(errors.min()) + 1e-6)),
+            point_size=4.5,
+            render_points_as_spheres=True,
+            lighting=False,
+            scalar_bar_args={
+                "title_font_size": 13, "label_font_size": 12, "color": "#222222", "fmt": "%.1f",
+                "render": False, "position_x": 0.2, "position_y": 0.02, "width": 0.6, "height": 0.09,
+            },
+        )  # fmt: skip
+    few = np.linspace(0, len(points) - 1, min(len(points), MOST_NORMALS)).astype(int)
+    unit = few[np.linalg.norm(normals[few], axis=-1) > 0.5]
+    unit = unit[np.isfinite(normals[unit]).all(axis=-1)]
+    if len(unit):
+        ends = points[unit] + 0.05 * extent * normals[unit]
+        segments = np.stack([points[unit], ends], axis=1).reshape(-1, 3)
+        _add(plotter, pyvista.line_segments_from_points(segments), color="#c0392b", line_width=1.5)
+
+
+def _aim(plotter: Any, camera: Camera, focus: np.ndarray, extent: float) -> None:
+    """Look from beside and above the scene's own camera, so that both it and what it sees are in view."""
+    _, forward, right, up = _basis(camera)
+    direction = -0.75 * forward + 0.75 * right + 0.5 * up
+    plotter.camera.focal_point = tuple(focus)
+    plotter.camera.position = tuple(focus + direction / np.linalg.norm(direction) * 1.7 * extent)
+    plotter.camera.up = tuple(up)
+    plotter.camera.view_angle = 30.0
+    plotter.renderer.ResetCameraClippingRange()
+
+
+def _basis(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return eye, forward, right and up; all but the first unit."""
+    eye = np.asarray(camera.eye, dtype=np.float64)
+    forward = np.asarray(camera.target, dtype=np.float64) - eye
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, np.asarray(camera.up, dtype=np.float64))
+    right /= np.linalg.norm(right)
+    return eye, forward, right, np.cross(right, forward)

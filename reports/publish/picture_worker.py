@@ -1,0 +1,38 @@
+"""The child process of `pictures`: reads jobs on stdin, draws, and says on stdout what it does, a line of JSON each.
+
+A line before each case names what was being drawn should the process die there. Run as
+`python -m reports.publish.picture_worker`.
+"""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+
+def main() -> None:
+    """Draw every job of stdin."""
+    from cases.scene_json import load_scene
+    from reports.publish.exr import read_answers
+    from reports.publish.picture_scene import draw, new_plotter
+
+    plotter = new_plotter()
+    for job in json.load(sys.stdin):
+        _say(state="started", name=job["name"])
+        try:
+            scene = load_scene(Path(job["scene"]))
+            ours, theirs = (read_answers(Path(job[key])) if job[key] else None for key in ("ours", "theirs"))
+            draw(plotter, Path(job["picture"]), scene, ours=ours, theirs=theirs, stage=job["stage"])
+        except (OSError, ValueError) as error:
+            _say(state="failed", name=job["name"], why=str(error))
+        else:
+            _say(state="drawn", name=job["name"])
+
+
+def _say(**report: Any) -> None:
+    sys.stdout.write(json.dumps(report) + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

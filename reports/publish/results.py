@@ -1,0 +1,108 @@
+"""results.json: what a run found, as docs/results.md describes it. Loaded, checked in shape, written whole."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from reports.judge.outcomes import Outcome
+from reports.publish.atomic import write_text
+
+SCHEMA = 1
+NAME = "results.json"
+LEDGER = ("planned", *(outcome.value for outcome in Outcome))
+
+
+class ResultsError(ValueError):
+    """A results folder that cannot be read; the message is one line that names the file and the field."""
+
+
+def load_results(folder: Path) -> dict[str, Any]:
+    """Return the contents of `folder`/results.json, checked in shape.
+
+    Raises:
+        ResultsError: it is missing, is no JSON, or lacks what every publisher needs.
+
+    """
+    path = folder / NAME
+    try:
+        results = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise ResultsError(f"{path}: no such file; `rayproof run --out {folder}` makes it") from error
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ResultsError(f"{path}: not JSON: {error}") from error
+    problem = shape_problem(results)
+    if problem:
+        raise ResultsError(f"{path}: {problem}")
+    return results
+
+
+def save_results(folder: Path, results: Mapping[str, Any]) -> Path:
+    """Write results.json whole or not at all and return its path.
+
+    Raises:
+        ResultsError: `results` lacks what every publisher needs.
+
+    """
+    problem = shape_problem(results)
+    if problem:
+        raise ResultsError(f"{folder / NAME}: {problem}")
+    return write_text(folder / NAME, json.dumps(plain(results), allow_nan=False, indent=1) + "\n")
+
+
+def plain(value: Any) -> Any:
+    """Return `value` with every non-finite number as one of the strings "inf", "-inf", "nan", which JSON lacks."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
+    return value
+
+
+def number(value: Any) -> float | None:
+    """Return a number of results.json, also where it is "inf", "-inf" or "nan"; None where there is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return None
+    if isinstance(value, str) and value not in ("inf", "-inf", "nan"):
+        return None
+    return float(value)
+
+
+def shape_problem(results: Any) -> str | None:
+    """Return in a sentence what keeps `results` from being published, or None."""
+    if not isinstance(results, Mapping):
+        return f"must be an object, got {type(results).__name__}"
+    if results.get("schema") != SCHEMA:
+        return f"schema must be {SCHEMA}, got {results.get('schema')!r}"
+    for key in ("summary", "checks"):
+        ledger = results.get(key)
+        if not isinstance(ledger, Mapping):
+            return f"{key} must be an object, got {type(ledger).__name__}"
+        for name in LEDGER:
+            count = ledger.get(name)
+            if not isinstance(count, int) or isinstance(count, bool) or count < 0:
+                return f"{key}.{name} must be a count, got {count!r}"
+    if not isinstance(results.get("coverage"), Mapping):
+        return f"coverage must be an object, got {type(results.get('coverage')).__name__}"
+    cases = results.get("cases")
+    if not isinstance(cases, list):
+        return f"cases must be a list, got {type(cases).__name__}"
+    return next((problem for index, case in enumerate(cases) if (problem := _case_problem(index, case))), None)
+
+
+def _case_problem(index: int, case: Any) -> str | None:
+    where = f"cases[{index}]"
+    if not isinstance(case, Mapping):
+        return f"{where} must be an object, got {type(case).__name__}"
+    for key in ("name", "family"):
+        if not isinstance(case.get(key), str) or not case[key]:
+            return f"{where}.{key} must be a non-empty string, got {case.get(key)!r}"
+    if case.get("verdict") not in set(Outcome):
+        return f"{where}.verdict must be one of {', '.join(Outcome)}, got {case.get('verdict')!r}"
+    for key in ("covers", "checks", "renders", "unsupported", "expectations"):
+        if not isinstance(case.get(key, []), list):
+            return f"{where}.{key} must be a list, got {type(case[key]).__name__}"
+    return None

@@ -1,0 +1,82 @@
+"""summary.md for CI step summaries: shouts, verdict, totals, what failed, coverage. No images, never 1 MB.
+
+GitHub refuses a whole step summary of more than 1024 kB, so rows are left out, and counted, before that.
+"""
+
+import html
+import re
+from pathlib import Path
+from typing import Any
+
+from reports.judge.outcomes import Outcome
+from reports.publish import PUBLISHERS
+from reports.publish.atomic import write_text
+from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
+from reports.publish.results import LEDGER, number
+
+MOST_BYTES = 900_000
+_LONGEST = 240  # characters of any one text; a hostile name must not push the rest out
+_MARKUP = re.compile(r"([\\`*_{}\[\]()#+!|~@:])")
+
+
+def escaped(text: object) -> str:
+    """Return `text` as inert Markdown on one line, shortened."""
+    line = " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
+    short = line if len(line) <= _LONGEST else line[: _LONGEST - 1] + "…"
+    return _MARKUP.sub(r"\\\1", html.escape(short, quote=False))
+
+
+@PUBLISHERS.register("summary")
+def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+    """Write summary.md."""
+    head = [f"**{escaped(line)}**\n" for line in shouts(results)]
+    head += [f"# rayproof: {escaped(headline(results))}\n", *_totals(results)]
+    coverage = _coverage(results)
+    failures = _failures(results, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
+    # Were the fixed parts alone too large (a results.json with a million ids), the end is cut at a line.
+    lines, size = [], 0
+    for line in [*head, *failures, *coverage]:
+        size += len(line.encode()) + 1
+        if size > MOST_BYTES:
+            lines.append("\n(cut here: the summary would exceed what CI services accept)")
+            break
+        lines.append(line)
+    return [write_text(folder / "summary.md", "\n".join(lines) + "\n")]
+
+
+def _totals(results: dict[str, Any]) -> list[str]:
+    lines = ["| | " + " | ".join(name.replace("_", " ") for name in LEDGER) + " |", "|---" * (len(LEDGER) + 1) + "|"]
+    for key, what in (("summary", "cases"), ("checks", "checks")):
+        lines.append(f"| {what} | " + " | ".join(str(results[key][name]) for name in LEDGER) + " |")
+    seconds = float(results.get("seconds") or 0)
+    return [*lines, "", f"{seconds:.0f} s; `results.json` and `index.html` have the rest.\n"]
+
+
+def _failures(results: dict[str, Any], room: int) -> list[str]:
+    cases = [case for case in worst_first(results["cases"]) if case["verdict"] in BAD | {Outcome.UNSUPPORTED}]
+    if not cases:
+        return []
+    lines = ["## What did not pass\n", "| case | verdict | blamed | error / limit | why |", "|---|---|---|---|---|"]
+    room -= sum(len(line.encode()) + 1 for line in lines) + 200
+    for done, case in enumerate(cases):
+        ratio = worst_ratio(case)
+        cells = (case["name"], case["verdict"], blame(case), "" if ratio is None else f"{ratio:.3g}")
+        row = "| " + " | ".join(escaped(cell) for cell in (*cells, case.get("reason") or "")) + " |"
+        room -= len(row.encode()) + 1
+        if room < 0:
+            lines.append(f"\n{len(cases) - done} more are left out here; `results.json` has them all.")
+            break
+        lines.append(row)
+    return [*lines, ""]
+
+
+def _coverage(results: dict[str, Any]) -> list[str]:
+    lines = ["## Coverage by specification id\n", "| id | cases | failed | worst error / limit | references |"]
+    lines.append("|---|---|---|---|---|")
+    for item, cases in results["coverage"].items():
+        detail = results.get("coverage_detail", {}).get(item, {})
+        ratio = number(detail.get("worst_ratio"))
+        cells = (item, cases, detail.get("failed", ""), "" if ratio is None else f"{ratio:.3g}")
+        references = ", ".join(map(str, detail.get("references", [])))
+        lines.append("| " + " | ".join(escaped(cell) for cell in (*cells, references)) + " |")
+    return lines
