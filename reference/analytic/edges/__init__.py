@@ -12,6 +12,7 @@ from reference.analytic.edges.borders import borders_of
 from reference.analytic.edges.crossings import crossing_distances
 from reference.analytic.edges.hits import Hits, hits_of
 from reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
+from reference.analytic.edges.screens import Screens
 from reference.analytic.edges.shadows import shadow_distances, terminator_distances
 from reference.analytic.edges.sights import sight_from_eye
 from reference.analytic.ellipsoids import Ellipsoid
@@ -42,14 +43,14 @@ def edges_of(scene: Scene) -> Edges:
     for column, light in enumerate(scene.lights):
         shadow[..., column] = shadow_distances(hits, light).reshape(size)
         terminator[..., column] = terminator_distances(hits, light).reshape(size)
-    silhouette = np.minimum(_outline_distances(hits), crossing_distances(hits))
+    screens = hits.screens(hits.view.eye, np.arange(len(hits.directions)), from_eye=True)
+    silhouette = np.minimum(_outline_distances(hits, screens), crossing_distances(hits, screens))
     return Edges(silhouette=silhouette.reshape(size), shadow=shadow, terminator=terminator)
 
 
-def _outline_distances(hits: Hits) -> np.ndarray:
+def _outline_distances(hits: Hits, screens: Screens) -> np.ndarray:
     """Return a lower bound [px] of the distance to the nearest outline or edge in front of what is hit, shape (N,)."""
     sight = sight_from_eye(hits.view, hits.directions)
-    screens = hits.screens(hits.view.eye, np.arange(len(hits.directions)), from_eye=True)
     distances = np.full(len(hits.directions), np.inf)
     for shape in hits.scene.shapes:
         surface = surface_of(shape)

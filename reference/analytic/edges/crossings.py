@@ -6,23 +6,24 @@ import numpy as np
 
 from cases.stages import Stage
 from reference.analytic.edges.hits import Hits
+from reference.analytic.edges.screens import Screens
 from reference.analytic.edges.sheets import Sheet, constant_sheet, ellipsoid_sheet, flat_sheet, shell_sheet
 from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.planes import Flat
 from reference.analytic.surfaces import surface_of
 
 
-def crossing_distances(hits: Hits) -> np.ndarray:
+def crossing_distances(hits: Hits, screens: Screens) -> np.ndarray:
     """Return a lower bound [px] of the distance to where a surface behind the hit one would come before it.
 
     A surface before the hit one, or the hit one itself, can only be cut off or uncovered by clipping; a surface behind
     must first cross the hit one. An infinite plane is followed also where the ray does not meet it (w <= 0): it comes
-    in from infinity, at its horizon.
+    in from infinity, at its horizon. What lies wholly behind `screens` never crosses the hit surface.
     """
     distances = np.full(len(hits.directions), np.inf)
     ends = _clip_sheets(hits)
     for index in range(len(hits.scene.shapes)):
-        for rays, same, sheet in _sheets(hits, index):
+        for rays, same, sheet in _sheets(hits, screens, index):
             hit = hits.sheet[rays]
             missed = hits.rows[Stage.OBJECT][rays, 0] < 0
             behind = ~same & ~missed & (sheet.value < hit.value)
@@ -43,8 +44,8 @@ def _clip_sheets(hits: Hits) -> list[Sheet]:
     return [shell_sheet(hits.view, hits.directions, radius) for radius in (camera.near, camera.far)]
 
 
-def _sheets(hits: Hits, index: int) -> Iterator[tuple[np.ndarray, np.ndarray, Sheet]]:
-    """Yield (rays, whether it is the hit itself, sheet) for all crossings of the rays with shape `index`."""
+def _sheets(hits: Hits, screens: Screens, index: int) -> Iterator[tuple[np.ndarray, np.ndarray, Sheet]]:
+    """Yield (rays, whether it is the hit itself, sheet) for the crossings with shape `index` that matter."""
     surface = surface_of(hits.scene.shapes[index])
     view, unit = hits.view, hits.rows[Stage.RAY]
     own = hits.rows[Stage.OBJECT][:, 0] == index
@@ -58,14 +59,17 @@ def _sheets(hits: Hits, index: int) -> Iterator[tuple[np.ndarray, np.ndarray, Sh
             yield everything, own, sheet
         return
     if isinstance(surface, Ellipsoid):
+        hidden = screens.hides_ellipsoid(surface)
         for roots in surface.crossings(view.eye, unit).T:
-            rays = np.flatnonzero(roots > 0)
+            rays = np.flatnonzero((roots > 0) & ~hidden)
             same = own[rays] & (roots[rays] == nearest[rays])
             depths = roots[rays] / lengths[rays]
             yield rays, same, ellipsoid_sheet(view, hits.directions[rays], surface, 1 / depths)
         return
     for bundle, faces, crossings in surface.meetings(view.eye, unit):
         row, column = np.nonzero(crossings > 0)
+        kept = ~screens.hides_own_hulls(bundle[row], surface.corners[faces[column]])
+        row, column = row[kept], column[kept]
         rays, face = bundle[row], faces[column]
         same = own[rays] & (crossings[row, column] == nearest[rays])
         points, normals = surface.corners[face, 0], surface.normals[face]

@@ -32,6 +32,11 @@ class Screens:
             heights = np.maximum(heights, self.normals[rays] @ hulls[:, corner].T)
         return self._behind(rays, heights, float(np.abs(hulls).max(initial=0)))
 
+    def hides_own_hulls(self, rays: np.ndarray, hulls: np.ndarray) -> np.ndarray:
+        """Return whether each ray's own hull of points (n, corners, 3) lies behind, shape (n,)."""
+        heights = np.einsum("nca,na->nc", hulls, self.normals[rays]).max(axis=1, initial=-np.inf)
+        return self._behind(rays, heights[:, np.newaxis], float(np.abs(hulls).max(initial=0)))[:, 0]
+
     def hides_ellipsoid(self, surface: Ellipsoid) -> np.ndarray:
         """Return whether an ellipsoid lies behind, for every ray, shape (N,)."""
         heights = self.normals @ surface.center + np.linalg.norm(self.normals @ surface.axes, axis=1)
