@@ -20,6 +20,10 @@ from reference.analytic.planes import Flat
 from reference.analytic.surfaces import surface_of
 
 
+# Taken off every bound: what float64 may have lost, with room to spare, and far below what a renderer under test loses.
+ROUNDING = 1e-9  # px
+
+
 @dataclass(frozen=True, kw_only=True)
 class Edges:
     """Lower bounds [px] of the image distance from each pixel centre to the nearest edge; inf where there is none.
@@ -45,7 +49,9 @@ def edges_of(scene: Scene) -> Edges:
         terminator[..., column] = terminator_distances(hits, light).reshape(size)
     screens = hits.screens(hits.view.eye, np.arange(len(hits.directions)), from_eye=True)
     silhouette = np.minimum(_outline_distances(hits, screens), crossing_distances(hits, screens))
-    return Edges(silhouette=silhouette.reshape(size), shadow=shadow, terminator=terminator)
+    return Edges(
+        silhouette=_lowered(silhouette.reshape(size)), shadow=_lowered(shadow), terminator=_lowered(terminator)
+    )
 
 
 def _outline_distances(hits: Hits, screens: Screens) -> np.ndarray:
@@ -61,3 +67,7 @@ def _outline_distances(hits: Hits, screens: Screens) -> np.ndarray:
             everything = np.ones(len(borders.starts), dtype=bool)
             distances = np.minimum(distances, edge_distances(sight, borders, everything, screens))
     return distances
+
+
+def _lowered(distances: np.ndarray) -> np.ndarray:
+    return np.maximum(distances - ROUNDING, 0)
