@@ -19,7 +19,6 @@ from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.planes import Flat
 from reference.analytic.surfaces import surface_of
 
-
 # Taken off every bound: what float64 may have lost, with room to spare, and far below what a renderer under test loses.
 ROUNDING = 1e-9  # px
 
