@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from reports.commands.lookup import configurations, scene_named, stages_named
-from reports.commands.output import say, shout
+from reports.commands.output import say, shout, warning
 from reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 
@@ -29,13 +29,13 @@ def render(scene: str, image: Path, *, stages: str = "radiance", configuration: 
     loaded = scene_named(scene)
     with told_in_one_line():
         writable_folder(image.parent)
-    from tracer.render import render as trace
-
     from reports.publish.exr import write_answers
     from tracer.llvm import select
+    from tracer.render import render as trace
 
     shout(chosen.faults)
     select()
-    write_answers(image, trace(loaded, asked, chosen), lights=len(loaded.lights))
+    said = warning(chosen.faults) if chosen.faults else chosen.name
+    write_answers(image, trace(loaded, asked, chosen), lights=len(loaded.lights), comments=said)
     say(f"{image}: {', '.join(asked)} of {scene}, {chosen.name}")
     return 0

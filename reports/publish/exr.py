@@ -17,8 +17,10 @@ from reports.publish.atomic import replacing
 _VISIBILITY = re.compile(r"visibility\.\d+")
 
 
-def write_answers(path: Path, answers: Answers, lights: int) -> Path:
+def write_answers(path: Path, answers: Answers, lights: int, *, comments: str = "") -> Path:
     """Write the image stages of `answers`, rounded once to float32, and return `path`.
+
+    `comments` go into the header's attribute of that name, which image viewers show.
 
     `Stage.CAMERA` is no image and is left out, as is `visibility` where there is no light.
 
@@ -39,6 +41,8 @@ def write_answers(path: Path, answers: Answers, lights: int) -> Path:
     if len(sizes) != 1:
         raise ValueError(f"an EXR needs stages of one size, got {sorted(sizes) or 'none'}")
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    if comments:
+        header["comments"] = comments
     with replacing(path) as draft:
         OpenEXR.File(header, channels).write(str(draft))
     return path

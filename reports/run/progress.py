@@ -54,7 +54,8 @@ class CaseProgress:
         if not self._console.is_terminal or outcome is not Outcome.PASS:
             how = "kept" if again else f"{record['seconds']:.2f} s"
             line = f"[{self._done}/{self._total}] {outcome.value} {record['name']} ({how}) {record['reason']}".rstrip()
-            self._console.print(escape(line), style=COLOURS[outcome] if self._console.is_terminal else None)
+            style = COLOURS[outcome] if self._console.is_terminal else None
+            self._console.print(escape(line), style=style, soft_wrap=not self._console.is_terminal)
 
 
 def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Table:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 
 from cases.families import select
 from cases.scene_json import save_scene
@@ -30,3 +31,10 @@ def test_the_default_is_radiance_alone(rayproof: Rayproof, tmp_path: Path) -> No
     rayproof("render", "primitives/sphere", tmp_path / "a.exr")
 
     assert set(read_answers(tmp_path / "a.exr")) == {Stage.RADIANCE}
+
+
+def test_the_image_says_what_made_it(rayproof: Rayproof, tmp_path: Path) -> None:
+    rayproof("render", "primitives/sphere", tmp_path / "a.exr", "--configuration", "float64/sphere=textbook")
+
+    with OpenEXR.File(str(tmp_path / "a.exr")) as file:
+        assert file.header()["comments"] == "float64/sphere=textbook"
