@@ -16,22 +16,27 @@ CASE_FAMILIES: Registry[Callable[[], Iterator[Case]]] = Registry("case family", 
 
 
 @cache
-def all_cases() -> tuple[Case, ...]:
-    """Return every case, by family in alphabetical order, then in the order in which the family yields them.
+def cases_of(family: str) -> tuple[Case, ...]:
+    """Return the cases of one family in the order in which it yields them.
 
     Raises:
-        ValueError: a family yields a case under another family's name, or two cases share a name.
+        LookupError: there is no such family.
+        ValueError: the family yields a case under another family's name, or two under one name.
 
     """
     cases: dict[str, Case] = {}
-    for family in CASE_FAMILIES:
-        for case in CASE_FAMILIES[family]():
-            if case.family != family:
-                raise ValueError(f"family {family!r} yields case {case.name!r}, which names another family")
-            if case.name in cases:
-                raise ValueError(f"case {case.name!r} is yielded twice")
-            cases[case.name] = case
+    for case in CASE_FAMILIES[family]():
+        if case.family != family:
+            raise ValueError(f"family {family!r} yields case {case.name!r}, which names another family")
+        if case.name in cases:
+            raise ValueError(f"case {case.name!r} is yielded twice")
+        cases[case.name] = case
     return tuple(cases.values())
+
+
+def all_cases() -> tuple[Case, ...]:
+    """Return every case, by family in alphabetical order, then in the order in which the family yields them."""
+    return tuple(case for family in CASE_FAMILIES for case in cases_of(family))
 
 
 def select(patterns: Sequence[str]) -> tuple[Case, ...]:
@@ -41,14 +46,17 @@ def select(patterns: Sequence[str]) -> tuple[Case, ...]:
         LookupError: a pattern names nothing; the message lists names like it.
 
     """
-    cases = all_cases()
     chosen: set[str] = set()
     for pattern in patterns:
-        named = {case.name for case in cases if pattern == case.family or fnmatchcase(case.name, pattern)}
+        # A plain name needs no family but its own: making the meshes takes half a second.
+        family = pattern.partition("/")[0]
+        searched = cases_of(family) if family in CASE_FAMILIES else all_cases()
+        named = {case.name for case in searched if pattern == case.family or fnmatchcase(case.name, pattern)}
         if not named:
-            known = [*dict.fromkeys(case.family for case in cases), *(case.name for case in cases)]
+            known = [*CASE_FAMILIES, *(case.name for case in all_cases())]
             near = get_close_matches(pattern, known, n=3, cutoff=0.5)
             hint = f"did you mean {', '.join(near)}?" if near else f"families: {', '.join(CASE_FAMILIES)}"
-            raise LookupError(f"no case matches {pattern[:80]!r}; {hint}")
+            raise LookupError(f"no case matches {pattern[:80]!a}; {hint}")
         chosen |= named
-    return tuple(case for case in cases if case.name in chosen)
+    families = dict.fromkeys(sorted(name.partition("/")[0] for name in chosen))
+    return tuple(case for family in families for case in cases_of(family) if case.name in chosen)

@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from cases.case import ITEMS
-from cases.families import CASE_FAMILIES, all_cases, select
+from cases.families import CASE_FAMILIES, all_cases, cases_of, select
 from cases.stages import Stage
 
 NAMES = [case.name for case in all_cases()]
@@ -73,3 +73,14 @@ def test_a_pattern_may_be_a_family_a_case_or_a_glob():
 def test_a_pattern_that_names_nothing_lists_names_like_it():
     with pytest.raises(LookupError, match=r"no case matches 'camera'; did you mean cameras"):
         select(["camera"])
+
+
+def test_a_family_may_neither_borrow_a_name_nor_use_one_twice(monkeypatch):
+    (sphere, *_) = select(["primitives/sphere"])
+    families = {"other": lambda: iter([sphere]), "primitives": lambda: iter([sphere, sphere])}
+    monkeypatch.setattr("cases.families.CASE_FAMILIES", families)
+
+    with pytest.raises(ValueError, match="family 'other' yields case 'primitives/sphere', which names another family"):
+        cases_of.__wrapped__("other")
+    with pytest.raises(ValueError, match="case 'primitives/sphere' is yielded twice"):
+        cases_of.__wrapped__("primitives")
