@@ -65,7 +65,10 @@ class _Mitsuba:
 
         It grows with the distance from the origin, so a plane's far end says nothing about its near one.
         """
-        seen = self.render(scene, [Stage.OBJECT, Stage.POSITION])
+        return self.epsilon_at(self.render(scene, [Stage.OBJECT, Stage.POSITION]))
+
+    def epsilon_at(self, seen: Answers) -> np.ndarray:
+        """Return the same from answers that have object and position already."""
         return np.where(seen[Stage.OBJECT][..., 0] >= 0, offsets(seen[Stage.POSITION]), 0.0)
 
     def notes(self, scene: Scene) -> list[str]:

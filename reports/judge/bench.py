@@ -61,10 +61,13 @@ class Bench:
 
     @property
     def _roundoffs(self) -> tuple[Roundoff, Roundoff]:
-        factor = calibration(self.witness.name).factor
-        return Roundoff(self.candidate.precision, scale=self.candidate.scale), Roundoff(
-            self.witness.precision, scale=factor
-        )
+        return self._roundoff(self.candidate), self._roundoff(self.witness)
+
+    @staticmethod
+    def _roundoff(party: Candidate | Witness) -> Roundoff:
+        """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
+        known = calibration(party.name)
+        return Roundoff(party.precision, scale=known.factor, baked=known.baked_normals)
 
     @cached_property
     def _sides(self) -> Sides:

@@ -71,7 +71,8 @@ def camera_check(bench: Bench) -> Check:
     """Judge the camera stage; where the two differ, what every camera must satisfy says who is wrong."""
     mine = bench.candidate.answers[Stage.CAMERA] if bench.candidate.answers else {}
     theirs = bench.witness.answers[Stage.CAMERA]
-    g = Roundoff(bench.candidate.precision)
+    # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
+    g = max(Roundoff(bench.candidate.precision), Roundoff(bench.witness.precision), key=lambda each: each(1))
     ratio, part, error, limit = camera.worst_part(mine, theirs, bench.scene.camera, g)
     check = Check(
         configuration=bench.candidate.name,

@@ -13,7 +13,7 @@ import numpy as np
 
 from cases.answers import Answers
 from cases.baking import world_triangles
-from cases.scene import Camera, Mesh, Scene, Shape, Sphere, Triangle
+from cases.scene import IDENTITY, Camera, Mesh, Scene, Shape, Sphere, Triangle
 from cases.stages import Stage
 
 # A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
@@ -34,6 +34,7 @@ class Conditioning:
     matrix: np.ndarray  # 1: condition number of the model matrix
     local: np.ndarray  # 1: relative error of the object-space point that a curved normal is made from
     curvature: np.ndarray  # 1/m: largest normal curvature
+    baking: np.ndarray  # 1: error of a normal taken from baked world-space corners, per roundoff of float32
 
     @property
     def along_ray(self) -> np.ndarray:
@@ -76,7 +77,9 @@ def condition(scene: Scene, truth: Answers) -> Conditioning:
     cosine = np.ones(shape)
     cosine[hit] = np.abs(np.sum(truth[Stage.NORMAL][hit] * directions[hit], axis=-1)).clip(LEAST_COSINE)
     distance = np.where(hit, truth[Stage.DISTANCE][..., 0], 0.0)
-    fields = {name: np.zeros(shape) for name in ("surface", "point", "local", "curvature")} | {"matrix": np.ones(shape)}
+    fields = {name: np.zeros(shape) for name in ("surface", "point", "local", "curvature", "baking")} | {
+        "matrix": np.ones(shape)
+    }
     for index, one in enumerate(scene.shapes):
         mask = objects[..., 0] == index
         if np.any(mask):
@@ -107,7 +110,8 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
         reach = distance[mask] + _longest_edge(faces)
         surface = np.sum(normal * (eye + position), axis=-1) + reach * _aspect(faces)
         point = np.linalg.norm(eye + position, axis=-1) + reach
-        return {"surface": surface, "point": point, "matrix": number * _aspect(faces)}
+        moved = 0.0 if shape.to_world == IDENTITY else np.linalg.norm(position, axis=-1) / _least_height(faces)
+        return {"surface": surface, "point": point, "matrix": number * _aspect(faces), "baking": moved}
     moved = (eye + shift + position) @ np.abs(inverse).T
     own = np.abs(np.asarray(shape.center)) + shape.radius if isinstance(shape, Sphere) else np.full(3, 0.5)
     carried = (moved + own) @ np.abs(linear).T + shift + position
@@ -123,6 +127,13 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
 def _longest_edge(faces: np.ndarray) -> np.ndarray:
     """Return the longest edge of triangles (n, 3, 3) [m]."""
     return np.linalg.norm(faces - np.roll(faces, 1, axis=1), axis=-1).max(axis=1)
+
+
+def _least_height(faces: np.ndarray) -> np.ndarray:
+    """Return the least height of triangles (n, 3, 3) [m], 0 where they have no area."""
+    twice_area = np.linalg.norm(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]), axis=-1)
+    longest = _longest_edge(faces)
+    return np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
 
 
 def _aspect(faces: np.ndarray) -> np.ndarray:

@@ -13,7 +13,6 @@ from cases.stages import Stage
 from reports.judge import blame
 from reports.judge.adjudicate import ORACLE, adjudicate
 from reports.judge.bench import Bench
-from reports.judge.calibration import calibration
 from reports.judge.checks import Check, camera_check, stage_check
 from reports.judge.conditioning import condition
 from reports.judge.copies import copied
@@ -202,7 +201,6 @@ def _panel(witnesses: Sequence[Witness], truth: Witness, stages: Sequence[Stage]
             items=frozenset(),
             shadow_epsilon=witness.shadow_epsilon,
             answers=witness.answers,
-            scale=calibration(witness.name).factor,
         )
         at = bench(as_candidate, truth)
         for stage in stages:

@@ -23,6 +23,7 @@ MATRICES = 8  # a 4x4 product each by the inverse projection and the inverse vie
 HIT = 16  # ray into object space 7, solve 9
 POINT = 4  # product and sum, rounded; origin rounded once
 NORMAL = 16  # point into object space 7, inverse transpose 5, normalisation 4
+BAKING = 4  # two corners rounded once each, seen across the triangle's least height from either side
 LIGHT = 12  # difference, length 4, two dot products' worth of sums, product of flux, cosine and 1 / (4 pi r^2)
 
 BECAUSE: dict[Stage, str] = {
@@ -55,9 +56,10 @@ class Limits:
 class Roundoff:
     """gamma(count) of one precision, times a constant (1 for what is bounded, more for a calibrated reference)."""
 
-    def __init__(self, precision: str, *, scale: float = 1.0) -> None:
+    def __init__(self, precision: str, *, scale: float = 1.0, baked: bool = False) -> None:
         self.precision = precision
         self.scale = scale
+        self.baked = baked  # takes triangles' normals from their baked corners
 
     def __call__(self, count: float) -> float:
         """Return the bound on the relative error of `count` roundings."""
@@ -77,6 +79,8 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
     distance = g(HIT) * c.along_ray
     point = g(POINT) * (eye + c.distance)
     normal = g(NORMAL) * c.matrix * (1 + c.local)
+    if g.baked:
+        normal = normal + gamma(BAKING, precision="float32") * c.baking
     sine = np.sqrt(np.clip(1 - c.cosine**2, 0, 1))
     all_distance = distance + ray * c.swing * sine
     all_position = all_distance + ray * c.distance + point

@@ -29,7 +29,7 @@ class Measurement:
     nan: int
     inf: int
     flagged: int
-    ulp: float  # worst error in units in the last place of the reference, in float32 or float64 as computed
+    ulp: float  # the worst pixel's error in units in the last place of the reference, in the candidate's precision
 
     def as_json(self) -> dict[str, Any]:
         """Return plain JSON data; inf and nan become the strings "inf" and "nan"."""
@@ -53,19 +53,34 @@ def error(stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     """Return the error per pixel in the stage's own measure; equal infinities are equal, NaN stays NaN.
 
     Directions: angle [rad] by atan2 (Kahan, 2006), but never less than the vectors' distance, so that a wrong length
-    counts; position: Euclidean distance; the rest: largest absolute difference over channels is left to the caller,
-    which gets all channels.
+    counts; position: Euclidean distance; both (height, width). The rest: absolute difference, all channels.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        difference = np.where(ours == theirs, 0.0, np.abs(ours - theirs))
+        difference = np.abs(ours - theirs)
+        if not np.isfinite(difference).all():
+            difference = np.where(ours == theirs, 0.0, difference)
         if stage in DIRECTIONS:
-            across = np.linalg.norm(np.cross(ours, theirs), axis=-1)
-            angle = np.arctan2(across, np.sum(ours * theirs, axis=-1))
-            zero = ~np.any(ours, axis=-1) & ~np.any(theirs, axis=-1)
-            return np.where(zero, 0.0, np.maximum(angle, np.linalg.norm(difference, axis=-1)))
+            distance = _length(difference)
+            angle = np.arctan2(_length(_cross(ours, theirs)), _dot(ours, theirs))
+            return np.where(distance == 0, 0.0, np.maximum(angle, distance))
         if stage is Stage.POSITION:
-            return np.linalg.norm(difference, axis=-1)
+            return _length(difference)
     return difference
+
+
+def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return dot products over the last axis; by channel, since NumPy reduces short axes slowly."""
+    return one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1] + one[..., 2] * other[..., 2]
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt(_dot(vectors, vectors))
+
+
+def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    x, y, z = (one[..., channel] for channel in range(3))
+    u, v, w = (other[..., channel] for channel in range(3))
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -78,14 +93,17 @@ def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray
     if ours.shape != theirs.shape:
         raise ValueError(f"{stage} images differ in shape: {ours.shape} against {theirs.shape}")
     wrong = error(stage, ours, theirs)
-    if wrong.ndim == 2:
-        wrong = wrong[..., np.newaxis]
-    bound = limit if limit.ndim == 3 else limit[..., np.newaxis]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        over = np.where(wrong <= 0, 0.0, wrong / np.broadcast_to(bound, wrong.shape))
-    over = np.where(np.isnan(over), np.inf, over)
-    worst = over.argmax(axis=-1)[..., np.newaxis]
-    return np.take_along_axis(over, worst, -1)[..., 0], np.take_along_axis(wrong, worst, -1)[..., 0]
+    channels = [wrong] if wrong.ndim == 2 else [wrong[..., channel] for channel in range(wrong.shape[-1])]
+    bounds = [limit] * len(channels) if limit.ndim == 2 else [limit[..., channel] for channel in range(limit.shape[-1])]
+    size = ours.shape[:2]
+    worst_ratio, worst_error = np.zeros(size), np.zeros(size)
+    for one, bound in zip(channels, bounds, strict=True):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            over = np.where(one <= 0, 0.0, one / bound)
+        over = np.where(np.isnan(over), np.inf, over)
+        larger = over > worst_ratio
+        worst_ratio, worst_error = np.where(larger, over, worst_ratio), np.where(larger, one, worst_error)
+    return worst_ratio, worst_error
 
 
 def measure(
@@ -108,25 +126,19 @@ def measure(
     forgiven = edge & excused
     judged = np.where(forgiven, 0.0, ratio)
     row, column = np.unravel_index(int(judged.argmax()), judged.shape)
-    bound = np.broadcast_to(
-        limit if limit.ndim == 3 else limit[..., np.newaxis],
-        (*judged.shape, max(1, limit.shape[-1] if limit.ndim == 3 else 1)),
-    )
-    over = judged[row, column] > 0
-    channel_limit = (
-        float(wrong[row, column] / ratio[row, column])
-        if over and np.isfinite(ratio[row, column])
-        else float(bound[row, column].max())
-    )
+    there = judged[row, column]
     differ = ratio > 1
     misses = np.zeros_like(edge)
-    if stage in (Stage.OBJECT, Stage.DISTANCE):
-        misses = np.any((ours != theirs) if stage is Stage.OBJECT else (np.isinf(ours) != np.isinf(theirs)), axis=-1)
+    if stage is Stage.OBJECT:
+        misses = (ours[..., 0] != theirs[..., 0]) | (ours[..., 1] != theirs[..., 1])
+    elif stage is Stage.DISTANCE:
+        misses = np.isinf(ours[..., 0]) != np.isinf(theirs[..., 0])
     everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
+    finite = bool(np.isfinite(ours).all())
     return Measurement(
-        worst_ratio=float(judged[row, column]),
+        worst_ratio=float(there),
         worst_error=float(wrong[row, column]),
-        limit=channel_limit,
+        limit=float(wrong[row, column] / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
         pixel=(int(column), int(row)),
         ours=tuple(map(float, ours[row, column])),
         theirs=tuple(map(float, theirs[row, column])),
@@ -135,18 +147,21 @@ def measure(
         differ_at_edge=int(np.count_nonzero(differ & edge)),
         wrong_at_edge=int(np.count_nonzero(differ & edge & ~excused)),
         hit_miss=int(np.count_nonzero(misses & ~edge)),
-        nan=int(np.count_nonzero(np.isnan(ours).any(axis=-1))),
-        inf=int(np.count_nonzero((np.isinf(ours) & ~np.isinf(theirs)).any(axis=-1) & ~forgiven)),
+        nan=0 if finite else int(np.count_nonzero(np.isnan(ours).any(axis=-1))),
+        inf=0 if finite else _new_infinities(ours, theirs, forgiven),
         flagged=int(np.count_nonzero(flagged)),
-        ulp=_ulp(ours, theirs, ~forgiven, precision),
+        ulp=_ulp(ours[row, column], theirs[row, column], precision),
     )
 
 
-def _ulp(ours: np.ndarray, theirs: np.ndarray, judged: np.ndarray, precision: str) -> float:
-    """Return the worst error in units in the last place of the reference's largest component [ulp of `precision`]."""
-    both = judged & np.isfinite(ours).all(axis=-1) & np.isfinite(theirs).all(axis=-1)
-    if not np.any(both):
-        return 0.0
-    size = np.abs(theirs[both]).max(axis=-1)
-    spacing = np.spacing(np.maximum(size, np.finfo(precision).tiny).astype(precision)).astype(np.float64)
-    return float((np.abs(ours[both] - theirs[both]).max(axis=-1) / spacing).max())
+def _new_infinities(ours: np.ndarray, theirs: np.ndarray, forgiven: np.ndarray) -> int:
+    """Return how many pixels are infinite where the reference is finite."""
+    return int(np.count_nonzero((np.isinf(ours) & ~np.isinf(theirs)).any(axis=-1) & ~forgiven))
+
+
+def _ulp(ours: np.ndarray, theirs: np.ndarray, precision: str) -> float:
+    """Return one pixel's error in units in the last place of the reference's largest component."""
+    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()) or not len(ours):
+        return 0.0 if np.array_equal(ours, theirs) else math.inf
+    size = max(float(np.abs(theirs).max()), float(np.finfo(precision).tiny))
+    return float(np.abs(ours - theirs).max() / np.spacing(np.asarray(size, dtype=precision)).astype(np.float64))

@@ -20,7 +20,6 @@ class Candidate:
     answers: Answers | None
     error: str | None = None
     fine: Answers | None = None  # at the resolution of a case's samples: the tracer's own answers there
-    scale: float = 1.0  # a calibrated constant, where a reference is the one under test
 
     @property
     def by_matrices(self) -> bool:

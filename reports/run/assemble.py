@@ -11,7 +11,9 @@ from reports.judge.outcomes import Outcome, ledger, worst
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
 MEASURED = {Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT}
 STAGE_ITEMS: dict[str, tuple[str, ...]] = {
-    "CAM": ("camera", "ray"),
+    "CAM": ("camera",),
+    "CAM-4": ("ray",),
+    "CAM-5": ("ray",),
     "XF": ("distance", "position", "normal"),
     "HIT": ("object", "distance"),
     "NRM": ("normal",),
@@ -47,7 +49,7 @@ def coverage(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     for record in records:
         for item in record["covers"]:
             entry = found[item]
-            stages = STAGE_ITEMS[item.split("-")[0]]
+            stages = STAGE_ITEMS.get(item) or STAGE_ITEMS[item.split("-")[0]]
             measured = [
                 check
                 for check in record["checks"]

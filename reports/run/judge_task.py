@@ -33,7 +33,7 @@ def judge(task: JudgeTask) -> dict[str, Any]:
             judged.outcome = worst([judged.outcome, Outcome.FAIL])
             judged.reason = judged.reason or f"{witness.name} is required and could not answer: {why}"
     scene = _write_scene(task)
-    images = _write_images(task)
+    images = _write_images(task, everyone=judged.outcome is not Outcome.PASS)
     return _record(task, judged, scene, images)
 
 
@@ -45,11 +45,17 @@ def _write_scene(task: JudgeTask) -> str:
     return path.as_posix()
 
 
-def _write_images(task: JudgeTask) -> dict[str, str]:
-    """Write each renderer's stages as one EXR; return renderer -> relative path."""
+def _write_images(task: JudgeTask, *, everyone: bool) -> dict[str, str]:
+    """Write renderers' stages as one EXR each; return renderer -> relative path.
+
+    Of a case that passed the first configuration and the independent witnesses are enough to look at; of any other
+    every renderer may be the one to look at.
+    """
     written: dict[str, str] = {}
     lights = len(task.case.scene.lights)
-    parties = [(f"tracer-{c.name}", c.answers) for c in task.candidates] + [(w.name, w.answers) for w in task.witnesses]
+    candidates = task.candidates if everyone else task.candidates[:1]
+    witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
+    parties = [(f"tracer-{c.name}", c.answers) for c in candidates] + [(w.name, w.answers) for w in witnesses]
     for name, answers in parties:
         images = {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES}
         if images:

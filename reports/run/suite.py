@@ -24,6 +24,7 @@ from reports.run.progress import CaseProgress, worst_first
 from reports.run.request import RunRequest
 
 INTERRUPTED = 130
+LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 AHEAD = 3  # cases on their way at once: enough to keep every worker busy, few enough to stay small in memory
 
 
@@ -37,7 +38,9 @@ def run(request: RunRequest) -> int:
     from reference import REFERENCES
 
     choose_packaged_llvm()
-    console = Console(stderr=False, highlight=False)
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=LOG_WIDTH)
     planned = plan(_cases(request.selectors), request.configurations)
     references = tuple(sorted(REFERENCES, key=lambda name: (name != "analytic", name)))
     for name in request.require:

@@ -68,12 +68,12 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
         mean = None
         if task.samples > 1 and Stage.RADIANCE in asked:
             mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
-        epsilon = getattr(reference, "epsilon", None)
+        epsilon = getattr(reference, "epsilon_at", None) if Stage.POSITION in answers else None
         witness = Witness(
             name=name,
             precision=reference.precision,
             independent=independent,
-            shadow_epsilon=float(epsilon(task.scene)) if epsilon is not None else 0.0,
+            shadow_epsilon=epsilon(answers) if epsilon is not None else 0.0,
             answers={stage: answers[stage] for stage in asked if stage in answers},
             unsupported=unsupported,
             mean=mean,
