@@ -54,7 +54,7 @@ def models() -> Iterator[Case]:
             name=f"models/{name}",
             scene=scene,
             stresses=f"The {name} of PyVista: long thin triangles, concave and self-shading, over a floor.",
-            covers=covering(scene, "HIT-5", "LIT-4"),
+            covers=covering(scene, "LIT-4"),
             least_interior=least_interior,
             most_edge=0.06,
         )
