@@ -21,7 +21,9 @@ def write_case_data(folder: Path, path: Path, number: int, case: dict[str, Any])
     """Write the script that hands case `number` to the page, and return its path."""
     images, notes = _images(folder, case)
     base = BASE if BASE in images else next(iter(images), None)
-    lights = max((image[Stage.VISIBILITY].shape[-1] for image in images.values() if Stage.VISIBILITY in image), default=0)
+    lights = max(
+        (image[Stage.VISIBILITY].shape[-1] for image in images.values() if Stage.VISIBILITY in image), default=0
+    )
     record = {
         **case,
         "picture": picture_of(folder, case),

@@ -4,6 +4,7 @@ Without OpenGL libraries VTK does not raise: it kills the process inside `pyvist
 plotter in this process, and none before this probe said yes.
 """
 
+import contextlib
 import hashlib
 import json
 import os
@@ -51,10 +52,9 @@ def why_not(cache: Path | None = None) -> str | None:
     except (OSError, ValueError, KeyError, TypeError):
         pass  # Never asked, or what was written is no answer: ask.
     answer = probe()
-    try:
+    # A home that cannot be written costs a second at the next start, nothing else.
+    with contextlib.suppress(OSError):
         write_text(path, json.dumps({"why_not": answer}))
-    except OSError:
-        pass  # A read-only home costs a second at the next start, nothing else.
     return answer
 
 

@@ -39,7 +39,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     for case in results["cases"]:
         families.setdefault(case["family"], []).append(case)
     for family, cases in families.items():
-        suite = ElementTree.SubElement(root, "testsuite", name=legal(family), **_counts(cases))
+        suite = ElementTree.SubElement(root, "testsuite", attrib={"name": legal(family), **_counts(cases)})
         for case in cases:
             _testcase(suite, case)
     root.attrib |= _counts(results["cases"]) | {"time": f"{float(results.get('seconds') or 0):.3f}"}

@@ -24,9 +24,9 @@ def new_plotter() -> Any:
     """Return an empty plotter; one serves any number of pictures, since making one costs more than drawing."""
     import pyvista
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE))
     # A plain background: a gradient trebles the size of the file and the time to write it.
-    plotter.set_background("#f3f5f8")
+    plotter.renderer.set_background("#f3f5f8")
     return plotter
 
 

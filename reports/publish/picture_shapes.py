@@ -17,9 +17,7 @@ def surface(shape: Shape, *, patch: np.ndarray | None, margin: float = 0.0) -> A
         faces = np.arange(corners.size // 3).reshape(-1, 3)
         return pyvista.PolyData.from_regular_faces(corners.reshape(-1, 3).astype(np.float64), faces)
     if isinstance(shape, Sphere):
-        mesh = pyvista.Sphere(
-            radius=shape.radius, center=shape.center, theta_resolution=48, phi_resolution=32
-        )
+        mesh = pyvista.Sphere(radius=shape.radius, center=shape.center, theta_resolution=48, phi_resolution=32)
     elif isinstance(shape, Cube):
         mesh = pyvista.Cube()
     elif isinstance(shape, Square):

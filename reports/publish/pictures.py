@@ -51,7 +51,10 @@ def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str
         except BrokenPipeError:
             pass  # It died at once; its exit status says so below.
         for line in child.stdout:
-            report = json.loads(line)
+            try:
+                report = json.loads(line)
+            except json.JSONDecodeError:
+                continue  # What a graphics driver says, or half a line of a child that died.
             if report["state"] == "started":
                 current = report["name"]
             elif report["state"] == "failed":
@@ -95,12 +98,17 @@ def _job(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
     scene = case.get("scene")
     if not scene or not inside(folder, scene) or picture_path(case) is None:
         return None
-    images = {render.get("renderer"): render.get("image") for render in case.get("renders", []) if render.get("image")}
+    images = {render.get("renderer"): render.get("image") for render in case.get("renders", [])}
+
+    def answers(renderer: str) -> str | None:
+        image = images.get(renderer)
+        return str((folder / image).resolve()) if image and inside(folder, image) else None
+
     return {
         "name": case["name"],
         "scene": str((folder / scene).resolve()),
-        "ours": str((folder / images[OURS]).resolve()) if OURS in images else None,
-        "theirs": str((folder / images[THEIRS]).resolve()) if THEIRS in images else None,
+        "ours": answers(OURS),
+        "theirs": answers(THEIRS),
         "stage": case.get("stage"),
         "picture": str((folder / str(picture_path(case))).resolve()),
     }

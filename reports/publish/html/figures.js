@@ -5,7 +5,8 @@
 
   function figure(title, note, picture, label) {
     const canvas = e("canvas", { width: picture.width, height: picture.height, tabindex: "0", role: "img", "aria-label": label });
-    canvas.getContext("2d").putImageData(picture, 0, 0);
+    // Drawn once and seldom: kept in plain memory, which every machine draws alike.
+    canvas.getContext("2d", { willReadFrequently: true }).putImageData(picture, 0, 0);
     const cursor = e("div", { class: "cursor", hidden: true });
     const frame = e("div", { class: "frame" }, canvas, cursor);
     return { canvas, cursor, node: e("figure", {}, e("figcaption", {}, e("strong", {}, title), " ",

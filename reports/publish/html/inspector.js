@@ -26,7 +26,7 @@
         const both = values.length === 2 && values.every((value) => value !== null);
         const gap = both ? rayproof.distance(metric, values[0], values[1]) : null;
         return e("tr", { class: stage.name === current ? "current" : "" },
-          e("th", { scope: "row" }, channel ? "" : stage.name, e("span", { class: "muted" }, ` ${names[channel] ?? channel}`)),
+          e("th", { scope: "row" }, channel ? "" : stage.name, e("span", { class: "muted" }, names[channel] === stage.name ? "" : ` ${names[channel] ?? channel}`)),
           values.map((value) => e("td", { class: "figure", "data-stage": stage.name, "data-channel": channel },
             value === null ? "" : rayproof.exact(value))),
           columns.length === 2 ? e("td", { class: `figure${gap ? " differs" : ""}` }, both ? rayproof.short(gap) : "") : null);

@@ -1,0 +1,25 @@
+"""One sample results folder, published once, for all tests that only read it."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from reports.publish import publish_all
+from tests.reports.publish.sample import make_folder
+
+
+class Published(NamedTuple):
+    """A results folder and what its results.json holds."""
+
+    folder: Path
+    results: dict[str, Any]
+
+
+@pytest.fixture(scope="session")
+def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
+    """Return the sample folder with every publication in it."""
+    folder = tmp_path_factory.mktemp("results")
+    results = make_folder(folder)
+    publish_all(folder)
+    return Published(folder, results)

@@ -1,0 +1,24 @@
+"""A file is written whole or not at all."""
+
+import pytest
+
+from reports.publish.atomic import replacing, write_text
+
+
+def test_a_writer_that_fails_leaves_the_old_file_and_nothing_else(tmp_path):
+    path = write_text(tmp_path / "deep" / "a.txt", "old")
+
+    def fail() -> None:
+        with replacing(path) as draft:
+            draft.write_text("half")
+            raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        fail()
+
+    assert path.read_text() == "old"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_text_that_utf8_cannot_carry_does_not_stop_a_report(tmp_path):
+    assert write_text(tmp_path / "a.txt", "a\ud800b").read_text() == "a?b"

@@ -1,0 +1,70 @@
+"""Pictures are drawn in a child process; where it cannot draw or dies, one line says so and the run goes on."""
+
+import copy
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from reports.publish import gl
+from reports.publish.pictures import draw_pictures
+
+
+@pytest.fixture
+def results(published):
+    """Return results that a test may change, of three cases."""
+    changed = copy.deepcopy(published.results)
+    changed["cases"] = changed["cases"][:3]
+    return changed
+
+
+def test_every_case_gets_a_picture_with_something_in_it(published, results):
+    reason = gl.why_not()
+    if reason:
+        pytest.skip(reason)
+    drawn = []
+
+    why = draw_pictures(published.folder, results, drawn.append)
+
+    assert why is None
+    assert drawn == [case["name"] for case in results["cases"]]
+    for case in results["cases"]:
+        with Image.open(published.folder / case["picture"]) as picture:
+            assert picture.size == (600, 450)
+            pixels = np.asarray(picture.convert("RGB"))
+        assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
+
+
+def test_without_opengl_nothing_is_drawn_and_the_reason_is_given(published, results, monkeypatch):
+    monkeypatch.setattr(gl, "why_not", lambda: "OpenGL is missing")
+
+    assert draw_pictures(published.folder, results) == "OpenGL is missing"
+    assert [case["picture"] for case in results["cases"]] == [None] * 3
+
+
+def test_a_child_that_is_killed_by_opengl_is_one_clear_line(published, results, monkeypatch):
+    monkeypatch.setattr(gl, "why_not", lambda: None)
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "bogus")
+
+    why = draw_pictures(published.folder, results)
+
+    assert why is not None
+    assert "0 of 3 drawn" in why
+    assert "\n" not in why
+
+
+def test_a_scene_that_cannot_be_read_costs_only_its_own_picture(published, results, tmp_path):
+    reason = gl.why_not()
+    if reason:
+        pytest.skip(reason)
+    for case in results["cases"]:
+        scene = tmp_path / case["scene"]
+        scene.parent.mkdir(parents=True, exist_ok=True)
+        scene.write_bytes((published.folder / case["scene"]).read_bytes())
+    (tmp_path / results["cases"][1]["scene"]).write_text("{}")
+
+    why = draw_pictures(tmp_path, results)
+
+    assert why is not None
+    assert why.startswith(f"2 of 3 drawn; {results['cases'][1]['name']}: ")
+    assert [case["picture"] is not None for case in results["cases"]] == [True, False, True]

@@ -1,0 +1,73 @@
+"""results.json: written whole, read back, refused in one line."""
+
+import copy
+import json
+import math
+
+import pytest
+
+from reports.publish.results import ResultsError, load_results, number, plain, save_results
+from tests.reports.publish.sample import results_of
+
+
+def test_what_is_saved_is_what_is_loaded(tmp_path, published):
+    save_results(tmp_path, published.results)
+
+    assert load_results(tmp_path) == json.loads(json.dumps(plain(published.results)))
+
+
+def test_numbers_that_json_cannot_carry_survive_as_strings(tmp_path):
+    results = results_of([]) | {"extra": [math.inf, -math.inf, math.nan, 1.5, (2,)]}
+
+    save_results(tmp_path, results)
+
+    assert load_results(tmp_path)["extra"] == ["inf", "-inf", "nan", 1.5, [2]]
+    assert json.loads((tmp_path / "results.json").read_text(), parse_constant=pytest.fail)
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"), [("inf", math.inf), ("-inf", -math.inf), (3, 3.0), (None, None), ("x", None), (True, None)]
+)
+def test_number_reads_what_plain_writes(value, expected):
+    assert number(value) == expected
+
+
+def test_nan_is_read_as_nan():
+    assert math.isnan(number("nan") or 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        pytest.param(lambda r: r.update(schema=2), "schema must be 1", id="schema"),
+        pytest.param(lambda r: r["summary"].pop("fail"), "summary.fail must be a count", id="ledger"),
+        pytest.param(lambda r: r["checks"].update(planned=-1), "checks.planned must be a count", id="negative"),
+        pytest.param(lambda r: r.update(cases={}), "cases must be a list", id="cases"),
+        pytest.param(
+            lambda r: r["cases"][1].update(verdict="good"), r"cases\[1\].verdict must be one of", id="verdict"
+        ),
+        pytest.param(lambda r: r["cases"][0].update(name=""), r"cases\[0\].name must be", id="name"),
+        pytest.param(lambda r: r["cases"][0].update(checks=3), r"cases\[0\].checks must be a list", id="checks"),
+        pytest.param(lambda r: r.pop("coverage"), "coverage must be an object", id="coverage"),
+    ],
+)
+def test_a_wrong_shape_is_refused_with_file_and_field(tmp_path, published, change, message):
+    results = copy.deepcopy(published.results)
+    change(results)
+    (tmp_path / "results.json").write_text(json.dumps(plain(results)))
+
+    with pytest.raises(ResultsError, match=f"results.json: {message}"):
+        load_results(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"), [(None, "no such file"), ("{", "not JSON"), ("[]", "must be an object")]
+)
+def test_a_file_that_cannot_be_read_is_refused_in_one_line(tmp_path, content, message):
+    if content is not None:
+        (tmp_path / "results.json").write_text(content)
+
+    with pytest.raises(ResultsError, match=message) as refusal:
+        load_results(tmp_path)
+
+    assert "\n" not in str(refusal.value)
