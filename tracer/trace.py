@@ -55,17 +55,23 @@ class Trace:
         """Return the lights as seen from the hits."""
         return Illumination(self.surfaces)
 
+    @property
+    def _dark(self) -> bool:
+        """Return whether there is no light or nothing to light, so that nothing about it needs computing."""
+        return not (self.scene.shapes and self.scene.lights)
+
     @cached_property
     def exitance(self) -> Any:
         """Return M [W/m^2]."""
-        irradiance = self.illumination.irradiance
-        return self.configuration["exitance"](self.surfaces.albedo, irradiance) if self.scene.shapes else irradiance
+        if self._dark:
+            return self.types.Vector(0)
+        return self.configuration["exitance"](self.surfaces.albedo, self.illumination.irradiance)
 
     @cached_property
     def radiance(self) -> Any:
         """Return L [W/(m^2 sr)]."""
-        if not self.scene.shapes:
-            return self.exitance
+        if self._dark:
+            return self.types.Vector(0)
         slot = "radiance_simplified" if self.scene.shading == "simplified" else "radiance"
         return dr.select(self.surfaces.hidden, 0, self.configuration[slot](self.exitance))
 

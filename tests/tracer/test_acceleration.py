@@ -1,0 +1,170 @@
+"""The tree finds what trying every triangle finds, for every registered triangle formula."""
+
+from typing import Any
+
+import drjit as dr
+import numpy as np
+import pytest
+
+from cases.scene import Mesh
+from tracer.acceleration.build import LEAF_SIZE, build
+from tracer.acceleration.forest import Forest, HostForest, host_forest
+from tracer.acceleration.traverse import NONE, Walk, any_hit, nearest
+from tracer.arrays import ArrayTypes, array_types
+from tracer.catalogue import FORMULAS
+from tracer.geometry import TriangleArrays
+from tracer.rays import Interval, Ray
+
+TRIANGLES = [formula for formula in FORMULAS.variants("triangle") if formula.kind == "right"]
+
+
+def soup(count: int, *, seed: int = 5, flat: bool = False) -> np.ndarray:
+    """Return random triangles (count, 3, 3) in a box of about 4 m; `flat` ones all lie in z = 0.25."""
+    generator = np.random.default_rng(seed)
+    corners = generator.uniform(-2, 2, (count, 1, 3)) + generator.normal(size=(count, 3, 3)) * 0.5
+    if flat:
+        corners[..., 2] = 0.25
+    return corners.astype(np.float32)
+
+
+def mesh(corners: np.ndarray) -> Mesh:
+    return Mesh(
+        albedo=(0.5, 0.5, 0.5), vertices=corners.reshape(-1, 3), faces=np.arange(3 * len(corners)).reshape(-1, 3)
+    )
+
+
+def host(corners: np.ndarray) -> HostForest:
+    forest = host_forest(((0, mesh(corners)),))
+    assert forest is not None
+    return forest
+
+
+def bundle(types: ArrayTypes, count: int = 600) -> Ray:
+    """Return rays from all around, some along an axis and some in the plane of a box's face."""
+    generator = np.random.default_rng(9)
+    origins = generator.normal(size=(count, 3)) * 3
+    directions = generator.uniform(-1.5, 1.5, (count, 3)) - origins
+    directions[:100, 0] = 0.0
+    directions[50:150, 1] = -0.0
+    directions[20:30, :2] = 0.0
+    kind = np.float64 if types.precision == "float64" else np.float32
+    return Ray(origin=types.Vector(origins.T.astype(kind)), direction=types.Vector(directions.T.astype(kind)))
+
+
+def everything_tried(corners: np.ndarray, ray: Ray, interval: Interval, formula: Any, types: ArrayTypes) -> Any:
+    """Return t and number of the nearest of all triangles, tried one by one; at a tie the first."""
+    found = np.stack(
+        [
+            np.array(
+                formula(
+                    ray,
+                    TriangleArrays(
+                        first=types.Vector(*map(float, corner[0])),
+                        second=types.Vector(*map(float, corner[1])),
+                        third=types.Vector(*map(float, corner[2])),
+                    ),
+                    interval,
+                )
+            )
+            for corner in corners
+        ]
+    )
+    best = found.min(axis=0)
+    return best, np.where(np.isfinite(best), found.argmin(axis=0), NONE)
+
+
+@pytest.mark.parametrize("formula", TRIANGLES, ids=lambda formula: formula.name)
+@pytest.mark.parametrize(("count", "flat"), [(1, False), (2, False), (3, False), (37, False), (60, True)])
+def test_the_tree_and_trying_everything_agree(formula: Any, count: int, flat: bool, precision: str) -> None:
+    types = array_types(precision)
+    corners, ray = soup(count, flat=flat), bundle(types)
+    interval = Interval(nearest=types.Float(0.5), farthest=types.Float(1.5))
+    walk = Walk(Forest(host(corners), types), ray, interval, formula.function)
+
+    closer = FORMULAS["nearest/smaller"].function
+    t, number = nearest(walk, closer=closer, limit=types.Float(dr.inf), active=types.Bool(True))
+    met = any_hit(walk, skip=None, active=types.Bool(True))
+    expected, which = everything_tried(corners, ray, interval, formula.function, types)
+
+    assert np.isfinite(expected).any()
+    if flat:
+        # Overlapping triangles of one plane tie up to rounding, and the tree need not look at all of them.
+        np.testing.assert_allclose(np.array(t), expected, rtol=1e-4 if precision == "float32" else 1e-12)
+    else:
+        np.testing.assert_array_equal(np.array(t), expected)
+        np.testing.assert_array_equal(np.array(number), which)
+    np.testing.assert_array_equal(np.isfinite(np.array(met)), np.isfinite(expected))
+
+
+def test_of_equal_triangles_the_first_is_named() -> None:
+    types = array_types("float32")
+    corners = np.repeat(soup(6), 4, axis=0)[::-1].copy()
+    ray, interval = bundle(types), Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
+    formula = FORMULAS["triangle/moeller_trumbore"].function
+
+    walk = Walk(Forest(host(corners), types), ray, interval, formula)
+    _, number = nearest(
+        walk, closer=FORMULAS["nearest/smaller"].function, limit=types.Float(dr.inf), active=types.Bool(True)
+    )
+    _, which = everything_tried(corners, ray, interval, formula, types)
+
+    np.testing.assert_array_equal(np.array(number), which)
+    assert set(which[which != NONE] % 4) == {0}
+
+
+def test_rays_that_are_not_active_walk_nowhere() -> None:
+    types = array_types("float32")
+    ray, interval = bundle(types), Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
+    walk = Walk(Forest(host(soup(50)), types), ray, interval, FORMULAS["triangle/moeller_trumbore"].function)
+    even = dr.arange(types.UInt, 600) % 2 == 0
+
+    met = np.isfinite(np.array(any_hit(walk, skip=None, active=even)))
+
+    assert met[::2].any()
+    assert not met[1::2].any()
+
+
+def test_a_skipped_shape_is_not_met() -> None:
+    types = array_types("float32")
+    forest = host_forest(((0, mesh(soup(20))), (3, mesh(soup(20, seed=6)))))
+    assert forest is not None
+    ray, interval = bundle(types), Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
+    formula = FORMULAS["triangle/moeller_trumbore"].function
+
+    both = Walk(Forest(forest, types), ray, interval, formula)
+    alone = Walk(Forest(host(soup(20)), types), ray, interval, formula)
+    rest = any_hit(both, skip=types.Int(3), active=types.Bool(True))
+
+    np.testing.assert_array_equal(
+        np.isfinite(np.array(rest)), np.isfinite(np.array(any_hit(alone, skip=None, active=types.Bool(True))))
+    )
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 64, 65])
+def test_every_triangle_lies_in_a_leaf_and_in_all_boxes_above_it(count: int) -> None:
+    corners = soup(count)
+    tree = build(corners)
+
+    assert set(tree.slots) == set(range(count))
+    for slot, triangle in enumerate(tree.slots):
+        node = tree.leaves + slot // LEAF_SIZE
+        while node:
+            assert (tree.boxes[node, :3] <= corners[triangle].min(axis=0)).all()
+            assert (tree.boxes[node, 3:] >= corners[triangle].max(axis=0)).all()
+            node //= 2
+
+
+def test_degenerate_triangles_are_left_out() -> None:
+    corners = soup(5)
+    corners[2, 2] = corners[2, 1]
+    corners[3] = np.outer((1, 2, 4), (0.5, 0.25, 0.125))
+
+    forest = host(corners)
+
+    assert forest.faces.tolist() == [0, 1, 4]
+    assert host_forest(((0, mesh(corners[2:3])),)) is None
+
+
+def test_no_triangle_is_no_tree() -> None:
+    with pytest.raises(ValueError, match="at least one triangle"):
+        build(np.zeros((0, 3, 3), dtype=np.float32))

@@ -1,0 +1,44 @@
+"""What is registered: complete facts, one default a slot, every item covered by a right formula."""
+
+import pytest
+
+from cases.case import ITEMS
+from cases.stages import Stage
+from tracer.catalogue import FORMULAS
+
+# Each erratum that prints a formula, except where the printed form is text only (E16) or a choice (E8, E12).
+ERRATA = ("E1", "E2", "E3", "E4", "E5", "E6", "E7", "E9", "E10", "E11", "E13", "E14", "E15", "E17")
+
+
+def test_every_item_is_covered_by_a_right_formula() -> None:
+    covered = {item for formula in FORMULAS.values() if formula.kind == "right" for item in formula.covers}
+
+    assert covered == set(ITEMS)
+
+
+def test_every_default_is_right() -> None:
+    assert {FORMULAS[f"{slot}/{variant}"].kind for slot, variant in FORMULAS.slots.items()} == {"right"}
+
+
+@pytest.mark.parametrize("erratum", ERRATA)
+def test_every_printed_wrong_form_is_kept_as_a_control(erratum: str) -> None:
+    assert erratum in {formula.erratum for formula in FORMULAS.values() if formula.kind == "control"}
+
+
+@pytest.mark.parametrize("name", sorted(FORMULAS))
+def test_facts_are_complete(name: str) -> None:
+    formula = FORMULAS[name]
+
+    assert formula.name == name
+    assert set(formula.covers) <= set(ITEMS)
+    assert formula.covers
+    assert isinstance(formula.stage, Stage)
+    assert formula.summary
+    assert (formula.erratum is None) == (formula.kind != "control")
+
+
+def test_unknown_names_list_what_is_known() -> None:
+    with pytest.raises(LookupError, match=r"no slot is called 'pyramid'.*sphere"):
+        FORMULAS["pyramid/slabs"]
+    with pytest.raises(LookupError, match=r"'sphere/mine'; known: sphere/stable, sphere/first_positive"):
+        FORMULAS["sphere/mine"]

@@ -1,0 +1,56 @@
+"""Configurations: names that read back, formulas by slot, and what they cover."""
+
+import pickle
+
+import pytest
+
+from tracer.catalogue import FORMULAS
+from tracer.configuration import Configuration
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "float32",
+        "float64/ray=inverse_matrices/triangle=signed_areas",
+        *(f"float32/{f.slot}={f.variant}" for f in FORMULAS.values() if not f.default),
+    ],
+)
+def test_a_name_reads_back(name: str) -> None:
+    configuration = Configuration.parse(name)
+
+    assert configuration.name == name
+    assert pickle.loads(pickle.dumps(configuration)) == configuration
+    assert hash(Configuration.parse(name)) == hash(configuration)
+
+
+def test_a_default_that_is_named_is_no_difference() -> None:
+    assert Configuration(formulas={"sphere": "stable"}) == Configuration()
+
+
+def test_items_follow_the_formulas() -> None:
+    usual, other = Configuration(), Configuration(formulas={"ray": "inverse_matrices"})
+
+    assert "CAM-4" in usual.items
+    assert "CAM-5" not in usual.items
+    assert other.items == usual.items - {"CAM-4"} | {"CAM-5"}
+
+
+def test_controls_and_faults_are_told_apart() -> None:
+    assert Configuration().controls == Configuration().faults == ()
+    assert Configuration(formulas={"sample": "corner"}).controls == ("sample/corner",)
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "message"),
+    [
+        pytest.param("half", LookupError, "float32, float64", id="precision"),
+        pytest.param("float32/pyramid=slabs", LookupError, "no slot is called 'pyramid'", id="slot"),
+        pytest.param("float32/ray=mine", LookupError, "ray/reference_point", id="variant"),
+        pytest.param("float32/ray", ValueError, "slot=variant", id="no-variant"),
+        pytest.param("float32/ray=half_depth/ray=half_depth", ValueError, "once a slot", id="twice"),
+    ],
+)
+def test_a_bad_name_says_what_is_known(name: str, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        Configuration.parse(name)

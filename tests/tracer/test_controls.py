@@ -1,0 +1,91 @@
+"""The wrong forms that the lecture prints: each is told from the right one by some scene, at the stage it spoils."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cases.scene import IDENTITY, Cube, PointLight, Scene, Sphere
+from cases.stages import Stage
+from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, camera, matrix, scene
+from tracer.catalogue import FORMULAS
+from tracer.configuration import Configuration
+from tracer.render import render
+
+BEHIND = (5.0, -11.0, 6.0)  # m, behind the usual camera
+OFF_CENTER = Sphere(albedo=ALBEDO, center=(0.3, 0.2, 0.6))
+# The eye in the plane x = 0.5 of a mirrored cube's face: the middle column's rays have x_d = -0 in object space, where
+# the slab test divides 0 by -0 and gets -inf for the other side.
+MIRROR = ((-1.0, 0.0, 0.0, 0.0), *IDENTITY[1:])
+IN_A_FACE = camera(
+    eye=(0.5, 0.1, 4.0), target=(0.5, 0.1, 0.0), up=(0.0, -1.0, 0.0), width=5, height=3, fovy=10.0, near=0.1
+)
+
+SCENES: dict[str, tuple[Scene, str, Stage]] = {
+    "sample/corner": (scene(), "ray=reference_point", Stage.RAY),
+    "ray/half_depth": (scene(), "ray=inverse_matrices", Stage.RAY),
+    "clip_depth/shell": (scene(FLOOR, camera=camera(near=6.5)), "", Stage.OBJECT),
+    "sphere/first_positive": (scene(Sphere(albedo=ALBEDO, center=BEHIND)), "", Stage.OBJECT),
+    "cube/entry_only": (
+        scene(
+            Cube(
+                albedo=ALBEDO,
+                to_world=matrix(np.eye(3), BEHIND),
+            )
+        ),
+        "",
+        Stage.OBJECT,
+    ),
+    "cube/divides_anyway": (scene(Cube(albedo=ALBEDO, to_world=MIRROR), camera=IN_A_FACE), "", Stage.OBJECT),
+    "square/full_vectors": (scene(SHAPES["square"]), "", Stage.OBJECT),
+    "triangle/unsigned_areas": (scene(SHAPES["triangle"]), "", Stage.OBJECT),
+    "triangle/printed_third_row": (scene(SHAPES["triangle"]), "", Stage.OBJECT),
+    "sphere_normal/center_kept": (scene(OFF_CENTER), "", Stage.NORMAL),
+    "world_normal/with_w": (scene(SHAPES["sphere"]), "", Stage.NORMAL),
+    "segment/endless": (
+        scene(
+            FLOOR,
+            Sphere(albedo=ALBEDO, center=(0.0, 0.0, 9.0)),
+            lights=(PointLight(position=(0.0, 0.0, 3.0), flux=LIGHT.flux),),
+        ),
+        "",
+        Stage.VISIBILITY,
+    ),
+    "falloff/none": (scene(FLOOR), "", Stage.IRRADIANCE),
+}
+
+CONTROLS = [formula for formula in FORMULAS.values() if formula.kind == "control"]
+
+
+@pytest.mark.parametrize("name", [formula.name for formula in CONTROLS if formula.equivalent is None])
+def test_a_control_differs_from_the_right_formula(name: str, precision: str) -> None:
+    what, right, stage = SCENES[name]
+    formula = FORMULAS[name]
+    rest = dict([right.split("=")]) if right else {}
+    usual = Configuration(precision=precision, formulas=rest)
+    wrong = Configuration(precision=precision, formulas={**rest, formula.slot: formula.variant})
+
+    ours, theirs = (render(what, tuple(Stage), configuration) for configuration in (wrong, usual))
+
+    before = [
+        earlier
+        for earlier in Stage
+        if earlier is not Stage.CAMERA and list(Stage).index(earlier) < list(Stage).index(stage)
+    ]
+    assert not np.array_equal(ours[stage], theirs[stage], equal_nan=True)
+    assert all(np.array_equal(ours[earlier], theirs[earlier]) for earlier in before)
+
+
+@pytest.mark.parametrize("name", [formula.name for formula in CONTROLS if formula.equivalent is not None])
+def test_an_equivalent_control_does_not_differ(name: str, precision: str) -> None:
+    formula = FORMULAS[name]
+    what = scene(*SHAPES.values(), FLOOR, camera=dataclasses.replace(camera(), eye=(3.0, -6.0, 2.0)))
+    wrong = Configuration(precision=precision, formulas={formula.slot: formula.variant})
+
+    ours, theirs = (
+        render(what, (Stage.OBJECT, Stage.NORMAL), one) for one in (wrong, Configuration(precision=precision))
+    )
+
+    limit = 1e-5 if precision == "float32" else 1e-13
+    np.testing.assert_array_equal(ours[Stage.OBJECT], theirs[Stage.OBJECT])
+    np.testing.assert_allclose(ours[Stage.NORMAL], theirs[Stage.NORMAL], atol=limit)

@@ -1,0 +1,139 @@
+"""What a scene does not need is not in its kernel, counted by Dr.Jit's kernel history."""
+
+import dataclasses
+from collections.abc import Collection, Iterator
+from typing import Any
+
+import drjit as dr
+import pytest
+
+from cases.scene import IDENTITY, Mesh, Scene, Sphere
+from cases.stages import IMAGE_STAGES, Stage
+from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SECOND_LIGHT, SHAPES, everything, octahedron, scene
+from tracer.configuration import Configuration
+from tracer.render import render
+
+
+@pytest.fixture(autouse=True)
+def _history() -> Iterator[None]:
+    dr.set_flag(dr.JitFlag.KernelHistory, True)
+    dr.kernel_history()
+    yield
+    dr.set_flag(dr.JitFlag.KernelHistory, False)
+
+
+def kernels(
+    what: Scene, stages: Collection[Stage] = (Stage.RADIANCE,), configuration: Configuration | None = None
+) -> list[dict[str, Any]]:
+    """Return the history of the kernels that rendering launched."""
+    render(what, stages, configuration or Configuration())
+    return dr.kernel_history([dr.KernelType.JIT])
+
+
+def operations(what: Scene, stages: Collection[Stage] = (Stage.RADIANCE,)) -> int:
+    """Return how many operations the one kernel has; 0 where everything is known without computing."""
+    launched = kernels(what, stages)
+    assert len(launched) <= 1
+    return sum(kernel["operation_count"] for kernel in launched)
+
+
+def code(what: Scene, configuration: Configuration) -> str:
+    """Return what tells the one kernel from others."""
+    (kernel,) = kernels(what, configuration=configuration)
+    return kernel["hash"]
+
+
+SPHERE = Sphere(albedo=ALBEDO, center=(0.1, 0.2, 1.0))
+
+
+@pytest.mark.parametrize("stages", [(Stage.RADIANCE,), IMAGE_STAGES, tuple(Stage)], ids=["radiance", "images", "all"])
+def test_one_kernel_from_pixel_to_radiance(stages: Collection[Stage], precision: str) -> None:
+    assert len(kernels(everything(), stages, Configuration(precision=precision))) == 1
+
+
+@pytest.mark.parametrize("variant", ["normal_offset", "skip_last", "minimum_t", "doubles"])
+def test_one_kernel_for_every_strategy_against_acne(variant: str) -> None:
+    assert len(kernels(everything(), configuration=Configuration(formulas={"feeler": variant}))) == 1
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_a_shape_that_is_absent_leaves_nothing(name: str) -> None:
+    others = [shape for other, shape in SHAPES.items() if other != name and not isinstance(shape, Mesh)]
+
+    assert operations(scene(*others)) < operations(scene(*others, SHAPES[name]))
+
+
+@pytest.mark.parametrize(
+    ("slot", "variant"),
+    [
+        ("sphere", "textbook"),
+        ("cube", "entry_only"),
+        ("square", "half_vectors"),
+        ("triangle", "signed_areas"),
+        ("to_object", None),
+        ("feeler", "minimum_t"),
+    ],
+)
+def test_a_formula_without_work_is_not_in_the_kernel(slot: str, variant: str | None) -> None:
+    # One plane at identity: no other shape's formula, no transform, nothing that could stand before the light.
+    configuration = Configuration(formulas={} if variant is None else {slot: variant})
+
+    assert code(scene(FLOOR), configuration) == code(scene(FLOOR), Configuration())
+
+
+def test_identity_costs_no_transform() -> None:
+    moved = dataclasses.replace(SPHERE, to_world=SHAPES["sphere"].to_world)
+    translated = dataclasses.replace(SPHERE, to_world=(*((*row[:3], 1.5) for row in IDENTITY[:3]), IDENTITY[3]))
+
+    assert operations(scene(SPHERE)) < operations(scene(translated)) < operations(scene(moved))
+
+
+def test_without_lights_there_are_no_feelers_and_no_cosines() -> None:
+    both = scene(SPHERE, FLOOR)
+
+    dark = operations(dataclasses.replace(both, lights=()))
+
+    assert dark == 0
+    assert dark < operations(both) < operations(dataclasses.replace(both, lights=(LIGHT, SECOND_LIGHT)))
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_feelers_are_there_only_where_something_may_block(name: str) -> None:
+    # A mesh may shadow itself, and so may a two-sided body that is seen from inside; other bodies cannot when alone.
+    other = Configuration(formulas={"feeler": "minimum_t"})
+    alone = scene(dataclasses.replace(SHAPES[name], two_sided=False))
+    hollow = scene(dataclasses.replace(SHAPES[name], two_sided=True))
+    pair = scene(SHAPES[name], FLOOR)
+
+    assert (code(alone, other) != code(alone, Configuration())) == (name == "mesh")
+    assert (code(hollow, other) != code(hollow, Configuration())) == (name in ("mesh", "sphere", "cube"))
+    assert code(pair, other) != code(pair, Configuration())
+
+
+def test_stages_that_are_not_asked_for_are_not_computed() -> None:
+    counts = [operations(everything(), (stage,)) for stage in (Stage.RAY, Stage.OBJECT, Stage.NORMAL, Stage.IRRADIANCE)]
+
+    assert counts == sorted(set(counts))
+
+
+def test_two_sidedness_costs_only_where_it_is_asked_for() -> None:
+    assert operations(scene(FLOOR), (Stage.NORMAL,)) < operations(
+        scene(dataclasses.replace(FLOOR, two_sided=True)), (Stage.NORMAL,)
+    )
+
+
+def test_clipping_costs_only_where_it_is_asked_for() -> None:
+    none, shell, depth = (
+        operations(scene(SPHERE, clip=clip), (Stage.DISTANCE,)) for clip in ("none", "shell", "depth")
+    )
+
+    assert none <= shell < depth
+
+
+def test_a_mesh_of_more_triangles_needs_no_longer_kernel() -> None:
+    small = octahedron()
+    large = dataclasses.replace(
+        small, vertices=small.vertices, faces=[tuple(face) for face in small.faces for _ in range(8)]
+    )
+
+    assert operations(scene(small, FLOOR)) == operations(scene(large, FLOOR))
