@@ -86,15 +86,25 @@ class Illumination:
         return world.blocked(ray, interval, skip=start.skip, active=active)
 
     @cached_property
+    def _above(self) -> tuple[Any, ...]:
+        """Return, per light, where it is above the horizon. A NaN cosine counts as above, so that it stays visible."""
+        horizon = self.configuration["horizon"]
+        return tuple(self.surfaces.mask & ~horizon(towards.cosine) for towards in self.towards)
+
+    @cached_property
+    def _free(self) -> tuple[Any, ...]:
+        """Return, per light, where nothing is in its way; below the horizon nobody asks."""
+        if not self.world.has_blockers:
+            return tuple(self.surfaces.mask for _ in self.towards)
+        return tuple(
+            self.surfaces.mask & ~self._blocked(towards, above)
+            for towards, above in zip(self.towards, self._above, strict=True)
+        )
+
+    @cached_property
     def lit(self) -> tuple[Any, ...]:
-        """Return, per light, where it reaches the surface. A NaN cosine counts as lit, so that it stays visible."""
-        found = []
-        for towards in self.towards:
-            lit = self.surfaces.mask & ~self.configuration["horizon"](towards.cosine)
-            if self.world.has_blockers:
-                lit &= ~self._blocked(towards, lit)
-            found.append(lit)
-        return tuple(found)
+        """Return, per light, where it is above the horizon and nothing is in its way."""
+        return tuple(above & free for above, free in zip(self._above, self._free, strict=True))
 
     @cached_property
     def irradiance(self) -> Any:
@@ -103,12 +113,13 @@ class Illumination:
         if not self.scene.lights or not self.scene.shapes:
             return Vector(0)
         contributions = []
-        for light, towards, lit in zip(self.scene.lights, self.towards, self.lit, strict=True):
+        for light, towards, free in zip(self.scene.lights, self.towards, self._free, strict=True):
             flux = Vector(*light.flux)
             if self.scene.shading == "simplified":
                 brought = self.configuration["simplified"](flux, towards.cosine)
             else:
                 facing = self.configuration["falloff"](flux, towards.squared_distance)
                 brought = self.configuration["lambert"](facing, towards.cosine)
-            contributions.append(dr.select(lit, brought, 0))
+            # Below the horizon the cosine law itself gives 0; only what blocks is taken away here.
+            contributions.append(dr.select(free, brought, 0))
         return self.configuration["sum_lights"](contributions)

@@ -83,6 +83,15 @@ def test_no_clamp_hides_a_nan(precision: str) -> None:
     assert not usual["horizon"](nan)[0]
 
 
+@pytest.mark.parametrize("slot", ["lambert", "simplified"])
+def test_below_the_horizon_the_law_itself_gives_nothing(slot: str, precision: str) -> None:
+    Float = array_types(precision).Float
+
+    brought = Configuration()[slot](Float(2), Float(-0.5, -0.0, 0.5))
+
+    assert list(brought) == [0, 0, 1]
+
+
 def test_overflow_is_an_infinity_and_not_a_nan() -> None:
     bright = tuple(dataclasses.replace(light, flux=(1e38, 1e38, 1e38)) for light in (LIGHT, SECOND_LIGHT))
     close = tuple(dataclasses.replace(light, position=(0.0, 0.0, 1e-3)) for light in bright)
