@@ -229,20 +229,21 @@ def _means(
             edges=edges,
             conditioning=factors,
             oracle=oracle,
-            candidate=_finer(candidate, case.samples),
-            witness=witness,
+            candidate=replace(
+                candidate,
+                answers=candidate.fine,
+                shadow_epsilon=_finer(candidate.shadow_epsilon, case.samples),
+            ),
+            witness=replace(witness, shadow_epsilon=_finer(witness.shadow_epsilon, case.samples)),
         )
         ours = box_mean(candidate.fine[Stage.RADIANCE], case.samples)
         checks.append(supersampled_check(fine, ours, witness.mean, case.samples))
     return checks, planned
 
 
-def _finer(candidate: Candidate, samples: int) -> Candidate:
-    """Return the candidate with its answers, and its epsilon, at the resolution of the samples."""
-    epsilon = np.asarray(candidate.shadow_epsilon)
-    if epsilon.ndim:
-        epsilon = np.kron(epsilon, np.ones((samples, samples)))
-    return replace(candidate, answers=candidate.fine, shadow_epsilon=epsilon)
+def _finer(epsilon: float | np.ndarray, samples: int) -> float | np.ndarray:
+    """Return an epsilon at the resolution of the samples: a pixel's holds for all of its samples."""
+    return np.kron(epsilon, np.ones((samples, samples))) if np.ndim(epsilon) else epsilon
 
 
 def _expectations(case: Case, candidate: Candidate, bench: Bench) -> list[dict[str, Any]]:

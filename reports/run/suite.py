@@ -13,6 +13,7 @@ from rich.console import Console
 
 from cases.case import Case
 from cases.families import all_cases, select
+from reports.judge.adjudicate import ORACLE
 from reports.judge.outcomes import Outcome, exit_code
 from reports.run import assemble
 from reports.run.case_run import CaseRun
@@ -35,16 +36,12 @@ def run(request: RunRequest) -> int:
         LookupError, ValueError, OSError: the request itself is wrong; nothing was run.
 
     """
-    from reference import REFERENCES
-
     choose_packaged_llvm()
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=LOG_WIDTH)
     planned = plan(_cases(request.selectors), request.configurations)
-    references = tuple(sorted(REFERENCES, key=lambda name: (name != "analytic", name)))
-    for name in request.require:
-        REFERENCES[name]
+    references = _references(request.require)
     request.out.mkdir(parents=True, exist_ok=True)
     faults = _faults(planned)
     if faults:
@@ -72,6 +69,21 @@ def _cases(selectors: tuple[str, ...]) -> tuple[Case, ...]:
 
         cases += tuple(case_of_file(Path(file)) for file in files)
     return cases
+
+
+def _references(require: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the references of the run, the oracle first: all but those that answer on request only, and the required.
+
+    Raises:
+        LookupError: a required reference is not known.
+
+    """
+    from reference import REFERENCES
+
+    usual = [name for name in REFERENCES if not REFERENCES.about(name).get("on_request", False)]
+    for name in require:
+        REFERENCES[name]
+    return tuple(sorted({*usual, *require}, key=lambda name: (name != ORACLE, name)))
 
 
 def _faults(planned: tuple[PlannedCase, ...]) -> list[str]:

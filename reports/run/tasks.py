@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from cases.answers import Answers
 from cases.stages import Stage
 from reports.judge.judging import stages_of
@@ -28,9 +26,8 @@ def handler(kind: str) -> Callable[[Any], Any]:
 
 def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
     """Render by the tracer."""
-    from tracer.clearance import spread
+    from reports.run.clearances import shadow_epsilons
     from tracer.configuration import Configuration
-    from tracer.feelers import shadow_epsilon
     from tracer.render import render
     from tracer.versions import versions
 
@@ -39,14 +36,11 @@ def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
     fine = None
     if task.samples > 1:
         fine = render(finer(task.scene, task.samples), stages_of(task.scene), configuration)
-    # A strategy's epsilon grows with the coordinates at hand: [m] per pixel, from [m] per metre of coordinate.
-    coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(task.scene.camera.eye).max())
-    widest = max((spread(shape) for shape in task.scene.shapes), default=1.0)
     candidate = Candidate(
         name=configuration.name,
         precision=configuration.precision,
         items=configuration.items,
-        shadow_epsilon=coordinates * shadow_epsilon(configuration, scale=1.0, spread=widest),
+        shadow_epsilon=shadow_epsilons(task.scene, answers, configuration),
         answers=answers,
         fine=fine,
     )

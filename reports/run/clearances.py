@@ -1,0 +1,26 @@
+"""How far the tracer admits to move a feeler's start, pixel by pixel, from the hit that each pixel made."""
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Mesh, Scene, Triangle
+from cases.stages import Stage
+from tracer.clearance import spread
+from tracer.configuration import Configuration
+from tracer.feelers import shadow_epsilon
+from tracer.triangles import slenderness
+
+
+def shadow_epsilons(scene: Scene, answers: Answers, configuration: Configuration) -> np.ndarray:
+    """Return the configuration's shadow epsilon [m], (height, width).
+
+    It is proportional to the coordinates at hand and to how the shape hit magnifies rounding: a sliver's own face
+    counts, not the worst face of its mesh.
+    """
+    coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(scene.camera.eye).max())
+    spreads = np.ones(coordinates.shape)
+    objects, faces = answers[Stage.OBJECT][..., 0], answers[Stage.OBJECT][..., 1].astype(int)
+    for index, shape in enumerate(scene.shapes):
+        seen = objects == index
+        spreads[seen] = slenderness(shape)[faces[seen]] if isinstance(shape, Triangle | Mesh) else spread(shape)
+    return coordinates * spreads * shadow_epsilon(configuration, scale=1.0)
