@@ -115,9 +115,9 @@ class Catalogue(Mapping[str, Formula]):
         return {formula.slot: formula.variant for formula in self._formulas.values() if formula.default}
 
     def variants(self, slot: str) -> tuple[Formula, ...]:
-        """Return all formulas of a slot, the default first."""
+        """Return all formulas of a slot: the default first, planted faults last."""
         found = (formula for formula in self._formulas.values() if formula.slot == slot)
-        return tuple(sorted(found, key=lambda formula: (not formula.default, formula.name)))
+        return tuple(sorted(found, key=lambda formula: (not formula.default, formula.kind == "fault", formula.name)))
 
 
 FORMULAS = Catalogue()

@@ -10,7 +10,14 @@ from tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "cube/divides_anyway", covers=("HIT-3",), kind="control", stage=Stage.OBJECT, erratum="E15", space="object"
+    "cube/divides_anyway",
+    covers=("HIT-3",),
+    kind="control",
+    stage=Stage.OBJECT,
+    erratum="E15",
+    equivalent="0 / 0 needs a ray in the plane of a face, which sees that face edge-on, as an outline, where hit "
+    "and miss are both right; elsewhere x / 0 is an infinity of the right sign",
+    space="object",
 )
 def divides_anyway(ray: Ray, cube: Any, interval: Interval) -> Any:
     """Return the slab test's t with 0 / 0 where a parallel ray runs inside a face's plane."""

@@ -1,0 +1,16 @@
+"""Planted fault: the given up vector used as it is, not at right angles to forward."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.camera import CAMERA
+
+
+@CAMERA.register("basis/fault_up_as_given", covers=("CAM-1",), kind="fault", stage=Stage.CAMERA)
+def fault_up_as_given(eye: Any, target: Any, up: Any) -> tuple[Any, Any, Any]:
+    """Return a frame whose up is not orthogonal to forward."""
+    forward = dr.normalize(target - eye)
+    right = dr.normalize(dr.cross(forward, dr.normalize(up)))
+    return right, dr.normalize(up), forward

@@ -1,0 +1,16 @@
+"""Planted fault: the image's aspect dropped, so that circles become ellipses."""
+
+import math
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.camera import CAMERA
+
+
+@CAMERA.register("half_extent/fault_no_aspect", covers=("CAM-2",), kind="fault", stage=Stage.CAMERA)
+def fault_no_aspect(Float: Any, fovy: float, aspect: float) -> tuple[Any, Any]:
+    """Return tan(alpha) twice."""
+    tangent = dr.tan(Float(math.radians(fovy) / 2))
+    return tangent, tangent

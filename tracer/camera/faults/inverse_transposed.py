@@ -1,0 +1,14 @@
+"""Planted fault: the transpose taken for the inverse, as if every matrix were a rotation."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.camera import CAMERA
+
+
+@CAMERA.register("inverse/fault_transposed", covers=("CAM-1", "CAM-2"), kind="fault", stage=Stage.CAMERA)
+def fault_transposed(matrix: Any) -> Any:
+    """Return the transpose of a 4x4 matrix."""
+    return dr.transpose(matrix)

@@ -1,0 +1,12 @@
+"""Planted fault: width and height exchanged in the pixel's coordinates."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.camera import CAMERA
+
+
+@CAMERA.register("ndc/fault_swapped_sizes", covers=("CAM-3",), kind="fault", stage=Stage.CAMERA)
+def fault_swapped_sizes(px: Any, py: Any, width: int, height: int) -> tuple[Any, Any]:
+    """Return sx = 2 px / H - 1 and sy = 1 - 2 py / W."""
+    return 2 * px / height - 1, 1 - 2 * py / width

@@ -1,0 +1,20 @@
+"""Planted fault: no strategy against shadow acne."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.feelers import FEELERS
+from tracer.feeling import Hit, Start
+
+
+@FEELERS.register(
+    "feeler/fault_bare",
+    covers=("LIT-5",),
+    kind="fault",
+    stage=Stage.VISIBILITY,
+    doubles=False,
+    epsilon=lambda clearance: clearance,
+)
+def fault_bare(hit: Hit, cosine: Any, reach: Any) -> Start:
+    """Return the hit point as it is."""
+    return Start(origin=hit.position)

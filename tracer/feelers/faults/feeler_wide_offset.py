@@ -1,0 +1,22 @@
+"""Planted fault: an offset of a centimetre, whatever the scene: contact shadows are lost."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.feelers import FEELERS
+from tracer.feeling import Hit, Start
+
+
+@FEELERS.register(
+    "feeler/fault_wide_offset",
+    covers=("LIT-5",),
+    kind="fault",
+    stage=Stage.VISIBILITY,
+    doubles=False,
+    epsilon=lambda clearance: clearance,
+)
+def fault_wide_offset(hit: Hit, cosine: Any, reach: Any) -> Start:
+    """Return a start 1 cm above the surface."""
+    return Start(origin=dr.fma(hit.normal, 0.01, hit.position))

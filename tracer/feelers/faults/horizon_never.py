@@ -1,0 +1,12 @@
+"""Planted fault: lights below the horizon counted as seen."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.feelers import FEELERS
+
+
+@FEELERS.register("horizon/fault_never", covers=("LIT-1",), kind="fault", stage=Stage.VISIBILITY)
+def fault_never(cosine: Any) -> Any:
+    """Return False everywhere."""
+    return (cosine < 0) & (cosine > 0)

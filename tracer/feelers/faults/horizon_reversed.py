@@ -1,0 +1,12 @@
+"""Planted fault: the horizon's sign turned round."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.feelers import FEELERS
+
+
+@FEELERS.register("horizon/fault_reversed", covers=("LIT-1",), kind="fault", stage=Stage.VISIBILITY)
+def fault_reversed(cosine: Any) -> Any:
+    """Return where the light is above the horizon."""
+    return cosine > 0

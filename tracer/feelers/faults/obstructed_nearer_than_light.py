@@ -1,0 +1,12 @@
+"""Planted fault: a hit counted only in the first half of the way to the light."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.feelers import FEELERS
+
+
+@FEELERS.register("obstructed/fault_nearer_than_light", covers=("LIT-1",), kind="fault", stage=Stage.VISIBILITY)
+def fault_nearer_than_light(distance: Any) -> Any:
+    """Return where something is met before the middle of the feeler."""
+    return distance < 0.5

@@ -1,0 +1,23 @@
+"""Planted fault: the plane's back not hit."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.intersections import INTERSECTIONS
+from tracer.rays import Interval, Ray
+
+
+@INTERSECTIONS.register(
+    "plane/fault_one_sided",
+    covers=("HIT-4",),
+    kind="fault",
+    stage=Stage.OBJECT,
+    also=(Stage.VISIBILITY,),
+    space="object",
+)
+def fault_one_sided(ray: Ray, plane: Any, interval: Interval) -> Any:
+    """Return t where the ray runs against the plane's normal, or inf."""
+    t = -ray.origin.z / dr.select(ray.direction.z == 0, 1, ray.direction.z)
+    return dr.select(interval.contains(t) & (ray.direction.z < 0), t, dr.inf)

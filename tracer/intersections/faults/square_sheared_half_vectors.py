@@ -1,0 +1,25 @@
+"""Planted fault: the two dot tests used under shear, where width and height are not orthogonal (erratum E7)."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.intersections import INTERSECTIONS
+from tracer.rays import Interval, Ray
+
+
+@INTERSECTIONS.register(
+    "square/fault_sheared_half_vectors", covers=("HIT-8",), kind="fault", stage=Stage.OBJECT, space="world"
+)
+def fault_sheared_half_vectors(ray: Ray, square: Any, interval: Interval) -> Any:
+    """Return t inside two strips that bound the square only without shear."""
+    w, h = square.half_width, square.half_height
+    N = dr.cross(w, h)
+    from_center = ray.origin - square.center
+    slope = dr.dot(N, ray.direction)
+    parallel = slope == 0
+    t = -dr.dot(N, from_center) / dr.select(parallel, 1, slope)
+    P = dr.fma(ray.direction, t, from_center)
+    inside = (abs(dr.dot(P, w)) < dr.squared_norm(w)) & (abs(dr.dot(P, h)) < dr.squared_norm(h))
+    return dr.select(interval.contains(t) & inside & ~parallel, t, dr.inf)

@@ -1,0 +1,27 @@
+"""Planted fault: the test u + v <= 1 missing, so that a parallelogram is hit."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.intersections import INTERSECTIONS
+from tracer.rays import Interval, Ray
+
+
+@INTERSECTIONS.register("triangle/fault_no_sum", covers=("HIT-6",), kind="fault", stage=Stage.OBJECT, space="world")
+def fault_no_sum(ray: Ray, triangle: Any, interval: Interval) -> Any:
+    """Return the t of the parallelogram over the triangle."""
+    D = ray.direction
+    E1, E2 = triangle.second - triangle.first, triangle.third - triangle.first
+    T = ray.origin - triangle.first
+    DxE2, TxE1 = dr.cross(D, E2), dr.cross(T, E1)
+    determinant = dr.dot(DxE2, E1)
+    parallel = determinant == 0
+    scale = 1 / dr.select(parallel, 1, determinant)
+    t = dr.dot(TxE1, E2) * scale
+    u = dr.dot(DxE2, T) * scale
+    v = dr.dot(TxE1, D) * scale
+
+    inside = (u >= 0) & (v >= 0) & (u <= 1) & (v <= 1)
+    return dr.select(interval.contains(t) & inside & ~parallel, t, dr.inf)

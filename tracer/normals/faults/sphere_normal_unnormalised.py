@@ -1,0 +1,12 @@
+"""Planted fault: point minus centre left as long as the radius."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.normals import NORMALS
+
+
+@NORMALS.register("sphere_normal/fault_unnormalised", covers=("NRM-1",), kind="fault", stage=Stage.NORMAL)
+def fault_unnormalised(point: Any, center: Any) -> Any:
+    """Return point - center."""
+    return point - center

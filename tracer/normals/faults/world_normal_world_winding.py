@@ -1,0 +1,17 @@
+"""Planted fault: the normal taken from world-space winding, which a mirror turns round."""
+
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from cases.stages import Stage
+from tracer.normals import NORMALS
+from tracer.placement import Placement
+
+
+@NORMALS.register("world_normal/fault_world_winding", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)
+def fault_world_winding(normal: Any, placement: Placement) -> Any:
+    """Return the world normal, inward under a mirror."""
+    side = float(np.sign(np.linalg.det(placement.linear)))
+    return dr.normalize(placement.normal_to_world(normal)) * side

@@ -1,0 +1,14 @@
+"""Planted fault: one-sided surfaces treated as two-sided: their backs shine."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.shading import SHADING
+
+
+@SHADING.register("hidden/fault_never", covers=("RAD-4",), kind="fault", stage=Stage.RADIANCE)
+def fault_never(normal: Any, direction: Any) -> Any:
+    """Return False everywhere."""
+    return (dr.dot(normal, direction) < 0) & (dr.dot(normal, direction) > 0)

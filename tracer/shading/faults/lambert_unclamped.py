@@ -1,0 +1,18 @@
+"""Planted fault: the cosine not clamped below the horizon."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.shading import SHADING
+
+
+@SHADING.register(
+    "lambert/fault_unclamped",
+    covers=("RAD-2",),
+    kind="fault",
+    stage=Stage.IRRADIANCE,
+    equivalent="dot(N, L) <= 0 makes visibility 0 by definition, and irradiance is the sum over visible lights",
+)
+def fault_unclamped(irradiance: Any, cosine: Any) -> Any:
+    """Return E dot(N, L), negative below the horizon."""
+    return irradiance * cosine

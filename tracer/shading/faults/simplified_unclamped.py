@@ -1,0 +1,19 @@
+"""Planted fault: the simplified model's cosine not clamped."""
+
+from typing import Any
+
+from cases.stages import Stage
+from tracer.shading import SHADING
+
+
+@SHADING.register(
+    "simplified/fault_unclamped",
+    covers=("RAD-3",),
+    kind="fault",
+    stage=Stage.IRRADIANCE,
+    equivalent="below the horizon visibility is 0 by definition, and the dot product of two unit vectors exceeds 1 by "
+    "rounding alone",
+)
+def fault_unclamped(flux: Any, cosine: Any) -> Any:
+    """Return RGB dot(N, L)."""
+    return flux * cosine

@@ -1,0 +1,1 @@
+"""Planted faults of the transforms formulas, for `rayproof audit`; never in use unless named."""

@@ -1,0 +1,14 @@
+"""Planted fault: the model matrix where its inverse belongs."""
+
+from cases.stages import Stage
+from tracer.placement import Placement
+from tracer.rays import Ray
+from tracer.transforms import TRANSFORMS
+
+
+@TRANSFORMS.register(
+    "to_object/fault_forward_matrix", covers=("XF-1",), kind="fault", stage=Stage.OBJECT, also=(Stage.DISTANCE,)
+)
+def fault_forward_matrix(ray: Ray, placement: Placement) -> Ray:
+    """Return the ray taken the wrong way."""
+    return Ray(origin=placement.point_to_world(ray.origin), direction=placement.vector_to_world(ray.direction))

@@ -1,0 +1,17 @@
+"""Planted fault: the direction renormalised in object space, so that t means something else there."""
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.placement import Placement
+from tracer.rays import Ray
+from tracer.transforms import TRANSFORMS
+
+
+@TRANSFORMS.register(
+    "to_object/fault_renormalised", covers=("XF-1",), kind="fault", stage=Stage.DISTANCE, also=(Stage.OBJECT,)
+)
+def fault_renormalised(ray: Ray, placement: Placement) -> Ray:
+    """Return the object-space ray with a unit direction."""
+    direction = placement.vector_to_object(ray.direction)
+    return Ray(origin=placement.point_to_object(ray.origin), direction=dr.normalize(direction))
