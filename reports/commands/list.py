@@ -70,6 +70,7 @@ def references() -> list[dict[str, Any]]:
         {
             "name": name,
             "independent": bool(REFERENCES.about(name).get("independent", False)),
+            "on_request": bool(REFERENCES.about(name).get("on_request", False)),
             "precision": REFERENCES[name].precision,
             "version": REFERENCES[name]().version(),
             "what": first_line(REFERENCES[name]),

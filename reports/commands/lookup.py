@@ -82,3 +82,18 @@ def stages_named(names: str) -> tuple["Stage", ...]:
     if unknown := sorted(wanted - known):
         raise UsageError(f"--stages: no image stage is called {unknown[0]!r}; known: {', '.join(IMAGE_STAGES)}")
     return tuple(stage for stage in IMAGE_STAGES if stage.value in wanted)
+
+
+def references_named(required: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the usual references and the `required` ones, which may answer on request only.
+
+    Raises:
+        UsageError: a required one is not known; the message lists what is.
+
+    """
+    from reference import REFERENCES
+
+    with told_in_one_line():
+        for name in required:
+            REFERENCES.about(name)
+    return tuple(name for name in REFERENCES if name in required or not REFERENCES.about(name).get("on_request", False))

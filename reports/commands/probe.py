@@ -8,14 +8,16 @@ import numpy as np
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import IMAGE_STAGES, Stage, exr_channels
-from reports.commands.lookup import Repeated, configurations, scene_named
+from reports.commands.lookup import Repeated, configurations, references_named, scene_named
 from reports.commands.output import say, shout, show_table, write_json
 from reports.commands.usage import UsageError
 
 Column = dict[str, Any]  # row name -> number, or the sentence that says why there is none
 
 
-def probe(case: str, x: int, y: int, *, formula: Repeated = (), json: Path | None = None) -> int:
+def probe(
+    case: str, x: int, y: int, *, formula: Repeated = (), require: Repeated = (), json: Path | None = None
+) -> int:
     """Show one pixel, every stage, as each renderer answers it.
 
     Parameters
@@ -28,6 +30,8 @@ def probe(case: str, x: int, y: int, *, formula: Repeated = (), json: Path | Non
         The pixel's row; 0 is the top one.
     formula
         A formula for the tracer, such as triangle=signed_areas. Repeatable.
+    require
+        A reference that answers on request only, such as certified. Repeatable.
     json
         Also write the values to this file, all digits.
 
@@ -37,36 +41,33 @@ def probe(case: str, x: int, y: int, *, formula: Repeated = (), json: Path | Non
     if not (0 <= x < width and 0 <= y < height):
         raise UsageError(f"pixel ({x}, {y}) lies outside the image: X from 0 to {width - 1}, Y from 0 to {height - 1}")
     chosen = configurations(["float32", "float64"], formula)
+    names = references_named(require)
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
-    from tracer.render import render
-
     from tracer.llvm import select
+    from tracer.render import render
 
     select()
     columns = {
         f"tracer-{one.name}": pixel(scene, x, y, render(scene, [Stage.CAMERA, *IMAGE_STAGES], one)) for one in chosen
     }
-    columns |= references(scene, x, y)
+    columns |= {name: reference_pixel(name, scene, x, y) for name in names}
     write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns})
     say(f"{case}, pixel ({x}, {y}) of {width} x {height}")
-    names = dict.fromkeys(name for column in columns.values() for name in column)
-    rows = [[name, *(short(column.get(name, "")) for column in columns.values())] for name in names]
+    stages = dict.fromkeys(name for column in columns.values() for name in column)
+    rows = [[name, *(short(column.get(name, "")) for column in columns.values())] for name in stages]
     show_table("One pixel, every stage", ["stage", *columns], rows)
     return 0
 
 
-def references(scene: Scene, x: int, y: int) -> dict[str, Column]:
-    """Return what every reference answers at a pixel, or why it cannot."""
+def reference_pixel(name: str, scene: Scene, x: int, y: int) -> Column:
+    """Return what a reference answers at a pixel, or why it cannot."""
     from reference import REFERENCES
 
-    columns: dict[str, Column] = {}
-    for name in REFERENCES:
-        reference = REFERENCES[name]()
-        refused = {stage: why for stage in Stage if (why := reference.unsupported(scene, stage)) is not None}
-        able = [stage for stage in Stage if stage not in refused]
-        column = pixel(scene, x, y, reference.render(scene, able) if able else {})
-        columns[name] = column | {str(stage): f"unsupported: {why}" for stage, why in refused.items()}
-    return columns
+    reference = REFERENCES[name]()
+    refused = {stage: why for stage in Stage if (why := reference.unsupported(scene, stage)) is not None}
+    able = [stage for stage in Stage if stage not in refused]
+    answered = pixel(scene, x, y, reference.render(scene, able) if able else {})
+    return answered | {str(stage): f"unsupported: {why}" for stage, why in refused.items()}
 
 
 def pixel(scene: Scene, x: int, y: int, answers: Answers) -> Column:

@@ -4,7 +4,7 @@ import errno
 import os
 from pathlib import Path
 
-from reports.commands.lookup import Repeated, configurations
+from reports.commands.lookup import Repeated, configurations, references_named
 from reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 
@@ -30,7 +30,7 @@ def run(
     resume
         Go on with the run that OUT holds; finished cases are not done again.
     require
-        A reference whose "unsupported" counts as a failure. Repeatable.
+        A reference whose "unsupported" counts as a failure; one that answers on request only is asked. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
@@ -43,16 +43,14 @@ def run(
         Also write results.json to this file.
 
     """
-    from reference import REFERENCES
     from reports.run.request import RunRequest
 
     if not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     if jobs is not None and jobs < 1:
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
+    references_named(require)
     with told_in_one_line():
-        for name in require:
-            REFERENCES.about(name)
         check_selectors(selectors)
         chosen = configurations(configuration, formula)
         writable_folder(out)

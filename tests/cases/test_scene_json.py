@@ -203,7 +203,7 @@ def test_a_file_that_is_no_scene_is_refused(content, message, tmp_path):
         pytest.param(".", "is a folder, not a scene file", id="folder"),
         pytest.param("pipe", "is not a regular file", id="pipe"),
         pytest.param("x" * 5000, "cannot be read: File name too long", id="long-name"),
-        pytest.param("nul\0", "cannot be read: embedded null byte", id="null-byte"),
+        pytest.param("nul\0", "cannot be read: .*embedded null", id="null-byte"),
     ],
 )
 def test_a_path_that_is_no_file_is_refused(name, message, tmp_path):

@@ -1,5 +1,6 @@
 """`rayproof probe` shows what each renderer says about one pixel, and where it says nothing."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -20,7 +21,8 @@ def test_every_renderer_answers_every_stage(rayproof: Rayproof, tmp_path: Path) 
 
     assert ended.code == 0
     columns = json.loads((tmp_path / "pixel.json").read_text())["renderers"]
-    assert set(columns) == {"tracer-float32", "tracer-float64", *REFERENCES}
+    usual = {name for name in REFERENCES if not REFERENCES.about(name).get("on_request", False)}
+    assert set(columns) == {"tracer-float32", "tracer-float64", *usual}
     for values in columns.values():
         assert {name.split(".")[0] for name in values} >= {str(stage) for stage in Stage}
 
@@ -55,3 +57,26 @@ def test_a_formula_can_be_chosen(rayproof: Rayproof, formula: str) -> None:
 
     assert ended.code == 0
     assert f"tracer-float32/{formula.replace('/', '=')}" in ended.out
+
+
+FAULTS = [name for name, formula in FORMULAS.items() if formula.kind == "fault" and formula.slot == "lambert"]
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_planted_fault_is_shouted_first(rayproof: Rayproof, tmp_path: Path, fault: str) -> None:
+    ended = rayproof("probe", "primitives/sphere", 48, 36, "--formula", fault, "--json", tmp_path / "pixel.json")
+
+    assert ended.out.startswith(f"PLANTED FAULT IN USE: {fault}")
+    assert json.loads((tmp_path / "pixel.json").read_text())["faults"] == [fault]
+
+
+def test_a_reference_on_request_is_asked_if_required(rayproof: Rayproof, tmp_path: Path) -> None:
+    small = dataclasses.replace(scene := select(["primitives/plane"])[0].scene, lights=scene.lights[:1])
+    camera = dataclasses.replace(small.camera, width=4, height=3)
+    save_scene(dataclasses.replace(small, camera=camera), tmp_path / "scene.json")
+    asked = [name for name in REFERENCES if REFERENCES.about(name).get("on_request", False)]
+
+    ended = rayproof("probe", tmp_path / "scene.json", 1, 1, *(word for name in asked for word in ("--require", name)))
+
+    assert ended.code == 0
+    assert all(name in ended.out for name in asked)

@@ -10,6 +10,7 @@ from cases.scene_json import save_scene
 from cases.stages import Stage
 from reports.publish.exr import read_answers
 from tests.reports.commands.conftest import Rayproof
+from tracer.catalogue import FORMULAS
 from tracer.configuration import Configuration
 from tracer.render import render
 
@@ -38,3 +39,16 @@ def test_the_image_says_what_made_it(rayproof: Rayproof, tmp_path: Path) -> None
 
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
         assert file.header()["comments"] == "float64/sphere=textbook"
+
+
+def test_an_image_made_with_a_planted_fault_says_so(rayproof: Rayproof, tmp_path: Path) -> None:
+    fault = next(formula for formula in FORMULAS.values() if formula.kind == "fault" and formula.slot == "lambert")
+
+    ended = rayproof(
+        *("render", "primitives/sphere", tmp_path / "a.exr"),
+        *("--configuration", f"float32/{fault.slot}={fault.variant}"),
+    )
+
+    assert ended.out.startswith("PLANTED FAULT IN USE")
+    with OpenEXR.File(str(tmp_path / "a.exr")) as file:
+        assert file.header()["comments"].startswith("PLANTED FAULT IN USE")
