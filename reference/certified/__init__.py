@@ -1,0 +1,157 @@
+"""Certified truth: arb balls for values, a certified sign for every branch, exact algebraic numbers for ties."""
+
+from collections.abc import Collection, Iterator
+from importlib.metadata import version
+from typing import Any
+
+import flint
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import IMAGE_STAGES, Stage, exr_channels
+from reference import REFERENCES
+from reference.certified.cameras import camera_answer
+from reference.certified.continuing import continued
+from reference.certified.filters.suspects import everything, surfaces_of, suspects
+from reference.certified.truths import Truth, enclosed, rounded, truths
+
+MOST_SURFACES = 200  # triangles and other shapes in a whole image; `at` and `enclose` take more
+
+
+@REFERENCES.register("certified", independent=True, on_request=True)
+class Certified:
+    """Exact mathematics, enclosed: answers are float64 numbers within one ulp of the truth, every branch is proved.
+
+    What cannot be decided, a tie of numbers that are not recognised as equal, is NaN and is listed by `enclose`. A
+    component of a vector that is about zero is given to 2^-100 of the vector's length. It shares neither code nor
+    compiler with the tracer.
+    """
+
+    precision = "float64"
+
+    def version(self) -> str:
+        """Return program and version, for the report."""
+        return f"certified 1 (python-flint {version('python-flint')}, FLINT {flint.__FLINT_VERSION__})"
+
+    def unsupported(self, scene: Scene, stage: Stage) -> str | None:
+        """Return a sentence for images of large meshes, whose every pixel would take too long."""
+        surfaces = sum(1 for _ in surfaces_of(scene))
+        if surfaces > MOST_SURFACES and stage is not Stage.CAMERA:
+            return (
+                f"whole images of {surfaces} triangles and shapes take too long to certify; "
+                f"at most {MOST_SURFACES}, or single pixels by `rayproof oracle`"
+            )
+        return None
+
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+        """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
+
+        Raises:
+            ValueError: samples < 1, or samples > 1 for a stage other than radiance.
+
+        """
+        if samples < 1 or (samples > 1 and set(stages) != {Stage.RADIANCE}):
+            raise ValueError(f"samples must be 1, or more for radiance alone, got {samples} for {sorted(stages)}")
+        camera = scene.camera
+        answers: Answers = {}
+        if Stage.CAMERA in stages:
+            answers[Stage.CAMERA] = camera_answer(camera)
+        offsets = (np.arange(samples) + 0.5) / samples
+        rows, columns, down, across = np.ix_(np.arange(camera.height), np.arange(camera.width), offsets, offsets)
+        points = np.stack(np.broadcast_arrays(columns + across, rows + down), axis=-1).reshape(-1, 2)
+        for stage, values in self.at(scene, [stage for stage in stages if stage is not Stage.CAMERA], points).items():
+            shape = (camera.height, camera.width, samples**2, values.shape[1])
+            answers[stage] = values.reshape(shape).mean(axis=2) if samples > 1 else values.reshape(*shape[:2], shape[3])
+        return answers
+
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+        """Answer image stages at image points (N, 2) = (px, py) [px]; each answer has shape (N, channels).
+
+        Raises:
+            ValueError: the camera stage, which is no image.
+
+        """
+        if Stage.CAMERA in stages:
+            raise ValueError("the camera stage has no value at an image point")
+        if not stages:
+            return {}
+        chosen = [stage for stage in IMAGE_STAGES if stage in stages]
+        found: dict[Stage, list[list[float]]] = {stage: [] for stage in chosen}
+        wanted = [(IMAGE_STAGES.index(stage), rows) for stage, rows in found.items()]
+        for truth in _truths(scene, chosen, points):
+            for number, rows in wanted:
+                rows.append(rounded(truth.values[number]))
+        counts = {stage: len(exr_channels(stage, lights=len(scene.lights))) for stage in chosen}
+        return {
+            stage: np.array(rows, dtype=np.float64).reshape(len(points), counts[stage]) for stage, rows in found.items()
+        }
+
+    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+        """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
+
+        `given` holds (height, width, channels) arrays of the stages that this one reads:
+
+            ray <- nothing             object <- ray                    distance <- ray, object
+            position <- ray, object, distance                           normal <- ray, object, position
+            visibility <- object, position, normal                      irradiance <- those and visibility
+            exitance <- object, irradiance                              radiance <- ray, object, normal, exitance
+
+        Directions are taken as they are, of whatever length: t is along them. Positions are taken to lie on the
+        surface of their object, whatever rounding moved them off it.
+
+        Raises:
+            ValueError: the camera stage, which continues from nothing and is no image.
+
+        """
+        camera = scene.camera
+        if stage is Stage.CAMERA:
+            raise ValueError("the camera stage continues from nothing; ask render")
+        if stage is Stage.RAY:
+            return self.render(scene, [stage])[stage]
+        flat = {
+            name: np.asarray(image, dtype=np.float64).reshape(camera.height * camera.width, np.shape(image)[-1])
+            for name, image in given.items()
+            if name is not Stage.CAMERA
+        }
+        rows = continued(scene, stage, flat)
+        return rows.reshape(camera.height, camera.width, rows.shape[1])
+
+    def enclose(
+        self, scene: Scene, stages: Collection[Stage], pixels: Collection[tuple[int, int]], *, filtered: bool = True
+    ) -> list[dict[str, Any]]:
+        """Return for each pixel (column, row) what is certain about its centre, as plain data.
+
+        A record has `pixel`, `bits` (the precision that sufficed), `exact` (whether exact numbers decided a tie),
+        `undecided` (names of decisions) and `stages`: per stage a list of [low, high], one per channel, the float64
+        numbers next to the enclosure. `filtered=False` asks every surface in balls, as a check on the filter.
+
+        Raises:
+            ValueError: the camera stage, which is no image, or no stage.
+
+        """
+        chosen = [stage for stage in IMAGE_STAGES if stage in stages]
+        if Stage.CAMERA in stages or not chosen:
+            raise ValueError("enclose needs image stages, and no others")
+        points = np.array(list(pixels), dtype=np.float64).reshape(-1, 2) + 0.5
+        return [
+            {
+                "pixel": [int(pixel[0]), int(pixel[1])],
+                "bits": truth.bits,
+                "exact": truth.exactly,
+                "undecided": list(truth.undecided),
+                "stages": {
+                    str(stage): [list(enclosed(value)) for value in truth.values[IMAGE_STAGES.index(stage)]]
+                    for stage in chosen
+                },
+            }
+            for pixel, truth in zip(pixels, _truths(scene, chosen, points, filtered=filtered), strict=True)
+        ]
+
+
+def _truths(scene: Scene, stages: Collection[Stage], points: np.ndarray, *, filtered: bool = True) -> Iterator[Truth]:
+    points = np.asarray(points, dtype=np.float64)
+    last = max(stages, key=IMAGE_STAGES.index)
+    lights = IMAGE_STAGES.index(last) >= IMAGE_STAGES.index(Stage.VISIBILITY)
+    chosen = suspects(scene, points, lights=lights) if filtered else iter([everything(scene)] * len(points))
+    return truths(scene, ((x, y) for x, y in points.tolist()), chosen, last)

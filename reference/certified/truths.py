@@ -1,0 +1,106 @@
+"""From questions to certified answers: precision is raised until every branch is decided and every ball is narrow."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from flint import arb, ctx
+
+from cases.scene import Scene
+from cases.stages import IMAGE_STAGES, Stage
+from reference.certified.fields import MOST, START, UndecidedError
+from reference.certified.paths import Decisions, Path, Suspects, Values
+from reference.certified.worlds import Worlds
+
+BEFORE_EXACT = 512  # bits at which a branch that is still open is taken for a tie, and asked exactly
+NARROW = 60  # bits of relative accuracy: half an ulp of float64 and 2^-7 of it
+NEXT_TO_NOTHING = 2.0**-100  # of a vector's length: what a component may be uncertain by if it is about zero
+
+POSITION = IMAGE_STAGES.index(Stage.POSITION)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """What is certain about one image point."""
+
+    values: Values
+    bits: int
+    exactly: bool  # whether exact numbers decided a tie that balls could not
+    undecided: tuple[str, ...]
+
+
+def truths(
+    scene: Scene, points: Iterable[tuple[float, float]], suspects: Iterator[Suspects], last: Stage
+) -> Iterator[Truth]:
+    """Yield the end-to-end truth of image points [px], of the image stages up to `last`."""
+    worlds, number = Worlds(scene), IMAGE_STAGES.index(last)
+    for point, suspect in zip(points, suspects, strict=True):
+        before = ctx.prec
+        try:
+            truth = _truth(worlds, point, suspect, number)
+        finally:
+            ctx.prec = before
+        yield truth
+
+
+def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int) -> Truth:
+    decisions, path, bits = _decided(worlds, point, suspects, last)
+    exactly = path is None
+    while True:
+        ctx.prec = bits
+        if path is None:
+            path = Path(worlds.balls(bits), point, last)
+            path.follow(decisions)
+        values = path.values(decisions)
+        if bits == MOST or narrow(values, path.t):
+            return Truth(values=values, bits=bits, exactly=exactly, undecided=decisions.open)
+        bits, path = 2 * bits, None
+
+
+def _decided(
+    worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int
+) -> tuple[Decisions, Path | None, int]:
+    """Return what is decided, and in balls the path that decided it and its bits; no path: by exact numbers."""
+    bits = START
+    while bits <= BEFORE_EXACT:
+        ctx.prec = bits
+        path = Path(worlds.balls(bits), point, last)
+        try:
+            return path.decide(suspects, leave_open=False), path, bits
+        except UndecidedError:
+            bits *= 2
+    return Path(worlds.tower(), point, last).decide(suspects, leave_open=True), None, START
+
+
+def narrow(values: Values, t: Any) -> bool:
+    """Return whether every ball is far narrower than an ulp, or about zero beside the others of its stage.
+
+    A position is compared with the hit's depth too, for it may be the origin.
+    """
+    for number, balls in enumerate(values):
+        for ball in balls:
+            if isinstance(ball, arb) and ball.rel_accuracy_bits() < NARROW:
+                largest = max(abs(float(other)) for other in balls)
+                if number == POSITION:
+                    largest = max(largest, abs(float(t)))
+                if not float(ball.rad()) <= largest * NEXT_TO_NOTHING:
+                    return False
+    return True
+
+
+def rounded(values: Sequence[Any]) -> list[float]:
+    """Return the float64 numbers nearest to the middles of balls."""
+    return [float(value) for value in values]
+
+
+def enclosed(value: Any) -> tuple[float, float]:
+    """Return the float64 numbers next below and above a ball, equal if it is one; a plain number twice."""
+    if not isinstance(value, arb):
+        return value, value
+    low, high = float(value.lower()), float(value.upper())
+    if math.isfinite(low) and arb(low) > value.lower():
+        low = math.nextafter(low, -math.inf)
+    if math.isfinite(high) and arb(high) < value.upper():
+        high = math.nextafter(high, math.inf)
+    return low, high
