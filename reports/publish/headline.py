@@ -47,15 +47,15 @@ def blame(case: dict[str, Any]) -> str:
 
 
 def worst_ratio(case: dict[str, Any]) -> float | None:
-    """Return the case's largest end-to-end error over its limit, NaN counted as largest; None without any."""
+    """Return the case's largest error over its limit, NaN counted as largest; None without any."""
     ratios = [number(ratio_of(check)) for check in case.get("checks", [])]
     known = [float("inf") if ratio != ratio else ratio for ratio in ratios if ratio is not None]
     return max(known, default=None)
 
 
 def ratio_of(check: dict[str, Any]) -> Any:
-    """Return a check's error over its limit as results.json has it, end to end where it was judged twice."""
-    return (check.get("end_to_end") or check).get("worst_ratio", check.get("ratio"))
+    """Return a check's error over its limit as results.json has it: the larger one where it was judged twice."""
+    return check.get("ratio", (check.get("end_to_end") or {}).get("worst_ratio"))
 
 
 def worst_first(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:

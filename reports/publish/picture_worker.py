@@ -1,4 +1,4 @@
-"""The child process of `pictures`: reads jobs on stdin, draws, and says on stdout what it does, a line of JSON each.
+"""The child process of `pictures`: jobs come on stdin, what it does goes to stdout, a line of JSON each.
 
 A line before each case names what was being drawn should the process die there. Run as
 `python -m reports.publish.picture_worker`.
@@ -17,7 +17,8 @@ def main() -> None:
     from reports.publish.picture_scene import draw, new_plotter
 
     plotter = new_plotter()
-    for job in json.load(sys.stdin):
+    for line in sys.stdin:
+        job = json.loads(line)
         _say(state="started", name=job["name"])
         try:
             scene = load_scene(Path(job["scene"]))

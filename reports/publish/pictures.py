@@ -1,12 +1,14 @@
 """A PyVista picture of every case's scene, all drawn in one child process that may die without harm."""
 
+import contextlib
 import json
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Callable
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import IO, Any
 
 from reports.publish import gl
 
@@ -19,61 +21,116 @@ def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str
     `progress` is told the name of each case drawn. `results` is changed in place (`picture` of each case); the caller
     writes it.
     """
-    jobs = [job for case in results["cases"] if (job := _job(folder, case)) is not None]
-    for case in results["cases"]:
+    with Drawing(folder, progress) as drawing:
+        for case in results["cases"]:
+            drawing.submit(case)
+    return drawing.reason
+
+
+class Drawing:
+    """Pictures drawn in a child process while other work goes on: submit finished cases, leave the block, ask why.
+
+    The child starts with the first case that can be drawn, after the machine was once found able to draw.
+    """
+
+    def __init__(self, folder: Path, progress: Callable[[str], None] | None = None) -> None:
+        self.reason: str | None = None  # why pictures were left out; complete when the block is left
+        self._folder = folder
+        self._progress = progress
+        self._cases: dict[str, dict[str, Any]] = {}
+        self._drawn = 0
+        self._current = "the first case"
+        self._failures: list[str] = []
+        self._child: subprocess.Popen[str] | None = None
+        self._reader: threading.Thread | None = None
+        # stderr to a file: a pipe that nobody reads would stop a child that complains at length.
+        self._complaints: IO[bytes] | None = None
+
+    def __enter__(self) -> "Drawing":
+        return self
+
+    def submit(self, case: dict[str, Any]) -> None:
+        """Have a case drawn; its `picture` is set when it is."""
         case["picture"] = None
-    if not jobs:
-        return None
-    reason = gl.why_not()
-    if reason:
-        return reason
-    by_name = {case["name"]: case for case in results["cases"]}
-    drawn, current, failures = 0, "the first case", []
-    # stderr to a file: a pipe that nobody reads would stop a child that complains at length.
-    with (
-        tempfile.TemporaryFile() as complaints,
-        subprocess.Popen(
+        job = _job(self._folder, case)
+        if job is None or self.reason is not None:
+            return
+        if self._child is None:
+            self.reason = gl.why_not()
+            if self.reason is not None:
+                return
+            self._start()
+        self._cases[case["name"]] = case
+        assert self._child is not None
+        assert self._child.stdin is not None
+        with contextlib.suppress(OSError):  # it died; its exit status says so at the end
+            self._child.stdin.write(json.dumps(job) + "\n")
+            self._child.stdin.flush()
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._child is None:
+            return
+        if kind is not None:
+            self._child.kill()
+        assert self._child.stdin is not None
+        with contextlib.suppress(OSError):  # what was still in the buffer went to a child that is gone
+            self._child.stdin.close()
+        assert self._reader is not None
+        self._reader.join()
+        assert self._child.stdout is not None
+        self._child.stdout.close()
+        self.reason = self._conclude(self._child.wait())
+
+    def _start(self) -> None:
+        self._complaints = tempfile.TemporaryFile()  # noqa: SIM115 (closed when the block is left)
+        self._child = subprocess.Popen(
             [sys.executable, "-m", "reports.publish.picture_worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=complaints,
+            stderr=self._complaints,
             env=gl.drawing_environment(),
             cwd=Path(__file__).parents[2],
             text=True,
             encoding="utf-8",
-        ) as child,
-    ):
-        assert child.stdin is not None
-        assert child.stdout is not None
-        try:
-            child.stdin.write(json.dumps(jobs))
-            child.stdin.close()
-        except BrokenPipeError:
-            pass  # It died at once; its exit status says so below.
-        for line in child.stdout:
+            # Ctrl-C is the main process's to answer: a child that it reached first would die with its work.
+            start_new_session=True,
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        """Take down what the child reports."""
+        assert self._child is not None
+        for line in self._child.stdout or ():
             try:
                 report = json.loads(line)
             except json.JSONDecodeError:
                 continue  # What a graphics driver says, or half a line of a child that died.
+            name = report["name"]
             if report["state"] == "started":
-                current = report["name"]
+                self._current = name
             elif report["state"] == "failed":
-                failures.append(f"{report['name']}: {report['why']}")
+                self._failures.append(f"{name}: {report['why']}")
             else:
-                drawn += 1
-                by_name[report["name"]]["picture"] = picture_path(by_name[report["name"]])
-                if progress is not None:
-                    progress(report["name"])
-        status = child.wait()
-        complaints.seek(0)
-        last = complaints.read().decode(errors="replace").strip().splitlines()[-1:]
-    if status:
-        how = f"signal {-status}" if status < 0 else f"exit code {status}" + (f", {last[0][:200]}" if last else "")
-        return f"drawing ended at {current} ({how}); {drawn} of {len(jobs)} drawn"
-    if failures:
-        more = f" and {len(failures) - 1} more" if len(failures) > 1 else ""
-        return f"{drawn} of {len(jobs)} drawn; {failures[0]}{more}"
-    return None
+                self._drawn += 1
+                self._cases[name]["picture"] = picture_path(self._cases[name])
+                if self._progress is not None:
+                    self._progress(name)
+
+    def _conclude(self, status: int) -> str | None:
+        """Return why pictures were left out, given how the child ended."""
+        assert self._complaints is not None
+        with self._complaints as complaints:
+            complaints.seek(0)
+            last = complaints.read().decode(errors="replace").strip().splitlines()[-1:]
+        total = len(self._cases)
+        if status:
+            how = f"signal {-status}" if status < 0 else f"exit code {status}" + (f", {last[0][:200]}" if last else "")
+            return f"drawing ended at {self._current} ({how}); {self._drawn} of {total} drawn"
+        if self._failures:
+            more = f" and {len(self._failures) - 1} more" if len(self._failures) > 1 else ""
+            return f"{self._drawn} of {total} drawn; {self._failures[0]}{more}"
+        return None
 
 
 def picture_path(case: dict[str, Any]) -> str | None:

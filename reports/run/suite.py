@@ -15,6 +15,7 @@ from cases.case import Case
 from cases.families import all_cases, select
 from reports.judge.adjudicate import ORACLE
 from reports.judge.outcomes import Outcome, exit_code
+from reports.publish.pictures import Drawing
 from reports.run import assemble
 from reports.run.case_run import CaseRun
 from reports.run.journal import Journal
@@ -48,11 +49,12 @@ def run(request: RunRequest) -> int:
         console.print(f"[bold red]PLANTED FAULT in this run: {', '.join(faults)}; it must fail[/]")
     console.print(f"{len(planned)} cases against {', '.join(references)}; results in {request.out}", soft_wrap=True)
     start, started = time.perf_counter(), datetime.now(UTC)
-    records, interrupted = _render_and_judge(request, planned, references, console)
+    with Drawing(request.out) as drawing:
+        records, interrupted = _render_and_judge(request, planned, references, console, drawing)
     results = _results(planned, records, references, faults, started)
     results["finished"] = not interrupted
     results["seconds"] = round(time.perf_counter() - start, 3)
-    _publish(request, results, console)
+    _publish(request, results, drawing.reason, console)
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
@@ -95,7 +97,11 @@ def _faults(planned: tuple[PlannedCase, ...]) -> list[str]:
 
 
 def _render_and_judge(
-    request: RunRequest, planned: tuple[PlannedCase, ...], references: tuple[str, ...], console: Console
+    request: RunRequest,
+    planned: tuple[PlannedCase, ...],
+    references: tuple[str, ...],
+    console: Console,
+    drawing: Drawing,
 ) -> tuple[list[dict[str, Any]], bool]:
     """Return the records in the plan's order, and whether the user interrupted."""
     pool = Pool(jobs=request.jobs, timeout=request.timeout)
@@ -107,6 +113,7 @@ def _render_and_judge(
         def finished(case_run: CaseRun, record: dict[str, Any]) -> None:
             name = case_run.planned.case.name
             records[name] = record
+            drawing.submit(record)
             journal.append(keys[name], record)
             progress.finished(record, again=False)
 
@@ -116,6 +123,7 @@ def _render_and_judge(
                 known = journal.finished(keys[one.case.name])
                 if known is not None:
                     records[one.case.name] = known
+                    drawing.submit(known)
                     progress.finished(known, again=True)
                 else:
                     todo.append(one)
@@ -177,14 +185,14 @@ def _results(
     }
 
 
-def _publish(request: RunRequest, results: dict[str, Any], console: Console) -> None:
-    """Write results.json, the pictures and every published form; print the worst cases and where the report is."""
+def _publish(request: RunRequest, results: dict[str, Any], why: str | None, console: Console) -> None:
+    """Write results.json and every published form; print the worst cases and where the report is.
+
+    `why` says why pictures were left out.
+    """
     from reports.publish import publish_all
-    from reports.publish.pictures import draw_pictures
     from reports.publish.results import save_results
 
-    save_results(request.out, results)
-    why = draw_pictures(request.out, results)
     results["environment"]["pictures"] = why or "drawn"
     save_results(request.out, results)
     publish_all(request.out)
