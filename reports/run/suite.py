@@ -89,11 +89,12 @@ def _references(require: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _faults(planned: tuple[PlannedCase, ...]) -> list[str]:
-    """Return the planted faults that any configuration of the run uses."""
+    """Return the planted faults, and the wrong forms printed in the lecture, that any configuration uses."""
     from tracer.configuration import Configuration
 
     names = {name for one in planned for name in one.configurations}
-    return sorted({fault for name in names for fault in Configuration.parse(name).faults})
+    used = [Configuration.parse(name) for name in names]
+    return sorted({wrong for one in used for wrong in (*one.faults, *one.controls)})
 
 
 def _render_and_judge(
