@@ -15,6 +15,7 @@ from reports.judge.limits import BECAUSE, Roundoff
 from reports.judge.measurement import Measurement, jsonable
 from reports.judge.metrics import METRICS
 from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate, Witness
 
 # The stage whose images people look at: its informative metrics are worth their time.
 INFORMED = Stage.RADIANCE
@@ -137,3 +138,10 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
         return {}
     value_range = (float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max())))
     return {name: METRICS[name](ours, theirs, value_range) for name in METRICS} | {"range": value_range}
+
+
+def unmeasured(candidate: Candidate, witness: Witness, stage: Stage, outcome: Outcome, reason: str) -> Check:
+    """Return a check that ended before anything was measured."""
+    check = Check(configuration=candidate.name, reference=witness.name, stage=stage, outcome=outcome, reason=reason)
+    check.ratio = float("inf") if outcome is Outcome.FAIL else 0.0
+    return check

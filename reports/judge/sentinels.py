@@ -16,7 +16,7 @@ from cases.scene import Camera, Cube, Plane, PointLight, Scene, Sphere
 from cases.stages import Stage
 from reports.judge import judging
 from reports.judge.classes import Edges
-from reports.judge.judging import FullOracle, stages_of
+from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 

@@ -1,8 +1,8 @@
 """The one sentence of a run, and what must be shouted before it."""
 
-from collections import Counter
 from typing import Any
 
+from cases.stages import Stage
 from reports.judge.outcomes import Outcome
 from reports.publish.results import number
 
@@ -33,8 +33,13 @@ def headline(results: dict[str, Any]) -> str:
     if worst_first == [Outcome.PASS]:
         return f"{total}: all pass, in {results['checks']['planned']} checks."
     parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
-    blamed = Counter(blame(case) for case in results["cases"] if case["verdict"] in BAD and blame(case))
-    named = ", ".join(where for where, _ in blamed.most_common(4))
+    # In the order of the light path: what goes wrong first is most likely what is wrong.
+    order = list(Stage)
+    guilty = sorted(
+        (case for case in results["cases"] if case["verdict"] in BAD and blame(case)),
+        key=lambda case: order.index(Stage(case["stage"])) if case.get("stage") in order else len(order),
+    )
+    named = ", ".join(list(dict.fromkeys(blame(case) for case in guilty))[:4])
     return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "")
 
 

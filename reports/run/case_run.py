@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from reports.judge.judging import stages_of
+from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.run.orders import JudgeTask, ReferenceTask, TracerTask

@@ -8,9 +8,10 @@ from typing import Any
 from cases.scene_json import scene_to_json
 from cases.stages import IMAGE_STAGES
 from reference.analytic import Analytic
-from reports.judge.judging import Judged, judge_case
+from reports.judge.judging import judge_case
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.sentinels import stand_guard
+from reports.judge.summing_up import Judged
 from reports.publish.exr import write_answers
 from reports.run.orders import JudgeTask
 

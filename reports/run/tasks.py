@@ -5,7 +5,7 @@ from typing import Any
 
 from cases.answers import Answers
 from cases.stages import Stage
-from reports.judge.judging import stages_of
+from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
 from reports.judge.supersampled import finer
 from reports.run.llvm import choose_packaged_llvm

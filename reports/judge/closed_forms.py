@@ -1,0 +1,49 @@
+"""A case's closed forms, judged on one candidate's answers with the candidate's own rounding allowed for."""
+
+from typing import Any
+
+import numpy as np
+
+from cases.case import Case
+from cases.stages import Stage
+from reports.judge.bench import Bench
+from reports.judge.expectations import judge
+from reports.judge.limits import Roundoff
+from reports.judge.measurement import jsonable
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate
+
+
+def closed_forms(case: Case, candidate: Candidate, bench: Bench) -> list[dict[str, Any]]:
+    """Judge the case's closed forms on one candidate's answers."""
+    assert candidate.answers is not None
+    found = []
+    for expectation in case.expectations:
+        stage = getattr(expectation, "stage", Stage.VISIBILITY if hasattr(expectation, "form") else Stage.IRRADIANCE)
+        finding = judge(expectation, case.scene, candidate.answers, _slack(bench, stage))
+        outcome = Outcome.MISSING if not finding.used else Outcome.PASS if finding.ratio <= 1 else Outcome.FAIL
+        found.append(
+            {
+                "configuration": candidate.name,
+                "kind": type(expectation).__name__,
+                "stage": stage.value,
+                "verdict": outcome.value,
+                "measured": jsonable(finding.measured),
+                "expected": jsonable(finding.expected),
+                "limit": jsonable(finding.limit),
+                "ratio": jsonable(finding.ratio),
+                "used": finding.used,
+                "because": expectation.because,
+            }
+        )
+    return found
+
+
+def _slack(bench: Bench, stage: Stage) -> float:
+    """Return the candidate's own rounding relative to the image's typical value: the median of limit over value."""
+    if stage is Stage.VISIBILITY:
+        return Roundoff(bench.candidate.precision)(64)
+    value, limit = np.abs(bench.truth[stage]).max(axis=-1), bench.limits.end_to_end[stage]
+    limit = limit.max(axis=-1) if limit.ndim == 3 else limit
+    good = bench.conditioning.hit & (value > 0) & np.isfinite(value)
+    return float(np.median(limit[good] / value[good])) if np.any(good) else 0.0

@@ -1,0 +1,53 @@
+"""Box-filtered radiance of a case: every candidate before every witness that renders it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cases.case import Case
+from cases.stages import Stage
+from reports.judge.bench import Bench
+from reports.judge.checks import Check, unmeasured
+from reports.judge.conditioning import condition
+from reports.judge.oracle import FullOracle, stages_of
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate, Witness
+from reports.judge.supersampled import box_mean, finer, supersampled_check
+
+
+def mean_checks(
+    case: Case, candidates: Sequence[Candidate], witnesses: Sequence[Witness], oracle: FullOracle
+) -> tuple[list[Check], list[tuple[Candidate, Witness, Stage]]]:
+    """Judge box-filtered radiance, every candidate before every witness that renders it; return checks and plan."""
+    scene = finer(case.scene, case.samples)
+    planned = [(c, w, Stage.RADIANCE) for c in candidates for w in witnesses if w.answers_at(Stage.RADIANCE)]
+    truth = oracle.render(scene, stages_of(scene))
+    edges, factors = oracle.edges(scene), condition(scene, truth)
+    checks = []
+    for candidate, witness, stage in planned:
+        if candidate.fine is None or witness.mean is None:
+            why = candidate.error or witness.error or "no box-filtered image was given"
+            checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, why))
+            continue
+        fine = Bench(
+            scene=scene,
+            truth=truth,
+            edges=edges,
+            conditioning=factors,
+            oracle=oracle,
+            candidate=replace(
+                candidate,
+                answers=candidate.fine,
+                shadow_epsilon=_finer(candidate.shadow_epsilon, case.samples),
+            ),
+            witness=replace(witness, shadow_epsilon=_finer(witness.shadow_epsilon, case.samples)),
+        )
+        ours = box_mean(candidate.fine[Stage.RADIANCE], case.samples)
+        checks.append(supersampled_check(fine, ours, witness.mean, case.samples))
+    return checks, planned
+
+
+def _finer(epsilon: float | np.ndarray, samples: int) -> float | np.ndarray:
+    """Return an epsilon at the resolution of the samples: a pixel's holds for all of its samples."""
+    return np.kron(epsilon, np.ones((samples, samples))) if np.ndim(epsilon) else epsilon

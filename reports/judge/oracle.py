@@ -1,0 +1,36 @@
+"""What judging asks of the analytic reference, and which stages a scene is asked about."""
+
+from collections.abc import Collection
+from typing import Any, Protocol
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import Stage
+
+
+class FullOracle(Protocol):
+    """What judging asks of the analytic reference."""
+
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+        """Answer `stages`."""
+        ...
+
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+        """Answer at image points (n, 2)."""
+        ...
+
+    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+        """Return the stage computed from the given previous ones."""
+        ...
+
+    def edges(self, scene: Scene) -> Any:
+        """Return each pixel's distance to the nearest edges [px], as `reports.judge.classes.Edges`."""
+        ...
+
+
+def stages_of(scene: Scene) -> tuple[Stage, ...]:
+    """Return the stages that a scene needs: without lights there is no light to ask about."""
+    stages = tuple(Stage)
+    return stages if scene.lights else stages[: stages.index(Stage.VISIBILITY)]

@@ -1,0 +1,79 @@
+"""From a case's checks and closed forms to its verdict, the stage to blame and the specification item behind it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from cases.case import Case
+from cases.stages import Stage
+from reports.judge import blame
+from reports.judge.checks import Check
+from reports.judge.outcomes import Outcome, worst
+from reports.judge.parties import Candidate
+
+
+@dataclass(kw_only=True)
+class Judged:
+    """A case's checks and what they add up to."""
+
+    case: Case
+    checks: list[Check]
+    expectations: list[dict[str, Any]]
+    outcome: Outcome
+    stage: Stage | None
+    item: str | None
+    reason: str
+    planned: int
+
+
+def sum_up(
+    case: Case,
+    checks: list[Check],
+    expectations: list[dict[str, Any]],
+    planned: int,
+    candidates: Mapping[str, Candidate] | None,
+) -> Judged:
+    """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame."""
+    outcome = worst([check.outcome for check in checks] + [Outcome(one["verdict"]) for one in expectations])
+    guilty = [check for check in checks if check.outcome is outcome and outcome is not Outcome.PASS]
+    order = list(Stage)
+    # A stage that is wrong by itself comes before one that only shows what it was handed.
+    guilty.sort(key=lambda check: (not check.alone, order.index(check.stage), -check.ratio))
+    judged = Judged(
+        case=case,
+        checks=checks,
+        expectations=expectations,
+        outcome=outcome,
+        stage=None,
+        item=None,
+        reason="",
+        planned=planned,
+    )
+    if guilty:
+        check = guilty[0]
+        judged.stage = check.stage
+        judged.reason = f"{check.configuration} against {check.reference}, {check.stage}: {check.reason}"
+        if candidates is not None and outcome is Outcome.FAIL:
+            judged.item = _item(case, check, candidates[check.configuration.split(" x")[0]])
+    elif outcome is not Outcome.PASS:
+        broken = next(one for one in expectations if one["verdict"] == outcome.value)
+        judged.stage = Stage(broken["stage"])
+        judged.reason = (
+            f"{broken['configuration']}: {broken['measured']} instead of {broken['expected']}: {broken['because']}"
+        )
+    return judged
+
+
+def _item(case: Case, check: Check, candidate: Candidate) -> str:
+    """Return the specification item behind a failed check."""
+    ours = theirs = -1
+    measured = check.continued if check.alone else check.end_to_end
+    if measured is not None and measured.pixel is not None and candidate.answers is not None:
+        column, row = measured.pixel
+        ours = int(candidate.answers[Stage.OBJECT][row, column, 0])
+        theirs = int(measured.theirs[0]) if check.stage is Stage.OBJECT else ours
+    if not -1 <= ours < len(case.scene.shapes):
+        ours = -1
+    return blame.item(
+        check.stage, case.scene, candidate.items, ours=ours, theirs=theirs, alone=check.alone, part=check.part
+    )

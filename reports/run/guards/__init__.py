@@ -1,0 +1,27 @@
+"""Guards: questions whose answer is known, put to everything that all renderers share, before a run believes it.
+
+A fault in the mesh loader, in a ledger or in the journal makes every renderer agree, so that no comparison can see it.
+`reports.judge.sentinels` guards the judge likewise.
+"""
+
+from collections.abc import Callable
+
+
+class BrokenHarnessError(RuntimeError):
+    """The harness got a question wrong whose answer is known; the message says who did and which one."""
+
+
+def stand_guards() -> None:
+    """Ask every guard here.
+
+    Raises:
+        BrokenHarnessError: one got a wrong answer; nothing that the harness says can be believed.
+
+    """
+    from reports.run.guards.journal import guard_journal
+    from reports.run.guards.ledgers import guard_ledgers
+    from reports.run.guards.loader import guard_loader
+
+    guards: tuple[Callable[[], None], ...] = (guard_loader, guard_ledgers, guard_journal)
+    for guard in guards:
+        guard()

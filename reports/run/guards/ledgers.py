@@ -1,0 +1,47 @@
+"""The ledgers' guard: records whose counts, verdict and exit code are known."""
+
+from typing import Any
+
+from reports.judge.outcomes import Outcome, exit_code, worst
+from reports.run import assemble
+from reports.run.guards import BrokenHarnessError
+
+
+def guard_ledgers() -> None:
+    """Count, sum up and conclude from known records; raise BrokenHarnessError where the answer is another."""
+    passed = _record(Outcome.PASS, (Outcome.PASS,) * 2, planned=2)
+    failed = _record(Outcome.FAIL, (Outcome.PASS, Outcome.FAIL, Outcome.FAIL), planned=3)
+    _expect(assemble.case_ledger([passed, failed], planned=3), {"pass": 1, "fail": 1, "missing": 1}, "of three cases")
+    _expect(assemble.check_ledger([passed, failed]), {"pass": 3, "fail": 2, "missing": 0}, "of five checks")
+    _refuses(_record(Outcome.PASS, (Outcome.PASS,) * 2, planned=3), "a lost check")
+    _refuses(_record(Outcome.PASS, (Outcome.PASS,) * 3, planned=2), "a check counted twice")
+    for outcome in Outcome:
+        if worst([Outcome.PASS, outcome, Outcome.PASS]) is not outcome:
+            raise BrokenHarnessError(f"the ledgers are broken: pass and {outcome} must make {outcome}")
+        code = exit_code([Outcome.PASS, outcome])
+        wanted = 0 if outcome in (Outcome.PASS, Outcome.WARN) else 1 if outcome in _WRONG else 3
+        if code != wanted:
+            raise BrokenHarnessError(f"the ledgers are broken: {outcome} must end in exit code {wanted}, got {code}")
+    if worst([]) is not Outcome.MISSING or assemble.verdict([passed], planned=2) is not Outcome.MISSING:
+        raise BrokenHarnessError("the ledgers are broken: what was not measured must be missing")
+
+
+_WRONG = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
+
+
+def _record(verdict: Outcome, checks: tuple[Outcome, ...], *, planned: int) -> dict[str, Any]:
+    return {"verdict": verdict.value, "planned": planned, "checks": [{"verdict": check.value} for check in checks]}
+
+
+def _expect(counts: dict[str, int], wanted: dict[str, int], what: str) -> None:
+    got = {name: counts[name] for name in wanted}
+    if got != wanted:
+        raise BrokenHarnessError(f"the ledgers are broken: the ledger {what} must read {wanted}, got {got}")
+
+
+def _refuses(record: dict[str, Any], what: str) -> None:
+    try:
+        assemble.check_ledger([record])
+    except ValueError:
+        return
+    raise BrokenHarnessError(f"the ledgers are broken: {what} was not noticed")
