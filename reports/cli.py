@@ -17,6 +17,7 @@ Exit codes: 0 all pass or warn, 1 some fail, 2 bad usage or input, 3 something c
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("reports.commands.run:run", "Judge the tracer on cases or scene files and write a report."),
+    "audit": ("reports.commands.audit:audit", "Plant faults one at a time and show which the harness kills."),
     "report": ("reports.commands.report:report", "Publish a results folder again, without rendering."),
     "list": ("reports.commands.list:catalogue", "List cases, formulas, references or metrics."),
     "show": ("reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),

@@ -26,8 +26,8 @@ class Reply:
     seconds: float
 
 
-def serve(kind: str, connection: Connection) -> None:
-    """Answer tasks until the other end closes. `kind` is "tracer", "judge" or "reference:NAME"."""
+def serve(kind: str, connection: Connection, handlers: Callable[[str], Callable[[Any], Any]] = tasks.handler) -> None:
+    """Answer tasks until the other end closes; `handlers` says what a worker of `kind` does."""
     # Ctrl-C goes to the whole process group; only the main process decides what it means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     handler: Callable[[Any], Any] | None = None
@@ -38,7 +38,7 @@ def serve(kind: str, connection: Connection) -> None:
             return
         start = time.perf_counter()
         try:
-            handler = handler or tasks.handler(kind)
+            handler = handler or handlers(kind)
             reply = Reply(value=handler(task), error=None, trace=None, seconds=time.perf_counter() - start)
         except Exception as error:  # the boundary: whatever a renderer raises is that task's error
             line = f"{type(error).__name__}: {error}".splitlines()[0]

@@ -14,7 +14,6 @@ from tracer.rays import Interval, Ray
     covers=("HIT-4",),
     kind="fault",
     stage=Stage.OBJECT,
-    also=(Stage.VISIBILITY,),
     space="object",
 )
 def fault_one_sided(ray: Ray, plane: Any, interval: Interval) -> Any:

@@ -14,7 +14,6 @@ from tracer.rays import Interval, Ray
     covers=("HIT-6",),
     kind="fault",
     stage=Stage.OBJECT,
-    also=(Stage.VISIBILITY,),
     space="world",
 )
 def fault_culled(ray: Ray, triangle: Any, interval: Interval) -> Any:

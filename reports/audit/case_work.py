@@ -1,0 +1,114 @@
+"""One case with many faults: references render once, the tracer once a fault, and the judge says what it saw."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from cases.case import Case
+from cases.scene import Scene
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.audit.oracle import PatientOracle
+from reports.audit.orders import REFERENCES, CaseOrder, CaseReport, Look, Sighting
+from reports.audit.planted import PlantedFault
+from reports.faults import FAULTS
+from reports.judge.judging import judge_case
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate, Witness
+from reports.run import tasks
+from reports.run.orders import ReferenceTask, TracerTask
+
+USUAL = "float32"
+BAD = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING)
+
+
+def work(order: CaseOrder) -> CaseReport:
+    """Judge the order's case with each of its faults planted, and with the unchanged tracer."""
+    case, oracle = order.case, PatientOracle()
+    witnesses = {name: witness(name, case.scene) for name in REFERENCES}
+    usual = candidate(USUAL, case.scene)
+    sightings = [
+        _of_tracer(case, fault, witnesses, oracle)
+        if fault.where == "tracer"
+        else _of_reference(case, fault, witnesses, usual)
+        for fault in order.faults
+    ]
+    healthy = [
+        _sighting(
+            name,
+            case,
+            judge(case, usual if name == USUAL else candidate(name, case.scene), list(witnesses.values()), oracle),
+        )
+        for name in order.healthy
+    ]
+    return CaseReport(sightings=tuple(sightings), healthy=tuple(healthy))
+
+
+@cache
+def _task(kind: str) -> Any:
+    return tasks.handler(kind)
+
+
+def candidate(configuration: str, scene: Scene) -> Candidate:
+    """Return the tracer's answers by one configuration."""
+    return _task("tracer")(TracerTask(scene=scene, configuration=configuration, samples=1))[0]
+
+
+def witness(name: str, scene: Scene) -> Witness:
+    """Return a reference's answers."""
+    return _task(f"reference:{name}")(ReferenceTask(scene=scene, samples=1))[0]
+
+
+def judge(case: Case, one: Candidate, witnesses: Sequence[Witness], oracle: Any) -> Any:
+    """Return the verdict on one candidate."""
+    return judge_case(case, [one], witnesses, oracle, {})
+
+
+def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness], oracle: PatientOracle) -> Sighting:
+    """Judge the tracer with one wrong formula."""
+    assert fault.configuration is not None
+    judged = judge(case, candidate(fault.configuration, case.scene), list(witnesses.values()), oracle)
+    looks = {name: _look(judged, name, one, fault) for name, one in witnesses.items()}
+    return _sighting(fault.name, case, judged, looks)
+
+
+def _of_reference(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness], usual: Candidate) -> Sighting:
+    """Judge the unchanged tracer while a reference is spoilt; the oracle too, if that is the one."""
+    with FAULTS[fault.name]():
+        spoilt = {name: witness(name, case.scene) if name in fault.who else one for name, one in witnesses.items()}
+        judged = judge(case, usual, list(spoilt.values()), Analytic())
+    return _sighting(fault.name, case, judged)
+
+
+def _sighting(name: str, case: Case, judged: Any, looks: dict[str, Look] | None = None) -> Sighting:
+    """Sum a verdict up: who is blamed, and at which stage."""
+    order = list(Stage)
+    suspects = [check for check in judged.checks if check.outcome is Outcome.REFERENCE_SUSPECT]
+    stage, blamed = judged.stage, None
+    if judged.outcome is Outcome.FAIL:
+        blamed = "tracer"
+    elif suspects:
+        stage = min((check.stage for check in suspects), key=order.index)
+        blamed = ", ".join(sorted({check.reference for check in suspects}))
+    return Sighting(
+        fault=name,
+        case=case.name,
+        outcome=judged.outcome,
+        stage=stage if judged.outcome in BAD else None,
+        item=judged.item,
+        blamed=blamed,
+        reason=judged.reason,
+        looks=looks or {},
+    )
+
+
+def _look(judged: Any, name: str, one: Witness, fault: PlantedFault) -> Look:
+    """Return what the checks against one reference alone said."""
+    order = list(Stage)
+    failed = [check for check in judged.checks if check.reference == name and check.outcome is Outcome.FAIL]
+    failed.sort(key=lambda check: (not check.alone, order.index(check.stage)))
+    return Look(
+        kills=bool(failed),
+        stage=failed[0].stage if failed else None,
+        answers=fault.stage is not None and one.answers_at(fault.stage) and one.error is None,
+    )

@@ -1,0 +1,158 @@
+"""From what each case and guard saw to what is said of each fault, and to the score."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from cases.stages import Stage
+from reports.audit.orders import REFERENCES, GradedReport, Sighting
+from reports.audit.planted import PlantedFault
+from reports.judge.outcomes import Outcome
+
+ORDER = list(Stage)
+NAMED = 5  # killers that an entry names
+
+
+def kills(fault: PlantedFault, sighting: Sighting) -> bool:
+    """Say whether a case shows a fault: a fault of the tracer must fail, one of a reference put it under suspicion."""
+    if fault.where == "tracer":
+        return sighting.outcome is Outcome.FAIL
+    return sighting.blamed is not None
+
+
+def side_is_right(fault: PlantedFault, sighting: Sighting) -> bool:
+    """Say whether whoever a case blames is the one that the fault was planted in, at a stage that it spoils."""
+    if sighting.blamed is None:
+        return True
+    guilty = {"tracer"} if fault.where == "tracer" else set(fault.who)
+    return set(sighting.blamed.split(", ")) <= guilty and fault.blames(sighting.stage)
+
+
+def by_cases(fault: PlantedFault, sightings: Sequence[Sighting]) -> dict[str, Any]:
+    """Return the entry of audit.json of a fault that cases must kill."""
+    killers = [one for one in sightings if kills(fault, one)]
+    blamed = blamed_stage([one.stage for one in killers if one.stage])
+    wrong = [one for one in sightings if not side_is_right(fault, one)]
+    return _entry(fault) | {
+        "killed": bool(killers),
+        "blamed_stage": blamed,
+        "blamed": sorted({one.blamed for one in sightings if one.blamed}),
+        "blamed_right": bool(killers) and not wrong and fault.stage is not None and blamed == fault.stage.value,
+        "killed_by": [f"{one.case}: {one.reason}" for one in killers[:NAMED]],
+        "wrongly_blamed": [f"{one.case}: {one.blamed} {one.stage}: {one.reason}" for one in wrong[:NAMED]],
+        "families": _families(fault, sightings),
+        "references": _references(killers) if fault.where == "tracer" else {},
+    }
+
+
+def by_guard(fault: PlantedFault, stopped: str | None) -> dict[str, Any]:
+    """Return the entry of audit.json of a fault that a guard must stop."""
+    return _entry(fault) | {
+        "killed": stopped is not None,
+        "blamed_stage": fault.where if stopped else None,
+        "blamed": [fault.where] if stopped else [],
+        "blamed_right": stopped is not None,
+        "killed_by": [stopped] if stopped else [],
+        "wrongly_blamed": [],
+        "families": {},
+        "references": {},
+    }
+
+
+def blamed_stage(stages: Sequence[Stage]) -> str | None:
+    """Return the stage that most cases blame; shadows count only where no case blames geometry.
+
+    Feelers run through the same intersections as camera rays, so a fault of geometry may show as a wrong shadow.
+    """
+    geometry = [stage for stage in stages if ORDER.index(stage) < ORDER.index(Stage.VISIBILITY)]
+    tally = Counter(geometry or stages)
+    return tally.most_common(1)[0][0].value if tally else None
+
+
+def _entry(fault: PlantedFault) -> dict[str, Any]:
+    return {
+        "name": fault.name,
+        "where": fault.where,
+        "stage": fault.stage.value if fault.stage else fault.where,
+        "covers": list(fault.covers),
+        "erratum": fault.erratum,
+        "equivalent": fault.equivalent,
+    }
+
+
+def _families(fault: PlantedFault, sightings: Iterable[Sighting]) -> dict[str, Any]:
+    """Return, per family, how many cases met the fault, how many killed it, and the stage most of them blamed."""
+    found: dict[str, list[Sighting]] = {}
+    for one in sightings:
+        found.setdefault(one.family, []).append(one)
+    return {
+        family: {
+            "cases": len(some),
+            "killed": sum(kills(fault, one) for one in some),
+            "stage": next(iter(Counter(one.stage.value for one in some if kills(fault, one) and one.stage)), None),
+        }
+        for family, some in sorted(found.items())
+    }
+
+
+def _references(killers: Sequence[Sighting]) -> dict[str, Any]:
+    """Return, per reference, whether it can see the fault, whether it alone kills it, and the stage that it blames.
+
+    A reference can see a fault if it answers the fault's stage in some case in which the fault shows at all.
+    """
+    found = {}
+    for name in REFERENCES:
+        looks = [one.looks[name] for one in killers if name in one.looks]
+        found[name] = {
+            "sees": any(look.answers for look in looks),
+            "killed": any(look.kills for look in looks),
+            "missed": [one.case for one in killers if one.looks[name].answers and not one.looks[name].kills],
+            "stage": blamed_stage([look.stage for look in looks if look.kills and look.stage]),
+        }
+    return found
+
+
+def score(
+    entries: Sequence[Mapping[str, Any]], healthy: Sequence[Sighting], graded: Sequence[GradedReport]
+) -> dict[str, Any]:
+    """Return audit.json's content; `good` says whether the harness sees everything that was planted."""
+    alarms = [one for one in healthy if one.outcome not in (Outcome.PASS, Outcome.WARN)]
+    smallest: dict[str, dict[str, dict[str, float]]] = {}
+    for report in graded:
+        smallest.setdefault(report.quantity, {})[report.precision] = report.smallest
+    wanted = [entry for entry in entries if entry["equivalent"] is None]
+    problems = [*_problems(entries), *(f"false alarm: {one.fault} {one.case}: {one.reason}" for one in alarms)]
+    return {
+        "planted": len(entries),
+        "killed": sum(entry["killed"] for entry in wanted),
+        "equivalent": len(entries) - len(wanted),
+        "blamed_right": sum(entry["blamed_right"] for entry in wanted),
+        "false_alarms": len(alarms),
+        "unchanged_passed": len(healthy) - len(alarms),
+        "good": not problems,
+        "problems": problems,
+        "smallest_detected": smallest,
+        "faults": list(entries),
+    }
+
+
+def _problems(entries: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return a sentence for everything that must not be so."""
+    found = []
+    for entry in entries:
+        name = entry["name"]
+        if entry["equivalent"] is not None:
+            if entry["killed"]:
+                found.append(f"{name} is said to be equivalent and was killed: {entry['killed_by'][0]}")
+            continue
+        if not entry["killed"]:
+            found.append(f"{name} survives")
+        elif not entry["blamed_right"]:
+            why = entry["wrongly_blamed"][0] if entry["wrongly_blamed"] else f"{entry['blamed_stage']}"
+            found.append(f"{name} spoils {entry['stage']} and is blamed elsewhere: {why}")
+        found += [
+            f"{name} is seen by {reference} and not killed by it alone"
+            for reference, look in entry["references"].items()
+            if look["sees"] and not look["killed"]
+        ]
+    return found

@@ -1,0 +1,74 @@
+"""Everything that can be planted: wrong formulas of the tracer, and spoilt references, loader, judge and run."""
+
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from cases.stages import Stage
+from reports.faults import FAULTS
+
+FELT = ("intersections", "transforms")  # feelers use these formulas too: a fault may show in a shadow alone
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantedFault:
+    """One fault, where it is planted and what must become of it."""
+
+    name: str  # "slot/variant" of the tracer, else a name in `reports.faults`
+    where: str  # "tracer", "reference", "loader", "judge" or "run"
+    stage: Stage | None  # the one to be found wrong; None: a guard must stop the run
+    also: tuple[Stage, ...] = ()  # others that a case may find wrong in its place
+    covers: tuple[str, ...] = ()  # specification items
+    who: tuple[str, ...] = ()  # the references that it spoils
+    cases: tuple[str, ...] = ()  # patterns of the cases that show it; empty: those that cover its items
+    erratum: str | None = None
+    equivalent: str | None = None  # the proof that it is right on every valid scene
+    configuration: str | None = None  # of the tracer, where the fault is one of its formulas
+
+    @property
+    def on_guard(self) -> bool:
+        """Say whether guards and not cases must kill it."""
+        return self.stage is None
+
+    def blames(self, stage: Stage | None) -> bool:
+        """Say whether `stage` is one that may be found wrong."""
+        return stage is not None and stage in (self.stage, *self.also)
+
+
+def tracer_faults() -> tuple[PlantedFault, ...]:
+    """Return the tracer's planted faults, and the wrong forms that the lecture prints."""
+    from tracer.catalogue import FORMULAS
+    from tracer.configuration import Configuration
+
+    return tuple(
+        PlantedFault(
+            name=formula.name,
+            where="tracer",
+            stage=formula.stage,
+            also=(*formula.facts.get("also", ()), *((Stage.VISIBILITY,) if formula.folder in FELT else ())),
+            covers=formula.covers,
+            erratum=formula.erratum,
+            equivalent=formula.equivalent,
+            configuration=Configuration(precision="float32", formulas={formula.slot: formula.variant}).name,
+        )
+        for formula in FORMULAS.values()
+        if formula.kind in ("control", "fault") and formula.known_bad is None
+    )
+
+
+def other_faults() -> tuple[PlantedFault, ...]:
+    """Return the planted faults of references, loader, judge and run."""
+    return tuple(PlantedFault(name=name, **FAULTS.about(name)) for name in FAULTS)
+
+
+def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
+    """Return the faults whose name, or place, matches a glob.
+
+    Raises:
+        LookupError: none does.
+
+    """
+    everything = (*tracer_faults(), *other_faults())
+    found = tuple(one for one in everything if fnmatchcase(one.name, pattern) or one.where == pattern)
+    if not found:
+        raise LookupError(f"no planted fault matches {pattern!r}; `rayproof list formulas` lists the tracer's")
+    return found

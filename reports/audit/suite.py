@@ -1,0 +1,182 @@
+"""An audit from request to score: plant, choose cases, let workers look, follow up what survived, add up, publish."""
+
+import json
+import time
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rich.console import Console
+
+from cases.case import Case
+from cases.families import all_cases
+from reports.audit import findings
+from reports.audit.graded_work import QUANTITIES
+from reports.audit.orders import CaseOrder, CaseReport, GradedOrder, GradedReport, GuardOrder, Sighting
+from reports.audit.planted import PlantedFault, planted
+from reports.audit.request import AuditRequest
+from reports.audit.selection import Assignment, first_round, second_round
+from reports.audit.tables import show
+from reports.audit.worker import serve_audit
+from reports.publish.atomic import write_text
+from reports.run.llvm import choose_packaged_llvm
+from reports.run.plan import plan
+from reports.run.pool import Pool
+from reports.run.worker import Reply
+
+NAME = "audit.json"
+FAMILIES, QUICK_FAMILIES = 8, 3  # cases that a fault is put to at first, each of another family
+GRADED_CASE = "primitives/sphere"
+GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades from 1e-2 to 1e-7, relative
+QUICK_GRADES = GRADES[::2]
+CHUNK = 30  # faults an order: one that kills a worker must not cost too much
+
+
+def run(request: AuditRequest) -> int:
+    """Run the audit, write audit.json and print the score; return 0 if everything planted is found, else 1.
+
+    Raises:
+        LookupError: `only` names no fault.
+
+    """
+    choose_packaged_llvm()
+    start = time.perf_counter()
+    console = Console(highlight=False)
+    faults = planted(request.only)
+    console.print(f"PLANTED FAULTS: {len(faults)}, one at a time; what fails here fails on purpose", style="bold red")
+    audit = _Audit(request, console)
+    try:
+        entries = audit.entries(faults)
+        graded = audit.graded() if request.only == "*" else []
+    finally:
+        audit.close()
+    result = {
+        "schema": 1,
+        "quick": request.quick,
+        "only": request.only,
+        "seconds": round(time.perf_counter() - start, 1),
+        **findings.score(entries, audit.healthy, graded),
+    }
+    result["problems"] += audit.errors
+    result["good"] = result["good"] and not audit.errors
+    text = json.dumps(result, indent=1, allow_nan=False) + "\n"
+    request.out.mkdir(parents=True, exist_ok=True)
+    write_text(request.out / NAME, text)
+    if request.json is not None:
+        write_text(request.json, text)
+    show(console, result)
+    console.print(f"{request.out / NAME}", soft_wrap=True)
+    return 0 if result["good"] else 1
+
+
+class _Audit:
+    """The workers of one audit and what they saw."""
+
+    def __init__(self, request: AuditRequest, console: Console) -> None:
+        self.healthy: list[Sighting] = []
+        self.errors: list[str] = []
+        self._request, self._console = request, console
+        self._cases = {case.name: case for case in all_cases() if case.samples == 1}
+        self._pool = Pool(
+            jobs=request.jobs, timeout=request.timeout, copies={"audit": request.jobs}, target=serve_audit
+        )
+        self._sightings: dict[str, list[Sighting]] = defaultdict(list)
+        self._checked: set[str] = set()
+        self._count = 0
+
+    def close(self) -> None:
+        """Stop the workers."""
+        self._pool.close()
+
+    def entries(self, faults: Sequence[PlantedFault]) -> list[dict[str, Any]]:
+        """Return what is to be said of each fault."""
+        guarded = [fault for fault in faults if fault.on_guard]
+        shown = [fault for fault in faults if not fault.on_guard]
+        families = QUICK_FAMILIES if self._request.quick else FAMILIES
+        self._judge_cases(first_round(shown, list(self._cases.values()), families=families))
+        stopped: dict[str, str | None] = {}
+
+        def guard_done(fault: PlantedFault, reply: Reply) -> None:
+            stopped[fault.name] = reply.value.stopped if reply.error is None else None
+            self._say(f"{fault.name}: {stopped[fault.name] or reply.error or 'survives'}")
+
+        for fault in guarded:
+            done = lambda reply, fault=fault: guard_done(fault, reply)  # noqa: E731
+            self._submit(GuardOrder(fault=fault), done)
+        self._drain()
+        survivors = [f for f in shown if f.equivalent is None and not self._killed(f)]
+        if survivors and not self._request.quick:
+            self._console.print(f"{len(survivors)} survive so far: {', '.join(f.name for f in survivors)}")
+            seen = {name: {one.case for one in some} for name, some in self._sightings.items()}
+            self._judge_cases(second_round(survivors, list(self._cases.values()), seen))
+            self._drain()
+        return [
+            findings.by_guard(fault, stopped.get(fault.name))
+            if fault.on_guard
+            else findings.by_cases(fault, self._sightings[fault.name])
+            for fault in faults
+        ]
+
+    def graded(self) -> list[GradedReport]:
+        """Return what each stage can see of small errors."""
+        reports: list[GradedReport] = []
+
+        def done(reply: Reply) -> None:
+            if reply.error is None:
+                reports.append(reply.value)
+                self._say(f"graded {reply.value.quantity}, {reply.value.precision}")
+            else:
+                self.errors.append(f"graded faults: {reply.error}")
+
+        amounts = QUICK_GRADES if self._request.quick else GRADES
+        for quantity in QUANTITIES:
+            for precision in ("float32", "float64"):
+                case = self._cases[GRADED_CASE]
+                order = GradedOrder(case=case, quantity=quantity, precision=precision, amounts=amounts)
+                self._submit(order, done)
+        self._drain()
+        return sorted(reports, key=lambda report: (QUANTITIES.index(report.quantity), report.precision))
+
+    def _killed(self, fault: PlantedFault) -> bool:
+        return any(findings.kills(fault, one) for one in self._sightings[fault.name])
+
+    def _judge_cases(self, assignment: Assignment) -> None:
+        """Order every case of an assignment, the unchanged tracer with it the first time."""
+        for name, faults in sorted(assignment.items()):
+            case = self._cases[name]
+            for first in range(0, len(faults), CHUNK):
+                healthy = () if name in self._checked else self._configurations(case)
+                self._checked.add(name)
+                self._submit(
+                    CaseOrder(case=case, faults=tuple(faults[first : first + CHUNK]), healthy=healthy),
+                    self._case_done(case),
+                )
+
+    def _configurations(self, case: Case) -> tuple[str, ...]:
+        return plan((case,), ())[0].configurations
+
+    def _case_done(self, case: Case) -> Callable[[Reply], None]:
+        def done(reply: Reply) -> None:
+            if reply.error is not None:
+                self.errors.append(f"{case.name}: {reply.error}")
+                self._say(f"{case.name}: {reply.error}")
+                return
+            report: CaseReport = reply.value
+            for one in report.sightings:
+                self._sightings[one.fault].append(one)
+            self.healthy += report.healthy
+            found = sum(one.blamed is not None for one in report.sightings)
+            self._say(f"{case.name}: {found} of {len(report.sightings)} faults show ({reply.seconds:.1f} s)")
+
+        return done
+
+    def _submit(self, order: Any, done: Callable[[Reply], None]) -> None:
+        self._pool.submit("audit", order, done)
+
+    def _drain(self) -> None:
+        while not self._pool.idle:
+            self._pool.step()
+
+    def _say(self, line: str) -> None:
+        self._count += 1
+        self._console.print(f"{self._count:4} {line}", soft_wrap=True, markup=False)

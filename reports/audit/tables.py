@@ -1,0 +1,65 @@
+"""The kill matrix and the score, for a reader of the terminal."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from reports.audit.orders import REFERENCES
+from reports.commands.output import PIPED_WIDTH
+
+SHORT = {"analytic": "analytic", "mitsuba_scalar": "scalar", "mitsuba_llvm": "llvm"}
+
+
+def show(console: Console, result: Mapping[str, Any]) -> None:
+    """Print the matrix, the graded faults, what is wrong and the score."""
+    page = console if console.is_terminal else Console(highlight=False, width=PIPED_WIDTH)
+    page.print(_matrix(result["faults"]))
+    if result["smallest_detected"]:
+        page.print(_graded(result["smallest_detected"]))
+    for problem in result["problems"]:
+        page.print(Text(problem, style="red"), soft_wrap=True)
+    page.print(Text(sentence(result), style="bold"), soft_wrap=True)
+
+
+def sentence(result: Mapping[str, Any]) -> str:
+    """Return the score in one line."""
+    wanted = result["planted"] - result["equivalent"]
+    return (
+        f"audit: {result['killed']} of {wanted} planted faults killed, {result['blamed_right']} blamed right; "
+        f"{result['equivalent']} more are provably equivalent; {result['false_alarms']} false alarms in "
+        f"{result['false_alarms'] + result['unchanged_passed']} runs of the unchanged tracer; {result['seconds']} s"
+    )
+
+
+def _matrix(faults: list[dict[str, Any]]) -> Table:
+    table = Table(
+        title="fault x reference and family: the stage blamed; - cannot see it, . sees it not", title_justify="left"
+    )
+    for column in ("fault", "where", "spoils", "killed", *SHORT.values(), "families (killed/cases)"):
+        table.add_column(column, overflow="fold")
+    for fault in faults:
+        looks = [fault["references"].get(name) for name in REFERENCES]
+        families = [f"{name} {one['killed']}/{one['cases']}" for name, one in fault["families"].items()]
+        table.add_row(
+            fault["name"],
+            fault["where"],
+            fault["stage"],
+            Text("equivalent" if fault["equivalent"] else fault["blamed_stage"] or "SURVIVES"),
+            *(Text("" if look is None else look["stage"] or ("." if look["sees"] else "-")) for look in looks),
+            Text(", ".join(families) or "; ".join(fault["killed_by"])),
+        )
+    return table
+
+
+def _graded(smallest: Mapping[str, Any]) -> Table:
+    stages = list(dict.fromkeys(s for one in smallest.values() for found in one.values() for s in found))
+    table = Table(title="smallest relative error that each stage detects, 1e-2 to 1e-7", title_justify="left")
+    for column in ("quantity", "precision", *stages):
+        table.add_column(column)
+    for quantity, one in smallest.items():
+        for precision, found in one.items():
+            table.add_row(quantity, precision, *(f"{found[s]:.1e}" if s in found else "" for s in stages))
+    return table

@@ -1,0 +1,24 @@
+"""The audit's worker processes: each takes whatever order comes."""
+
+from typing import Any
+
+from reports.audit.orders import CaseOrder, GradedOrder, GuardOrder
+from reports.run.llvm import choose_packaged_llvm
+from reports.run.worker import serve
+
+
+def serve_audit(kind: str, connection: Any) -> None:
+    """Answer orders until the other end closes."""
+    choose_packaged_llvm()
+    serve(kind, connection, handlers=lambda _: work)
+
+
+def work(order: CaseOrder | GuardOrder | GradedOrder) -> Any:
+    """Do one order and return its report."""
+    from reports.audit import case_work, graded_work, guard_work
+
+    if isinstance(order, CaseOrder):
+        return case_work.work(order)
+    if isinstance(order, GuardOrder):
+        return guard_work.work(order)
+    return graded_work.work(order)

@@ -1,0 +1,36 @@
+"""Planted fault: analytic's images are replaced by copies of the tracer's."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.faults import FAULTS
+from reports.faults.patching import altered
+
+
+@FAULTS.register(
+    "judge/analytic_is_a_copy",
+    where="judge",
+    stage=Stage.RAY,
+    who=("analytic",),
+    also=(Stage.CAMERA,),
+    cases=(
+        "primitives/*",
+        "several_lights/*",
+        "shadows/*",
+    ),
+)
+@contextmanager
+def analytic_is_a_copy() -> Iterator[None]:
+    """Let analytic answer with the tracer's own answers."""
+
+    def wrong(self: Any, scene: Any, stages: Any, *, samples: int = 1) -> Any:
+        from tracer.configuration import Configuration
+        from tracer.render import render
+
+        return render(scene, stages, Configuration(precision="float32"), samples=samples)
+
+    with altered(Analytic, "render", wrong):
+        yield

@@ -1,0 +1,22 @@
+"""Planted fault: a reference that repeats the tracer's output is believed."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+from reports.judge import copies
+
+
+@FAULTS.register("judge/copies_believed", where="judge", stage=None)
+@contextmanager
+def copies_believed() -> Iterator[None]:
+    """Never notice a copy."""
+    right = copies.copied
+
+    def wrong(ours: Any, theirs: Any) -> Any:
+        return type(right(ours, theirs))()
+
+    with replaced(right, wrong):
+        yield

@@ -1,0 +1,30 @@
+"""Planted fault: every suspect reference is explained by a finding that does not exist."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+from reports.judge import findings
+
+
+@FAULTS.register("judge/everything_known", where="judge", stage=None)
+@contextmanager
+def everything_known() -> Iterator[None]:
+    """Know a finding for everything."""
+    right = findings.explained
+
+    def wrong(reference: str, version: str, stage: Any, case: str) -> Any:
+        return findings.KnownFinding(
+            reference=reference,
+            version=version,
+            stage=stage,
+            cases=case,
+            smallest_scene=case,
+            third_witness="nobody",
+            what="nothing",
+        )
+
+    with replaced(right, wrong):
+        yield

@@ -1,0 +1,25 @@
+"""Planted fault: the mean of an image's errors in place of the largest."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+from reports.judge import measurement
+
+
+@FAULTS.register("judge/mean_for_maximum", where="judge", stage=None)
+@contextmanager
+def mean_for_maximum() -> Iterator[None]:
+    """Spread the errors evenly over the image."""
+    right = measurement.ratios
+
+    def wrong(stage: Any, ours: Any, theirs: Any, limit: Any) -> Any:
+        ratio, error = right(stage, ours, theirs, limit)
+        return np.full_like(ratio, ratio[np.isfinite(ratio)].mean()), error
+
+    with replaced(right, wrong):
+        yield

@@ -1,0 +1,23 @@
+"""Planted fault: normal is neither planned nor compared."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from cases.stages import Stage
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+from reports.judge import oracle
+
+
+@FAULTS.register("judge/stage_not_planned", where="judge", stage=None)
+@contextmanager
+def stage_not_planned() -> Iterator[None]:
+    """Forget one stage where the plan is made."""
+    right = oracle.stages_of
+
+    def wrong(scene: Any) -> tuple[Stage, ...]:
+        return tuple(stage for stage in right(scene) if stage is not Stage.NORMAL)
+
+    with replaced(right, wrong):
+        yield

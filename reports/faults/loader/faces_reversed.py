@@ -1,0 +1,23 @@
+"""Planted fault: the mesh loader turns every face round."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from cases import mesh_file
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+
+
+@FAULTS.register("loader/faces_reversed", where="loader", stage=None)
+@contextmanager
+def faces_reversed() -> Iterator[None]:
+    """Spoil what every renderer is given."""
+    right = mesh_file.read_mesh
+
+    def wrong(name: str, folder: Any) -> tuple[Any, Any]:
+        vertices, faces = right(name, folder)
+        return vertices, faces[:, ::-1]
+
+    with replaced(right, wrong):
+        yield

@@ -1,0 +1,25 @@
+"""Planted fault: the mesh loader's indices are off by one."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from cases import mesh_file
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+
+
+@FAULTS.register("loader/index_from_one", where="loader", stage=None)
+@contextmanager
+def index_from_one() -> Iterator[None]:
+    """Spoil what every renderer is given."""
+    right = mesh_file.read_mesh
+
+    def wrong(name: str, folder: Any) -> tuple[Any, Any]:
+        vertices, faces = right(name, folder)
+        return np.roll(vertices, 1, axis=0), faces
+
+    with replaced(right, wrong):
+        yield

@@ -1,0 +1,25 @@
+"""Planted fault: the mesh loader moves one vertex by a millionth."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from cases import mesh_file
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+
+
+@FAULTS.register("loader/last_vertex_moved", where="loader", stage=None)
+@contextmanager
+def last_vertex_moved() -> Iterator[None]:
+    """Spoil what every renderer is given."""
+    right = mesh_file.read_mesh
+
+    def wrong(name: str, folder: Any) -> tuple[Any, Any]:
+        vertices, faces = right(name, folder)
+        return vertices + (np.arange(len(vertices)) == len(vertices) - 1)[:, np.newaxis] * 1e-6, faces
+
+    with replaced(right, wrong):
+        yield

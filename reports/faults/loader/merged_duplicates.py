@@ -1,0 +1,25 @@
+"""Planted fault: the mesh loader joins vertices that are near each other."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from cases import mesh_file
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+
+
+@FAULTS.register("loader/merged_duplicates", where="loader", stage=None)
+@contextmanager
+def merged_duplicates() -> Iterator[None]:
+    """Spoil what every renderer is given."""
+    right = mesh_file.read_mesh
+
+    def wrong(name: str, folder: Any) -> tuple[Any, Any]:
+        vertices, faces = right(name, folder)
+        return np.round(vertices, 3), faces
+
+    with replaced(right, wrong):
+        yield

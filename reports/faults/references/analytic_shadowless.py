@@ -1,0 +1,34 @@
+"""Planted fault: analytic's feelers meet nothing."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from cases.stages import Stage
+from reference.analytic import feelers
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+
+
+@FAULTS.register(
+    "reference/analytic_shadowless",
+    where="reference",
+    stage=Stage.VISIBILITY,
+    who=("analytic",),
+    cases=(
+        "shadows/*",
+        "several_lights/*",
+    ),
+)
+@contextmanager
+def analytic_shadowless() -> Iterator[None]:
+    """Let no shape block a light."""
+    right = feelers._blocked
+
+    def wrong(scene: Any, index: int, source: Any, objects: Any, positions: Any) -> Any:
+        return np.zeros(len(objects), dtype=bool)
+
+    with replaced(right, wrong):
+        yield

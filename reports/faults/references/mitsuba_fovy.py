@@ -1,0 +1,37 @@
+"""Planted fault: Mitsuba's vertical angle is a thousandth too large."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from cases.stages import Stage
+from reference.mitsuba3 import worlds
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+
+
+@FAULTS.register(
+    "reference/mitsuba_fovy",
+    where="reference",
+    stage=Stage.RAY,
+    who=(
+        "mitsuba_llvm",
+        "mitsuba_scalar",
+    ),
+    also=(Stage.CAMERA,),
+    cases=(
+        "cameras/*",
+        "primitives/*",
+    ),
+)
+@contextmanager
+def mitsuba_fovy() -> Iterator[None]:
+    """Widen Mitsuba's camera."""
+    right = worlds._sensor
+
+    def wrong(*arguments: Any) -> dict[str, Any]:
+        sensor = right(*arguments)
+        return sensor | {"fov": sensor["fov"] * 1.001}
+
+    with replaced(right, wrong):
+        yield

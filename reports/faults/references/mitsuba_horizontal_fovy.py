@@ -1,0 +1,36 @@
+"""Planted fault: Mitsuba's angle is taken along the image's width."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from cases.stages import Stage
+from reference.mitsuba3 import worlds
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+
+
+@FAULTS.register(
+    "reference/mitsuba_horizontal_fovy",
+    where="reference",
+    stage=Stage.RAY,
+    who=(
+        "mitsuba_llvm",
+        "mitsuba_scalar",
+    ),
+    also=(Stage.CAMERA,),
+    cases=(
+        "cameras/*",
+        "primitives/*",
+    ),
+)
+@contextmanager
+def mitsuba_horizontal_fovy() -> Iterator[None]:
+    """Measure Mitsuba's angle along x."""
+    right = worlds._sensor
+
+    def wrong(*arguments: Any) -> dict[str, Any]:
+        return right(*arguments) | {"fov_axis": "x"}
+
+    with replaced(right, wrong):
+        yield

@@ -1,0 +1,37 @@
+"""Planted fault: Mitsuba's samples are scattered over the pixel."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from cases.stages import Stage
+from reference.mitsuba3 import worlds
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+
+
+@FAULTS.register(
+    "reference/mitsuba_jittered",
+    where="reference",
+    stage=Stage.RADIANCE,
+    who=(
+        "mitsuba_llvm",
+        "mitsuba_scalar",
+    ),
+    cases=(
+        "primitives/*",
+        "several_lights/*",
+        "shadows/*",
+    ),
+)
+@contextmanager
+def mitsuba_jittered() -> Iterator[None]:
+    """Jitter the samples of Mitsuba's images."""
+    right = worlds._sensor
+
+    def wrong(*arguments: Any) -> dict[str, Any]:
+        sensor = right(*arguments)
+        return sensor | {"sampler": sensor["sampler"] | {"jitter": True}}
+
+    with replaced(right, wrong):
+        yield
