@@ -9,7 +9,10 @@ import base64
 import hashlib
 import html
 import json
+import os
+from concurrent.futures import ProcessPoolExecutor
 from importlib.resources import files
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +29,8 @@ SCRIPTS = (
     "elements", "numbers", "verdicts", "address", "decode", "load", "colors", "paint", "difference", "front",
     "coverage", "cases", "inspector", "figures", "checks", "case", "start",
 )  # fmt: skip
+
+FEW = 16  # cases that one process writes sooner than another one starts
 
 _PAGE = """<!doctype html><!--{shout}-->
 <html lang="en">
@@ -52,10 +57,9 @@ _PAGE = """<!doctype html><!--{shout}-->
 @PUBLISHERS.register("html")
 def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write index.html and data/*.js."""
-    written, cases = [], []
-    for number, case in enumerate(worst_first(results["cases"]), start=1):
-        written.append(write_case_data(folder, folder / "data" / f"{number:04}.js", number, case))
-        cases.append(_row(folder, number, case))
+    ordered = list(enumerate(worst_first(results["cases"]), start=1))
+    written = _write_all(folder, ordered)
+    cases = [_row(folder, number, case) for number, case in ordered]
     # Data of an earlier publication of the same folder, when it had more cases.
     for stale in set((folder / "data").glob("*.js")) - set(written):
         stale.unlink()
@@ -72,6 +76,16 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
         script=script,
     )
     return [write_text(folder / "index.html", page), *written]
+
+
+def _write_all(folder: Path, ordered: list[tuple[int, dict[str, Any]]]) -> list[Path]:
+    """Write every case's data, on every processor where there are many: compressing images is what takes the time."""
+    jobs = [(folder, folder / "data" / f"{number:04}.js", number, case) for number, case in ordered]
+    workers = min(os.cpu_count() or 1, len(jobs) // FEW)
+    if workers < 2:
+        return [write_case_data(*job) for job in jobs]
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        return list(pool.map(write_case_data, *zip(*jobs, strict=True), chunksize=4))
 
 
 def policy(script: str, style: str) -> str:

@@ -10,6 +10,7 @@ from cases.stages import IMAGE_STAGES
 from reference.analytic import Analytic
 from reports.judge.judging import judge_case
 from reports.judge.outcomes import Outcome, worst
+from reports.judge.remembering import Remembering
 from reports.judge.sentinels import stand_guard
 from reports.judge.summing_up import Judged
 from reports.publish.exr import write_answers
@@ -27,7 +28,7 @@ def _guarded() -> int:
 def judge(task: JudgeTask) -> dict[str, Any]:
     """Judge one case and return its record."""
     _guarded()
-    judged = judge_case(task.case, task.candidates, task.witnesses, _ORACLE, task.versions)
+    judged = judge_case(task.case, task.candidates, task.witnesses, Remembering(_ORACLE), task.versions)
     for witness in task.witnesses:
         if witness.name in task.require and not witness.answers:
             why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")

@@ -1,4 +1,4 @@
-"""The pool: one process per kind of worker, at most `jobs` busy at once, each task with a deadline.
+"""The pool: worker processes by kind, at most `jobs` busy at once, each task with a deadline.
 
 A worker that dies or overruns its deadline costs one task; it is replaced when the next task of its kind comes.
 """
@@ -7,7 +7,7 @@ import multiprocessing
 import signal
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
@@ -26,14 +26,25 @@ class _Worker:
 
 
 class Pool:
-    """Run tasks in workers by kind; `step` waits for something to happen and calls back."""
+    """Run tasks in workers by kind; `step` waits for something to happen and calls back.
 
-    def __init__(self, *, jobs: int, timeout: float, target: Callable[[str, Any], None] = serve) -> None:
+    A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one.
+    """
+
+    def __init__(
+        self,
+        *,
+        jobs: int,
+        timeout: float,
+        copies: Mapping[str, int] | None = None,
+        target: Callable[[str, Any], None] = serve,
+    ) -> None:
+        self._copies = copies or {}
         self._jobs = jobs
         self._timeout = timeout
         self._target = target
         self._context = multiprocessing.get_context("spawn")
-        self._workers: dict[str, _Worker] = {}
+        self._workers: dict[tuple[str, int], _Worker] = {}
         self._waiting: deque[tuple[str, Any, Callable[[Reply], None]]] = deque()
 
     def submit(self, kind: str, task: Any, done: Callable[[Reply], None], *, first: bool = False) -> None:
@@ -53,11 +64,11 @@ class Pool:
             return
         rest = max(0.0, min(worker.deadline for worker in busy.values()) - time.monotonic())
         ready = set(wait([worker.connection for worker in busy.values()], timeout=rest))
-        for kind, worker in busy.items():
+        for place, worker in busy.items():
             if worker.connection in ready:
-                self._receive(kind, worker)
+                self._receive(place, worker)
             elif time.monotonic() >= worker.deadline:
-                self._lose(kind, worker, f"no answer within {self._timeout:g} s; stopped")
+                self._lose(place, worker, f"no answer within {self._timeout:g} s; stopped")
 
     def close(self) -> None:
         """Stop every worker, now."""
@@ -68,49 +79,57 @@ class Pool:
             worker.process.join()
         self._workers.clear()
 
-    def _busy(self) -> dict[str, _Worker]:
-        return {kind: worker for kind, worker in self._workers.items() if worker.done is not None}
+    def _busy(self) -> dict[tuple[str, int], _Worker]:
+        return {place: worker for place, worker in self._workers.items() if worker.done is not None}
 
     def _start_ready(self) -> None:
         """Give waiting tasks, in order, to idle workers of their kind."""
         postponed: list[tuple[str, Any, Callable[[Reply], None]]] = []
         while self._waiting and len(self._busy()) < self._jobs:
             kind, task, done = self._waiting.popleft()
-            worker = self._workers.get(kind) or self._spawn(kind)
-            if worker.done is not None:
+            place = self._free_place(kind)
+            if place is None:
                 postponed.append((kind, task, done))
                 continue
+            worker = self._workers.get(place) or self._spawn(place)
             worker.done = done
             worker.started = time.monotonic()
             worker.deadline = worker.started + self._timeout
             try:
                 worker.connection.send(task)
             except OSError:
-                self._lose(kind, worker, "the worker had died")
+                self._lose(place, worker, "the worker had died")
         self._waiting.extendleft(reversed(postponed))
 
-    def _spawn(self, kind: str) -> _Worker:
+    def _free_place(self, kind: str) -> tuple[str, int] | None:
+        """Return where a task of `kind` can go now: to an idle worker, else to a new one, else nowhere."""
+        places = [(kind, copy) for copy in range(self._copies.get(kind, 1))]
+        free = [place for place in places if place not in self._workers or self._workers[place].done is None]
+        return min(free, key=lambda place: place not in self._workers, default=None)
+
+    def _spawn(self, place: tuple[str, int]) -> _Worker:
+        kind = place[0]
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=self._target, args=(kind, theirs), daemon=True, name=f"rayproof-{kind}")
         process.start()
         theirs.close()
-        self._workers[kind] = worker = _Worker(process=process, connection=ours)
+        self._workers[place] = worker = _Worker(process=process, connection=ours)
         return worker
 
-    def _receive(self, kind: str, worker: _Worker) -> None:
+    def _receive(self, place: tuple[str, int], worker: _Worker) -> None:
         try:
             reply = worker.connection.recv()
         except (EOFError, OSError):
             worker.process.join(timeout=5)
-            self._lose(kind, worker, f"the worker died ({_how(worker.process.exitcode)})")
+            self._lose(place, worker, f"the worker died ({_how(worker.process.exitcode)})")
             return
         done, worker.done = worker.done, None
         if done is not None:
             done(reply)
 
-    def _lose(self, kind: str, worker: _Worker, why: str) -> None:
+    def _lose(self, place: tuple[str, int], worker: _Worker, why: str) -> None:
         """Answer a lost worker's task with an error and forget the worker."""
-        del self._workers[kind]
+        del self._workers[place]
         worker.connection.close()
         worker.process.kill()
         worker.process.join()

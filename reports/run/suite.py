@@ -105,7 +105,8 @@ def _render_and_judge(
     drawing: Drawing,
 ) -> tuple[list[dict[str, Any]], bool]:
     """Return the records in the plan's order, and whether the user interrupted."""
-    pool = Pool(jobs=request.jobs, timeout=request.timeout)
+    # Judging is the longest part and shares nothing: it may take every processor.
+    pool = Pool(jobs=request.jobs, timeout=request.timeout, copies={"judge": request.jobs})
     records: dict[str, dict[str, Any]] = {}
     keys = {one.case.name: key(one, references) for one in planned}
     interrupted = False

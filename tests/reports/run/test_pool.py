@@ -7,9 +7,11 @@ from reports.run.worker import Reply
 from tests.reports.run.workers import obey
 
 
-def replies(tasks: list[tuple[str, str]], *, jobs: int = 2, timeout: float = 20.0) -> dict[tuple[str, str], Reply]:
+def replies(
+    tasks: list[tuple[str, str]], *, jobs: int = 2, timeout: float = 20.0, copies: dict[str, int] | None = None
+) -> dict[tuple[str, str], Reply]:
     """Return the reply to each (kind, task)."""
-    pool = Pool(jobs=jobs, timeout=timeout, target=obey)
+    pool = Pool(jobs=jobs, timeout=timeout, copies=copies, target=obey)
     found: dict[tuple[str, str], Reply] = {}
     for kind, task in tasks:
         pool.submit(kind, task, lambda reply, key=(kind, task): found.__setitem__(key, reply))
@@ -44,3 +46,10 @@ def test_a_worker_that_hangs_is_stopped_at_its_deadline():
     assert "3 s" in (found["a", "hang"].error or "")
     assert found["a", "after"].error is None
     assert found["b", "other"].error is None
+
+
+def test_a_kind_with_copies_goes_on_while_one_of_them_hangs():
+    found = replies([("a", "hang"), ("a", "one"), ("a", "two")], timeout=3.0, copies={"a": 2})
+
+    assert "3 s" in (found["a", "hang"].error or "")
+    assert [found["a", task].error for task in ("one", "two")] == [None, None]
