@@ -1,0 +1,56 @@
+"""The plan asks every specification item, and a record is taken up again only for exactly the same question."""
+
+from dataclasses import replace
+
+import pytest
+
+from cases.case import ITEMS
+from cases.families import all_cases
+from reports.run import plan as planning
+from reports.run.plan import ALTERNATIVES, alternatives, key, plan
+
+
+def test_every_item_is_covered_by_a_case_with_a_configuration_whose_formulas_cover_it():
+    from tracer.configuration import Configuration
+
+    planned = plan(all_cases(), ())
+
+    asked = {
+        item
+        for one in planned
+        for name in one.configurations
+        for item in Configuration.parse(name).items & set(one.case.covers)
+    }
+    # RAD-5 is a property of all formulas, not a formula; its cases carry the closed form.
+    assert set(ITEMS) - asked == {"RAD-5"}
+    assert any("RAD-5" in one.case.covers and one.case.expectations for one in planned)
+
+
+def test_every_case_runs_the_default_in_both_precisions():
+    assert all(one.configurations[:2] == ("float32", "float64") for one in plan(all_cases(), ()))
+
+
+def test_each_alternative_covers_an_item_of_its_own():
+    items = [item for found in alternatives().values() for item in found]
+
+    assert len(alternatives()) == len(ALTERNATIVES)
+    assert len(items) == len(set(items))
+
+
+def test_a_key_changes_with_scene_configuration_references_and_code(monkeypatch):
+    one = plan(all_cases()[:1], ())[0]
+    usual = key(one, ("analytic",))
+    camera = replace(one.case.scene.camera, fovy=one.case.scene.camera.fovy + 1e-9)
+    moved = replace(one, case=replace(one.case, scene=replace(one.case.scene, camera=camera)))
+
+    assert key(one, ("analytic",)) == usual
+    assert key(moved, ("analytic",)) != usual
+    assert key(replace(one, configurations=("float64",)), ("analytic",)) != usual
+    assert key(one, ("analytic", "mitsuba_scalar")) != usual
+    monkeypatch.setattr(planning, "code_digest", lambda: "other code")
+    assert key(one, ("analytic",)) != usual
+
+
+def test_an_unknown_configuration_is_named():
+    with pytest.raises(LookupError, match="float16"):
+        plan(all_cases()[:1], ("float16",))
