@@ -32,7 +32,8 @@ REGISTRIES: tuple[Registry[Callable[..., Any]], ...] = (
 class Formula:
     """A formula and what is known about it.
 
-    A "control" is a wrong form that the lecture prints or invites, kept runnable; a "fault" is planted for the audit.
+    A "control" is a wrong form that the lecture prints or invites (`erratum`), or one that the literature knows to be
+    bad (`known_bad`), kept runnable; a "fault" is planted for the audit.
     """
 
     slot: str
@@ -44,6 +45,7 @@ class Formula:
     folder: str  # the extension point, such as "intersections"
     default: bool = False
     erratum: str | None = None  # such as "E6"
+    known_bad: str | None = None  # where a form that computes the right thing in exact arithmetic breaks down
     equivalent: str | None = None  # why a wrong form is right on every valid scene
     facts: Mapping[str, Any]  # what else was registered
 
@@ -64,7 +66,7 @@ def _formula(registry: Registry[Callable[..., Any]], name: str) -> Formula:
     kind = about.pop("kind")
     if kind not in KINDS:
         raise ValueError(f"{registry.kind} {name!r}: kind must be one of {', '.join(KINDS)}, got {kind!r}")
-    known = {key: about.pop(key) for key in ("default", "erratum", "equivalent") if key in about}
+    known = {key: about.pop(key) for key in ("default", "erratum", "known_bad", "equivalent") if key in about}
     return Formula(
         slot=slot,
         variant=variant,

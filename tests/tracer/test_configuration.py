@@ -25,7 +25,7 @@ def test_a_name_reads_back(name: str) -> None:
 
 
 def test_a_default_that_is_named_is_no_difference() -> None:
-    assert Configuration(formulas={"sphere": "stable"}) == Configuration()
+    assert Configuration(formulas={"sphere": "haines"}) == Configuration()
 
 
 def test_items_follow_the_formulas() -> None:

@@ -1,11 +1,11 @@
-"""The wrong forms that the lecture prints: each is told from the right one by some scene, at the stage it spoils."""
+"""Wrong forms that the lecture prints or the literature knows: some scene tells each from the right one."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
-from cases.scene import Cube, PointLight, Scene, Sphere
+from cases.scene import Cube, PointLight, Scene, Sphere, Triangle
 from cases.stages import Stage
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, camera, matrix, scene
 from tracer.catalogue import FORMULAS
@@ -14,6 +14,14 @@ from tracer.render import render
 
 BEHIND = (5.0, -11.0, 6.0)  # m, behind the usual camera
 OFF_CENTER = Sphere(albedo=ALBEDO, center=(0.3, 0.2, 0.6))
+
+# From the plane of the cube's face x = 0.5, in which the middle column of an odd image looks.
+IN_A_FACE = scene(
+    Cube(albedo=ALBEDO),
+    camera=camera(eye=(0.5, -6.0, 0.1), target=(0.5, 0.0, 0.1), up=(0.0, 0.0, 1.0), width=35),
+)
+SMALL = Triangle(albedo=ALBEDO, vertices=((-1e-5, -1e-5, 0.0), (1e-5, -1e-5, 0.0), (0.0, 1e-5, 0.0)))
+CLOSE_UP = camera(eye=(3e-5, -6e-5, 4e-5), target=(0.0, 0.0, 0.0), near=1e-6)
 
 SCENES: dict[str, tuple[Scene, str, Stage]] = {
     "sample/corner": (scene(), "ray=reference_point", Stage.RAY),
@@ -44,6 +52,11 @@ SCENES: dict[str, tuple[Scene, str, Stage]] = {
         "",
         Stage.VISIBILITY,
     ),
+    "triangle/moeller_trumbore_epsilon": (scene(SMALL, camera=CLOSE_UP), "", Stage.OBJECT),
+    "cube/ieee_slabs": (IN_A_FACE, "", Stage.OBJECT),
+    "cube/nan_dropping": (IN_A_FACE, "", Stage.OBJECT),
+    "cube/division": (IN_A_FACE, "", Stage.OBJECT),
+    "cube/ize": (IN_A_FACE, "", Stage.OBJECT),
     "falloff/none": (scene(FLOOR), "", Stage.IRRADIANCE),
 }
 

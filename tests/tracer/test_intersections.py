@@ -164,7 +164,7 @@ def test_a_sphere_around_the_eye_and_one_that_is_touched(formula: Formula, preci
 
 
 def test_the_stable_sphere_keeps_its_digits_far_away() -> None:
-    formula = FORMULAS["sphere/stable"]
+    formula = FORMULAS["sphere/haines"]
     far = 2.0**14
 
     t = distances("sphere", formula, "float32", [((far, 0.25, 0.5), (-1.0, 0.0, 0.0))])[0]

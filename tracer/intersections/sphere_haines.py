@@ -1,8 +1,7 @@
 """Ray and sphere: the quadratic, arranged so that nothing large cancels.
 
-Sources: Haines, Günther and Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems
-(2019), chapter 7, for the discriminant after Hearn and Baker; Blinn, "How to Solve a Quadratic Equation" (2005), for
-the roots.
+Source: Haines, Günther and Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems
+(2019), chapter 7: the discriminant after Hearn and Baker, the roots after Press et al. and Blinn.
 """
 
 from typing import Any
@@ -11,13 +10,14 @@ import drjit as dr
 
 from cases.stages import Stage
 from tracer.intersections import INTERSECTIONS
+from tracer.quadratic import stable_roots
 from tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "sphere/stable", covers=("HIT-1",), kind="right", stage=Stage.OBJECT, default=True, space="object"
+    "sphere/haines", covers=("HIT-1",), kind="right", stage=Stage.OBJECT, default=True, space="object"
 )
-def stable(ray: Ray, sphere: Any, interval: Interval) -> Any:
+def haines(ray: Ray, sphere: Any, interval: Interval) -> Any:
     """Return the smallest t inside the interval at which the ray meets the sphere, or inf."""
     f = ray.origin - sphere.center
     A = dr.squared_norm(ray.direction)
@@ -28,11 +28,5 @@ def stable(ray: Ray, sphere: Any, interval: Interval) -> Any:
     quarter_discriminant = A * (dr.square(sphere.radius) - dr.squared_norm(closest))
     real = quarter_discriminant >= 0
     root = dr.sqrt(dr.select(real, quarter_discriminant, 0))
-    # The root farther from zero never cancels; the product of the roots, C / A, gives the other one.
-    q = h + dr.copysign(root, h)
     C = dr.squared_norm(f) - dr.square(sphere.radius)
-    t0 = dr.select(q == 0, 0, C / q)
-    t1 = q / A
-    swap = t0 > t1
-    t = interval.smallest(dr.select(swap, t1, t0), dr.select(swap, t0, t1))
-    return dr.select(real, t, dr.inf)
+    return dr.select(real, interval.smallest(*stable_roots(A, h, C, root)), dr.inf)

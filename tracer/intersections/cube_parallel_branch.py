@@ -1,0 +1,29 @@
+"""Ray and cube by slabs with a branch for parallel rays, and one reciprocal for both faces of a slab.
+
+Source: Kay and Kajiya, "Ray Tracing Complex Scenes", SIGGRAPH 1986; the branch as in the lecture.
+"""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.intersections import INTERSECTIONS
+from tracer.quadratic import ordered
+from tracer.rays import Interval, Ray
+
+
+@INTERSECTIONS.register("cube/parallel_branch", covers=("HIT-3",), kind="right", stage=Stage.OBJECT, space="object")
+def parallel_branch(ray: Ray, cube: Any, interval: Interval) -> Any:
+    """Return the smaller of entry and exit t inside the interval, or inf."""
+    t_near, t_far = -dr.inf, dr.inf
+    for origin, direction in zip(ray.origin, ray.direction, strict=True):
+        parallel = direction == 0
+        inside = abs(origin) <= cube.half
+        factor = 1 / direction
+        enter, leave = ordered((-cube.half - origin) * factor, (cube.half - origin) * factor)
+        enter = dr.select(parallel, dr.select(inside, -dr.inf, dr.inf), enter)
+        leave = dr.select(parallel, dr.inf, leave)
+        t_near = dr.select(enter > t_near, enter, t_near)
+        t_far = dr.select(leave < t_far, leave, t_far)
+    return dr.select(t_near <= t_far, interval.smallest(t_near, t_far), dr.inf)

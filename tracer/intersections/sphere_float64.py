@@ -1,0 +1,29 @@
+"""Ray and sphere solved in float64, for rays and hits in the working precision.
+
+Products of float32 numbers are exact in float64, so that only the discriminant's few sums are rounded at all.
+"""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.intersections import INTERSECTIONS
+from tracer.quadratic import stable_roots
+from tracer.rays import Interval, Ray
+from tracer.wide import in_float64
+
+
+@INTERSECTIONS.register("sphere/float64", covers=("HIT-1",), kind="right", stage=Stage.OBJECT, space="object")
+def float64(ray: Ray, sphere: Any, interval: Interval) -> Any:
+    """Return the smallest t inside the interval, rounded once to the working precision, or inf."""
+    Float = type(ray.direction.x)
+    direction, f = in_float64(ray.direction), in_float64(ray.origin) - in_float64(sphere.center)
+    A = dr.squared_norm(direction)
+    h = -dr.dot(f, direction)
+    C = dr.squared_norm(f) - dr.square(in_float64(sphere.radius))
+    quarter_discriminant = h * h - A * C
+    real = quarter_discriminant >= 0
+    root = dr.sqrt(dr.select(real, quarter_discriminant, 0))
+    near, far = stable_roots(A, h, C, root)
+    return dr.select(real, interval.smallest(Float(near), Float(far)), dr.inf)
