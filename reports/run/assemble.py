@@ -40,8 +40,8 @@ def case_ledger(records: Sequence[Mapping[str, Any]], *, planned: int) -> dict[s
 def coverage(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     """Return for each specification item how many cases measured it, how many failed, and how near to the limit.
 
-    A case counts only if it says that it covers the item, a configuration ran whose formulas cover it (RAD-5 has no
-    formula of its own: it is a property of all), and a check at one of the item's stages measured something.
+    A case counts only if it says that it covers the item, a configuration ran whose formulas cover it, and a check at
+    one of the item's stages measured something.
     """
     found: dict[str, dict[str, Any]] = {
         item: {"cases": 0, "failed": 0, "worst_ratio": 0.0, "worst_check": None, "references": set()} for item in ITEMS
@@ -55,7 +55,7 @@ def coverage(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
                 for check in record["checks"]
                 if check["stage"] in stages
                 and Outcome(check["verdict"]) in MEASURED
-                and (item == "RAD-5" or item in record["ran"].get(check["configuration"], ()))
+                and item in record["ran"].get(check["configuration"], ())
             ]
             if not measured:
                 continue
