@@ -1,0 +1,165 @@
+"""Each stage from the stages before it, whoever computed those: pairs in, pairs out, one lane per ray."""
+
+from collections.abc import Callable
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from reference.double_double.pairs import Bool, Pair, reciprocal, select, sqrt
+from reference.double_double.questions import Questions
+from reference.double_double.surfaces import Span
+from reference.double_double.vectors import Vector, dot, minus, plus, scaled, terms, unit
+from reference.double_double.worlds import EYE, World
+
+Rows = dict[Stage, list[Any]]  # per channel a Pair; of OBJECT two Int32, of VISIBILITY Bools
+
+
+def rays(world: World, px: Any, py: Any) -> list[Any]:
+    """Return unit directions through image points [px]."""
+    return list(unit(world.frame.direction(px, py)))
+
+
+def _vector(values: list[Any]) -> Vector:
+    return (values[0], values[1], values[2])
+
+
+def objects(world: World, rows: Rows, ask: Questions) -> list[Any]:
+    """Return shape and face of the nearest hit, and t as a third entry; -1 on a miss. Equal t: the lower index."""
+    ray, types = _vector(rows[Stage.RAY]), world.types
+    span = world.clip(ray)
+    width = dr.width(ray[0].high)
+    shape, face = dr.full(types.Int32, -1, width), dr.full(types.Int32, -1, width)
+    best, everywhere = Pair(types.Float64(dr.inf), types.Float64(0)), types.Bool(True)
+    for index in range(len(world.scene.shapes)):
+        found = world.seen(index, EYE).crossing(ray, span, ask, everywhere)
+        both = found.hit & (shape >= 0)
+        nearer = found.hit & ((shape < 0) | ask.is_less(found.t, best, both))
+        shape, face = dr.select(nearer, index, shape), dr.select(nearer, found.face, face)
+        best = select(nearer, found.t, best)
+    return [shape, face, best]
+
+
+def distances(world: World, rows: Rows, ask: Questions) -> list[Any]:
+    """Return t of the first crossing with the given shape and face inside the clip interval, inf without [m]."""
+    ray = _vector(rows[Stage.RAY])
+    span, types = world.clip(ray), world.types
+    shape, face = rows[Stage.OBJECT][:2]
+    answer = Pair(types.Float64(dr.inf), types.Float64(0))
+    for index in range(len(world.scene.shapes)):
+        mine = shape == index
+        found = world.seen(index, EYE).crossing(ray, span, ask, mine, only=face)
+        answer = select(mine & found.hit, found.t, answer)
+    return [answer]
+
+
+def positions(world: World, rows: Rows, ask: Questions) -> list[Any]:
+    """Return eye + t d [m], 0 on a miss."""
+    del ask
+    t = rows[Stage.DISTANCE][0]
+    hit = (rows[Stage.OBJECT][0] >= 0) & dr.isfinite(t.high)
+    point = plus(world.points[EYE], scaled(_vector(rows[Stage.RAY]), t))
+    return [select(hit, part, _zero(world)) for part in point]
+
+
+def normals(world: World, rows: Rows, ask: Questions) -> list[Any]:
+    """Return unit shading normals, turned towards the viewer on two-sided shapes, 0 on a miss."""
+    ray = _vector(rows[Stage.RAY])
+    segment = minus(_vector(rows[Stage.POSITION]), world.points[EYE])
+    shape, face = rows[Stage.OBJECT][:2]
+    answer = (_zero(world), _zero(world), _zero(world))
+    for index, kind in enumerate(world.scene.shapes):
+        mine = shape == index
+        outward = world.seen(index, EYE).normal(segment, face, ask, mine)
+        if kind.two_sided:
+            away = ask.is_positive(dot(outward, ray), terms(outward, ray), mine)
+            x, y, z = (select(away, -part, part) for part in outward)
+            outward = (x, y, z)
+        x, y, z = (select(mine, part, other) for part, other in zip(outward, answer, strict=True))
+        answer = (x, y, z)
+    return list(answer)
+
+
+def visibility(world: World, rows: Rows, ask: Questions) -> list[Any]:
+    """Return per light whether it is above the horizon and the open segment to it is free (LIT-1)."""
+    shape, face = rows[Stage.OBJECT][:2]
+    position, normal = _vector(rows[Stage.POSITION]), _vector(rows[Stage.NORMAL])
+    answers: list[Bool] = []
+    for light in range(len(world.scene.lights)):
+        segment = minus(position, world.points[light])
+        hit = shape >= 0
+        free = hit & ask.is_positive(-dot(normal, segment), terms(normal, segment), hit)
+        one = Pair(world.types.Float64(1), world.types.Float64(0))
+        between = Span(low=None, high=one, speed=None)
+        for index in range(len(world.scene.shapes)):
+            mine = shape == index
+            seen = world.seen(index, light)
+            itself = mine & free
+            free &= ~(itself & seen.blocks_itself(segment, ask, itself))
+            # A convex shape was just asked about itself; of a mesh the other faces are blockers like any.
+            asked = free & ~mine if seen.is_convex else free
+            own = dr.select(mine, face, -1)
+            free &= ~seen.crossing(segment, between, ask, asked, without=own).hit
+        answers.append(free)
+    return answers
+
+
+def irradiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
+    """Return E [W/m^2] per channel, the sum over visible lights (RAD-1 to RAD-3)."""
+    position, normal = _vector(rows[Stage.POSITION]), _vector(rows[Stage.NORMAL])
+    total = [_zero(world)] * 3
+    for light, visible in enumerate(rows[Stage.VISIBILITY]):
+        segment = minus(world.points[light], position)
+        square = dot(segment, segment)
+        lambert = dot(normal, segment)
+        lit = visible & ask.is_positive(lambert, terms(normal, segment), visible) & (rows[Stage.OBJECT][0] >= 0)
+        inverse_square = reciprocal(square)
+        factor = lambert * sqrt(inverse_square)
+        if world.scene.shading != "simplified":
+            factor = factor * inverse_square
+        for channel, strength in enumerate(world.strengths[light]):
+            if strength is not None:
+                part = select(lit, strength * factor, _zero(world))
+                total[channel] = total[channel] + part
+    return total
+
+
+def exitance(world: World, rows: Rows, ask: Questions) -> list[Any]:
+    """Return M = albedo E [W/m^2]."""
+    del ask
+    shape = rows[Stage.OBJECT][0]
+    answer = [_zero(world)] * 3
+    for index, kind in enumerate(world.scene.shapes):
+        for channel, albedo in enumerate(kind.albedo):
+            if albedo:
+                leaving = world.pair(albedo) * rows[Stage.IRRADIANCE][channel]
+                answer[channel] = select(shape == index, leaving, answer[channel])
+    return answer
+
+
+def radiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
+    """Return L [W/(m^2 sr)], 0 where the shading normal does not look at the viewer (RAD-4)."""
+    ray, normal = _vector(rows[Stage.RAY]), _vector(rows[Stage.NORMAL])
+    hit = rows[Stage.OBJECT][0] >= 0
+    seen = hit & ask.is_positive(-dot(normal, ray), terms(normal, ray), hit)
+    leaving = rows[Stage.EXITANCE]
+    if world.scene.shading != "simplified":
+        leaving = [value * world.inverse_pi for value in leaving]
+    return [select(seen, value, _zero(world)) for value in leaving]
+
+
+def _zero(world: World) -> Pair:
+    return Pair(world.types.Float64(0), world.types.Float64(0))
+
+
+# In the specification's order; each reads only stages above it.
+NEXT: dict[Stage, Callable[[World, Rows, Questions], list[Any]]] = {
+    Stage.OBJECT: objects,
+    Stage.DISTANCE: distances,
+    Stage.POSITION: positions,
+    Stage.NORMAL: normals,
+    Stage.VISIBILITY: visibility,
+    Stage.IRRADIANCE: irradiance,
+    Stage.EXITANCE: exitance,
+    Stage.RADIANCE: radiance,
+}

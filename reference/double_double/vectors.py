@@ -1,0 +1,76 @@
+"""Vectors of three pairs, and constant matrices whose zeros cost nothing."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import drjit as dr
+
+from reference.double_double.constants import pair
+from reference.double_double.pairs import Float, Pair, inner, reciprocal, sqrt
+
+Vector = tuple[Pair, Pair, Pair]
+
+
+def dot(a: Vector, b: Vector) -> Pair:
+    """Return the inner product."""
+    return inner(list(zip(a, b, strict=True)))
+
+
+def terms(a: Vector, b: Vector) -> Float:
+    """Return the sum of the magnitudes that an inner product is made of."""
+    return dr.abs(a[0].high * b[0].high) + dr.abs(a[1].high * b[1].high) + dr.abs(a[2].high * b[2].high)
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the vector product."""
+    x, y, z = (inner([(a[i], b[j]), (-a[j], b[i])]) for i, j in ((1, 2), (2, 0), (0, 1)))
+    return (x, y, z)
+
+
+def plus(a: Vector, b: Vector) -> Vector:
+    """Return a + b."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    """Return a - b."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def scaled(a: Vector, factor: Pair) -> Vector:
+    """Return a times a number."""
+    return (a[0] * factor, a[1] * factor, a[2] * factor)
+
+
+def unit(a: Vector) -> Vector:
+    """Return a scaled to unit length."""
+    return scaled(a, reciprocal(sqrt(dot(a, a))))
+
+
+def constant(values: Sequence[Fraction], float64: Any) -> Vector:
+    """Return an exact vector as pairs."""
+    x, y, z = (pair(value, float64) for value in values)
+    return (x, y, z)
+
+
+class Matrix:
+    """A constant 3x3 matrix."""
+
+    def __init__(self, rows: Sequence[Sequence[Fraction]], float64: Any) -> None:
+        self.zero, self.one = Pair(float64(0), float64(0)), Pair(float64(1), float64(0))
+        self.rows = [
+            [(axis, None if value == 1 else pair(value, float64)) for axis, value in enumerate(row) if value]
+            for row in rows
+        ]
+
+    def __call__(self, vector: Vector) -> Vector:
+        """Return the matrix times a vector."""
+        x, y, z = (self._row(row, vector) for row in self.rows)
+        return (x, y, z)
+
+    def _row(self, row: list[tuple[int, Pair | None]], vector: Vector) -> Pair:
+        if len(row) == 1 and row[0][1] is None:
+            return vector[row[0][0]]
+        products = [(self.one if value is None else value, vector[axis]) for axis, value in row]
+        return inner(products) if products else self.zero

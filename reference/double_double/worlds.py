@@ -1,0 +1,102 @@
+"""A scene's constants as pairs: the camera's frame, the shapes as seen from the eye and from each light."""
+
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from cases.scene import Camera, Cube, Mesh, Plane, Scene, Sphere, Square, Triangle
+from reference.double_double.constants import PI, Rational, cross, fractions, minus, pair, tangent, unit
+from reference.double_double.pairs import Float, Pair
+from reference.double_double.surfaces import Seen, SeenCube, SeenPlane, SeenSphere, Span
+from reference.double_double.triangles import SeenTriangles
+from reference.double_double.vectors import Vector, constant, dot, plus, scaled
+
+EYE = -1  # apexes: the eye, or the number of a light
+
+
+class World:
+    """What the stages need of a scene; `types` is the module of Dr.Jit's arrays."""
+
+    def __init__(self, scene: Scene, types: Any) -> None:
+        self.scene, self.types = scene, types
+        camera = scene.camera
+        self.apexes: dict[int, Rational] = {EYE: fractions(camera.eye)}
+        self.apexes |= {number: fractions(light.position) for number, light in enumerate(scene.lights)}
+        self.points = {number: constant(point, types.Float64) for number, point in self.apexes.items()}
+        self._seen: dict[tuple[int, int], Seen] = {}
+
+    def pair(self, value: float | Fraction) -> Pair:
+        """Return an exact constant."""
+        return pair(Fraction(value), self.types.Float64)
+
+    @cached_property
+    def frame(self) -> "Frame":
+        """Return the camera's frame."""
+        return Frame(self.scene.camera, self.types)
+
+    def seen(self, shape: int, apex: int) -> Seen:
+        """Return a shape as seen from an apex."""
+        key = (shape, apex)
+        if key not in self._seen:
+            self._seen[key] = _see(self.scene.shapes[shape], self.apexes[apex], self.types)
+        return self._seen[key]
+
+    def clip(self, ray: Vector) -> Span:
+        """Return where crossings of a camera ray count (HIT-2)."""
+        camera, clip = self.scene.camera, self.scene.clip
+        if clip == "none":
+            return Span(low=None, high=None, speed=None)
+        depth = None
+        if clip == "depth":
+            depth = dot(self.frame.forward, ray)
+        return Span(low=self.pair(camera.near), high=self.pair(camera.far), speed=depth)
+
+    @cached_property
+    def strengths(self) -> list[list[Pair | None]]:
+        """Return per light and channel flux / (4 pi), or the flux where shading is simplified; None for none."""
+        scale = Fraction(1) if self.scene.shading == "simplified" else 1 / (4 * PI)
+        return [
+            [self.pair(Fraction(flux) * scale) if flux else None for flux in light.flux] for light in self.scene.lights
+        ]
+
+    @cached_property
+    def inverse_pi(self) -> Pair:
+        """Return 1 / pi."""
+        return self.pair(1 / PI)
+
+
+class Frame:
+    """Unit axes, and the half extents of the image at depth 1 along them (CAM-1 to CAM-4)."""
+
+    def __init__(self, camera: Camera, types: Any) -> None:
+        forward = minus(fractions(camera.target), fractions(camera.eye))
+        right = cross(forward, fractions(camera.up))
+        F, R = unit(forward), unit(right)
+        half_height = tangent(Fraction(camera.fovy) / 2)
+        half_width = half_height * camera.width / camera.height
+        x, y, z = (part * half_width for part in R)
+        self.forward = constant(F, types.Float64)
+        self.across = constant((x, y, z), types.Float64)
+        x, y, z = (part * half_height for part in cross(R, F))
+        self.up = constant((x, y, z), types.Float64)
+        self.width, self.height = (pair(Fraction(size), types.Float64) for size in (camera.width, camera.height))
+        self.types = types
+
+    def direction(self, px: Float, py: Float) -> Vector:
+        """Return the direction of depth 1 through image points [px]."""
+        zero, one = self.types.Float64(0), Pair(self.types.Float64(1), self.types.Float64(0))
+        sx = Pair(2 * px, zero) / self.width - one
+        sy = one - Pair(2 * py, zero) / self.height
+        return plus(self.forward, plus(scaled(self.across, sx), scaled(self.up, sy)))
+
+
+def _see(shape: Any, apex: Rational, types: Any) -> Seen:
+    if isinstance(shape, Sphere):
+        return SeenSphere(shape, apex, types)
+    if isinstance(shape, Cube):
+        return SeenCube(shape, apex, types)
+    if isinstance(shape, Plane | Square):
+        return SeenPlane(shape, apex, types)
+    if isinstance(shape, Triangle | Mesh):
+        return SeenTriangles(shape, apex, types)
+    raise TypeError(f"double_double knows no shape {type(shape).__name__}")
