@@ -37,6 +37,7 @@ class Witness:
     shadow_epsilon: float  # m
     answers: Answers
     unsupported: dict[Stage, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()  # where it answers another question than the one asked, in sentences
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered over a case's samples
     error: str | None = None
 

@@ -27,7 +27,7 @@ def write_case_data(folder: Path, path: Path, number: int, case: dict[str, Any])
     record = {
         **case,
         "picture": picture_of(folder, case),
-        "notes": notes,
+        "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "base": base,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
     }

@@ -143,6 +143,7 @@ class CaseRun:
             "renders": [{"renderer": name, "image": None, "error": None} for name in self._seconds],
             "ran": {},
             "unsupported": [],
+            "notes": [],
             "checks": checks,
             "expectations": [],
         }

@@ -96,6 +96,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
             for witness in task.witnesses
             for stage, why in witness.unsupported.items()
         ],
+        "notes": [{"reference": witness.name, "note": note} for witness in task.witnesses for note in witness.notes],
         "checks": [check.as_json() for check in judged.checks],
         "expectations": judged.expectations,
     }

@@ -62,6 +62,7 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
         mean = None
         if task.samples > 1 and Stage.RADIANCE in asked:
             mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
+        notes = getattr(reference, "notes", None)
         epsilon = getattr(reference, "epsilon_at", None) if Stage.POSITION in answers else None
         witness = Witness(
             name=name,
@@ -70,6 +71,7 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
             shadow_epsilon=epsilon(answers) if epsilon is not None else 0.0,
             answers={stage: answers[stage] for stage in asked if stage in answers},
             unsupported=unsupported,
+            notes=tuple(notes(task.scene)) if notes is not None else (),
             mean=mean,
         )
         return witness, {name: reference.version()}
