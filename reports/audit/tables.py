@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from reports.audit.orders import REFERENCES
-from reports.commands.output import PIPED_WIDTH
+from reports.terminal import PIPED_WIDTH
 
 SHORT = {"analytic": "analytic", "mitsuba_scalar": "scalar", "mitsuba_llvm": "llvm"}
 

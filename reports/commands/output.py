@@ -6,20 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from reports.commands.usage import told_in_one_line
-
-# Piped output is read by programs or in editors; rich's 80 columns would break names in two.
-PIPED_WIDTH = 200
-
-
-def console() -> Console:
-    """Return the terminal, or a wide plain page where there is none."""
-    terminal = Console(highlight=False)
-    return terminal if terminal.is_terminal else Console(highlight=False, width=PIPED_WIDTH)
+from reports.terminal import console
 
 
 def say(line: str) -> None:
