@@ -25,7 +25,7 @@ from tracer.triangles import slenderness
 FACTOR = 16.0
 
 
-def bound(*, scale: float, spread: float, precision: str) -> float:
+def bound(*, scale: Any, spread: Any, precision: str) -> Any:
     """Return a bound on the clearance [m] anywhere in a scene whose largest absolute coordinate is `scale` [m].
 
     A point lies within sqrt(3) scale of the world's origin and two points within twice that of each other, so that

@@ -19,6 +19,7 @@ class Towards:
     """The way from the hit points to one light."""
 
     light: Any  # m
+    away: Any  # m, from the point to the light
     squared_distance: Any  # m^2
     distance: Any  # m
     cosine: Any  # dot(N, L); 0 for a light exactly at the point
@@ -36,11 +37,8 @@ class Illumination:
         position = self.types.Vector(*light.position)
         away = position - self.surfaces.position
         squared = dr.squared_norm(away)
-        distance = dr.sqrt(squared)
-        # 0 / 0 for a light exactly at the point, where irradiance is defined to be 0.
-        there = squared == 0
-        cosine = dr.select(there, 0, dr.dot(self.surfaces.normal, away) / dr.select(there, 1, distance))
-        return Towards(light=position, squared_distance=squared, distance=distance, cosine=cosine)
+        cosine = self.configuration["cosine"](self.surfaces.normal, away)
+        return Towards(light=position, away=away, squared_distance=squared, distance=dr.sqrt(squared), cosine=cosine)
 
     @cached_property
     def towards(self) -> tuple[Towards, ...]:
@@ -57,6 +55,8 @@ class Illumination:
                 normal=surfaces.normal,
                 shape=surfaces.hit.shape,
                 clearance=surfaces.clearance,
+                ray=surfaces.ray,
+                distance=surfaces.hit.distance,
             )
             return self.world, hit
         types = array_types("float64")
@@ -73,6 +73,8 @@ class Illumination:
             normal=types.Vector(surfaces.normal),
             shape=surfaces.hit.shape,
             clearance=dr.select(exact.mask, exact.clearance, types.Float(surfaces.clearance)),
+            ray=ray,
+            distance=dr.select(exact.mask, exact.hit.distance, t),
         )
         return world, hit
 
@@ -81,6 +83,8 @@ class Illumination:
         Float, Vector = world.types.Float, world.types.Vector
         start = self.configuration["feeler"](hit, Float(towards.cosine), Float(towards.distance))
         direction, end = self.configuration["segment"](start.origin, Vector(towards.light))
+        if start.shorter:
+            end = end * (1 - start.shorter)
         ray = Ray(origin=start.origin, direction=direction)
         interval = Interval(nearest=Float(start.nearest), farthest=Float(end))
         return world.blocked(ray, interval, skip=start.skip, active=active)
@@ -118,7 +122,8 @@ class Illumination:
             if self.scene.shading == "simplified":
                 brought = self.configuration["simplified"](flux, towards.cosine)
             else:
-                facing = self.configuration["falloff"](flux, towards.squared_distance)
+                law = self.configuration.formula("falloff")
+                facing = law.function(flux, getattr(towards, law.facts.get("by", "squared_distance")))
                 brought = self.configuration["lambert"](facing, towards.cosine)
             # Below the horizon the cosine law itself gives 0; only what blocks is taken away here.
             contributions.append(dr.select(free, brought, 0))

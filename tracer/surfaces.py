@@ -1,6 +1,7 @@
 """What depends on which shape was hit: chosen per pixel among the shapes of the scene."""
 
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -13,6 +14,21 @@ from tracer.rays import Ray
 from tracer.world import Nearest, World, flat_normal
 
 Value = TypeVar("Value", bound=Hashable)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectRay:
+    """What a formula for the position may ask about the shape that was hit; nothing is computed before."""
+
+    surfaces: "Surfaces"
+
+    def __call__(self) -> tuple[Ray, Callable[[Any], Any]]:
+        """Return the ray in object space, and what takes its points to world space."""
+        return self.surfaces.object_ray()
+
+    def spheres(self) -> tuple[Any, Any, Any]:
+        """Return where a sphere was hit, and its centre and radius [m]."""
+        return self.surfaces.spheres()
 
 
 class Surfaces:
@@ -46,9 +62,10 @@ class Surfaces:
     @cached_property
     def position(self) -> Any:
         """Return the hit points [m]; where nothing was hit they mean nothing."""
-        return self.configuration["position"](self.ray, self.hit.distance, self._object_ray)
+        return self.configuration["position"](self.ray, self.hit.distance, ObjectRay(surfaces=self))
 
-    def _object_ray(self) -> tuple[Ray, Callable[[Any], Any]]:
+    def object_ray(self) -> tuple[Ray, Callable[[Any], Any]]:
+        """Return the ray in the object space of the shape that was hit, and what takes its points to world space."""
         placements = [Placement(to_world=shape.to_world) for shape in self.shapes]
         to_object = self.configuration["to_object"]
         rays = [self.ray if p.identity else to_object(self.ray, p) for p in placements]
@@ -62,8 +79,21 @@ class Surfaces:
 
         return local, to_world
 
+    def spheres(self) -> tuple[Any, Any, Any]:
+        """Return where a sphere was hit, and its centre and radius [m]."""
+        found = [shape if isinstance(shape, Sphere) else None for shape in self.shapes]
+        Bool, Float, Vector = self.types.Bool, self.types.Float, self.types.Vector
+        return (
+            self._choose([Bool(sphere is not None) for sphere in found], Bool(False)),
+            self._choose([Vector(*sphere.center) if sphere else Vector(0) for sphere in found], Vector(0)),
+            self._choose([Float(sphere.radius) if sphere else Float(1) for sphere in found], Float(1)),
+        )
+
     def _object_normal(self, index: int, shape: Shape, placement: Placement) -> Any:
         match shape:
+            case Cube() if self.configuration.formula("cube_normal").facts.get("takes") == "ray":
+                ray = self.ray if placement.identity else self.configuration["to_object"](self.ray, placement)
+                return self.configuration["cube_normal"](ray, self.hit.distance)
             case Sphere() | Cube():
                 point = self.position if placement.identity else placement.point_to_object(self.position)
                 if isinstance(shape, Cube):

@@ -14,8 +14,8 @@ from tracer.triangles import slenderness
 def shadow_epsilons(scene: Scene, answers: Answers, configuration: Configuration) -> np.ndarray:
     """Return the configuration's shadow epsilon [m], (height, width).
 
-    It is proportional to the coordinates at hand and to how the shape hit magnifies rounding: a sliver's own face
-    counts, not the worst face of its mesh.
+    It goes by the coordinates at hand and by how the shape hit magnifies rounding: a sliver's own face counts, not the
+    worst face of its mesh.
     """
     coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(scene.camera.eye).max())
     spreads = np.ones(coordinates.shape)
@@ -23,4 +23,4 @@ def shadow_epsilons(scene: Scene, answers: Answers, configuration: Configuration
     for index, shape in enumerate(scene.shapes):
         seen = objects == index
         spreads[seen] = slenderness(shape)[faces[seen]] if isinstance(shape, Triangle | Mesh) else spread(shape)
-    return coordinates * spreads * shadow_epsilon(configuration, scale=1.0)
+    return shadow_epsilon(configuration, scale=coordinates, spread=spreads)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cases.scene import Cube, PointLight, Scene, Sphere, Triangle
+from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
 from cases.stages import Stage
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, camera, matrix, scene
 from tracer.catalogue import FORMULAS
@@ -22,10 +22,37 @@ IN_A_FACE = scene(
 )
 SMALL = Triangle(albedo=ALBEDO, vertices=((-1e-5, -1e-5, 0.0), (1e-5, -1e-5, 0.0), (0.0, 1e-5, 0.0)))
 CLOSE_UP = camera(eye=(3e-5, -6e-5, 4e-5), target=(0.0, 0.0, 0.0), near=1e-6)
+# Far below the floor: a blocker as far as the kernel knows, in nobody's way.
+ELSEWHERE = Sphere(albedo=ALBEDO, center=(0.0, 0.0, -50.0), radius=0.5)
+KILOMETRES = 1e4  # m
+TOWN = scene(
+    FLOOR,
+    ELSEWHERE,
+    camera=camera(eye=(3 * KILOMETRES, -6 * KILOMETRES, 3.5 * KILOMETRES), target=(0.0, 0.0, 0.0), far=1e6),
+    lights=(PointLight(position=(2 * KILOMETRES, -3 * KILOMETRES, 5 * KILOMETRES), flux=LIGHT.flux),),
+)
+# A floor a hundred metres from the origin, and a lid 1 mm above it; seen from below, so that the lid hides nothing.
+FAR_OFF = (100.0, -60.0, 80.0)  # m
+LID = scene(
+    Plane(albedo=ALBEDO, to_world=matrix(np.eye(3), FAR_OFF)),
+    Square(albedo=ALBEDO, to_world=matrix(np.diag((30.0, 30.0, 1.0)), (100.0, -60.0, 80.001))),
+    camera=camera(eye=(101.0, -62.0, 77.0), target=FAR_OFF),
+    lights=(PointLight(position=(102.0, -63.0, 85.0), flux=LIGHT.flux),),
+)
+# A lid 50 micrometres above the floor.
+CLOSE_LID = scene(
+    FLOOR,
+    Square(albedo=ALBEDO, to_world=matrix(np.diag((30.0, 30.0, 1.0)), (0.0, 0.0, 5e-5))),
+    camera=camera(eye=(1.0, -2.0, -3.0), target=(0.1, 0.2, 0.0)),
+)
+NEAR_PLANE = scene(camera=camera(near=1e-5))
 
 SCENES: dict[str, tuple[Scene, str, Stage]] = {
     "sample/corner": (scene(), "ray=reference_point", Stage.RAY),
     "ray/half_depth": (scene(), "ray=inverse_matrices", Stage.RAY),
+    "ray/matrix": (NEAR_PLANE, "ray=inverse_matrices", Stage.RAY),
+    "ray/matrix_w_divide": (NEAR_PLANE, "ray=inverse_matrices", Stage.RAY),
+    "ray/analytic_inverse": (NEAR_PLANE, "ray=inverse_matrices", Stage.RAY),
     "clip_depth/shell": (scene(FLOOR, camera=camera(near=6.5)), "", Stage.OBJECT),
     "sphere/first_positive": (scene(Sphere(albedo=ALBEDO, center=BEHIND)), "", Stage.OBJECT),
     "cube/entry_only": (
@@ -57,6 +84,12 @@ SCENES: dict[str, tuple[Scene, str, Stage]] = {
     "cube/nan_dropping": (IN_A_FACE, "", Stage.OBJECT),
     "cube/division": (IN_A_FACE, "", Stage.OBJECT),
     "cube/ize": (IN_A_FACE, "", Stage.OBJECT),
+    "world_normal/model_matrix": (scene(SHAPES["sphere"]), "", Stage.NORMAL),
+    "feeler/none": (scene(FLOOR, ELSEWHERE), "", Stage.VISIBILITY),
+    "feeler/fixed_minimum_t": (CLOSE_LID, "", Stage.VISIBILITY),
+    "feeler/fixed_offset": (CLOSE_LID, "", Stage.VISIBILITY),
+    "feeler/relative_minimum_t": (LID, "", Stage.VISIBILITY),
+    "feeler/waechter_binder": (TOWN, "", Stage.VISIBILITY),
     "falloff/none": (scene(FLOOR), "", Stage.IRRADIANCE),
 }
 

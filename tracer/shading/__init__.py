@@ -2,7 +2,9 @@
 
 Contract, with the facts listed in `tracer.camera`. `cosine` is dot(N, L), which may be negative:
 
-    falloff(flux, squared_distance)  -> irradiance [W/m^2] on a surface that faces the light
+    cosine(normal, away)             -> dot(N, L) for the vector [m] to the light; 0 for a light exactly at the point
+    falloff(flux, squared_distance)  -> irradiance [W/m^2] on a surface that faces the light; with the fact by="away" it
+                                        gets the vector [m] to the light instead
     lambert(irradiance, cosine)      -> irradiance on the tilted surface
     simplified(flux, cosine)         -> the lecture's simplified point light
     sum_lights(contributions)        -> the sum over a non-empty list of lights

@@ -5,7 +5,8 @@ Contract, with the facts listed in `tracer.camera`; a `placement` is `tracer.pla
     to_object(ray, placement)           -> the ray in object space with the same parameter t
     position(ray, distance, object_ray) -> world point [m]; object_ray() gives the ray in the object space of the shape
                                            that was hit and a function that takes such a point to world space (itself
-                                           a function, so that nothing is computed where it is not used)
+                                           a function, so that nothing is computed where it is not used);
+                                           object_ray.spheres() gives where a sphere was hit, its centre and radius [m]
 """
 
 from collections.abc import Callable

@@ -1,0 +1,21 @@
+"""A normal to world space by the model matrix itself, as if it were a direction: a control."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.normals import NORMALS
+from tracer.placement import Placement
+
+
+@NORMALS.register(
+    "world_normal/model_matrix",
+    covers=("NRM-3",),
+    kind="control",
+    stage=Stage.NORMAL,
+    known_bad="right for rotations and uniform scales alone",
+)
+def model_matrix(normal: Any, placement: Placement) -> Any:
+    """Return the 3x3 part times the normal, renormalised."""
+    return dr.normalize(placement.vector_to_world(normal))

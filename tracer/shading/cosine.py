@@ -1,0 +1,17 @@
+"""The cosine between a surface's normal and the way to a light."""
+
+from typing import Any
+
+import drjit as dr
+
+from cases.stages import Stage
+from tracer.shading import SHADING
+
+
+@SHADING.register("cosine/direct", covers=("RAD-2",), kind="right", stage=Stage.IRRADIANCE, default=True)
+def direct(normal: Any, away: Any) -> Any:
+    """Return dot(N, away) / abs(away)."""
+    squared = dr.squared_norm(away)
+    # 0 / 0 for a light exactly at the point, where irradiance is defined to be 0.
+    there = squared == 0
+    return dr.select(there, 0, dr.dot(normal, away) / dr.select(there, 1, dr.sqrt(squared)))
