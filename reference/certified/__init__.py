@@ -13,8 +13,9 @@ from cases.stages import IMAGE_STAGES, Stage, exr_channels
 from reference import REFERENCES
 from reference.certified.cameras import camera_answer
 from reference.certified.continuing import continued
+from reference.certified.fields import START, precision
 from reference.certified.filters.suspects import everything, surfaces_of, suspects
-from reference.certified.truths import Truth, enclosed, rounded, truths
+from reference.certified.truths import NARROW, NARROW_PAIR, Truth, enclosed, rounded, split, truths
 
 MOST_SURFACES = 200  # triangles and other shapes in a whole image; `at` and `enclose` take more
 
@@ -82,10 +83,24 @@ class Certified:
         for truth in _truths(scene, chosen, points):
             for number, rows in wanted:
                 rows.append(rounded(truth.values[number]))
-        counts = {stage: len(exr_channels(stage, lights=len(scene.lights))) for stage in chosen}
-        return {
-            stage: np.array(rows, dtype=np.float64).reshape(len(points), counts[stage]) for stage, rows in found.items()
-        }
+        return _tables(scene, found, len(points))
+
+    def pairs(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> tuple[Answers, Answers]:
+        """Answer image stages at image points (N, 2) [px] to 110 bits, as two float64 answers whose sum is meant.
+
+        Raises:
+            ValueError: the camera stage, which is no image, or no stage.
+
+        """
+        chosen = _image_stages(stages)
+        high, low = ({stage: [] for stage in chosen} for _ in range(2))
+        for truth in _truths(scene, chosen, points, accuracy=NARROW_PAIR):
+            for stage in chosen:
+                with precision(max(truth.bits, START)):
+                    parts = split(truth.values[IMAGE_STAGES.index(stage)])
+                high[stage].append([part[0] for part in parts])
+                low[stage].append([part[1] for part in parts])
+        return _tables(scene, high, len(points)), _tables(scene, low, len(points))
 
     def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
         """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
@@ -130,9 +145,7 @@ class Certified:
             ValueError: the camera stage, which is no image, or no stage.
 
         """
-        chosen = [stage for stage in IMAGE_STAGES if stage in stages]
-        if Stage.CAMERA in stages or not chosen:
-            raise ValueError("enclose needs image stages, and no others")
+        chosen = _image_stages(stages)
         points = np.array(list(pixels), dtype=np.float64).reshape(-1, 2) + 0.5
         return [
             {
@@ -149,9 +162,23 @@ class Certified:
         ]
 
 
-def _truths(scene: Scene, stages: Collection[Stage], points: np.ndarray, *, filtered: bool = True) -> Iterator[Truth]:
+def _image_stages(stages: Collection[Stage]) -> list[Stage]:
+    chosen = [stage for stage in IMAGE_STAGES if stage in stages]
+    if Stage.CAMERA in stages or not chosen:
+        raise ValueError(f"image stages are needed, and no others, got {sorted(stages)}")
+    return chosen
+
+
+def _tables(scene: Scene, rows: dict[Stage, list[list[float]]], count: int) -> Answers:
+    channels = {stage: len(exr_channels(stage, lights=len(scene.lights))) for stage in rows}
+    return {stage: np.array(row, dtype=np.float64).reshape(count, channels[stage]) for stage, row in rows.items()}
+
+
+def _truths(
+    scene: Scene, stages: Collection[Stage], points: np.ndarray, *, filtered: bool = True, accuracy: int = NARROW
+) -> Iterator[Truth]:
     points = np.asarray(points, dtype=np.float64)
     last = max(stages, key=IMAGE_STAGES.index)
     lights = IMAGE_STAGES.index(last) >= IMAGE_STAGES.index(Stage.VISIBILITY)
     chosen = suspects(scene, points, lights=lights) if filtered else iter([everything(scene)] * len(points))
-    return truths(scene, ((x, y) for x, y in points.tolist()), chosen, last)
+    return truths(scene, ((x, y) for x, y in points.tolist()), chosen, last, accuracy)

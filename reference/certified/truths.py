@@ -15,7 +15,8 @@ from reference.certified.worlds import Worlds
 
 BEFORE_EXACT = 512  # bits at which a branch that is still open is taken for a tie, and asked exactly
 NARROW = 60  # bits of relative accuracy: half an ulp of float64 and 2^-7 of it
-NEXT_TO_NOTHING = 2.0**-100  # of a vector's length: what a component may be uncertain by if it is about zero
+NARROW_PAIR = 110  # bits, for a truth in two float64 numbers
+ABOUT_ZERO = 40  # more bits, of a vector's length: what a component may be uncertain by if it is about zero
 
 POSITION = IMAGE_STAGES.index(Stage.POSITION)
 
@@ -31,20 +32,20 @@ class Truth:
 
 
 def truths(
-    scene: Scene, points: Iterable[tuple[float, float]], suspects: Iterator[Suspects], last: Stage
+    scene: Scene, points: Iterable[tuple[float, float]], suspects: Iterator[Suspects], last: Stage, accuracy: int
 ) -> Iterator[Truth]:
-    """Yield the end-to-end truth of image points [px], of the image stages up to `last`."""
+    """Yield the end-to-end truth of image points [px], of the image stages up to `last`, to `accuracy` bits."""
     worlds, number = Worlds(scene), IMAGE_STAGES.index(last)
     for point, suspect in zip(points, suspects, strict=True):
         before = ctx.prec
         try:
-            truth = _truth(worlds, point, suspect, number)
+            truth = _truth(worlds, point, suspect, number, accuracy)
         finally:
             ctx.prec = before
         yield truth
 
 
-def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int) -> Truth:
+def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int, accuracy: int) -> Truth:
     decisions, path, bits = _decided(worlds, point, suspects, last)
     exactly = path is None
     while True:
@@ -53,7 +54,7 @@ def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last:
             path = Path(worlds.balls(bits), point, last)
             path.follow(decisions)
         values = path.values(decisions)
-        if bits == MOST or narrow(values, path.t):
+        if bits == MOST or narrow(values, path.t, accuracy):
             return Truth(values=values, bits=bits, exactly=exactly, undecided=decisions.open)
         bits, path = 2 * bits, None
 
@@ -73,18 +74,18 @@ def _decided(
     return Path(worlds.tower(), point, last).decide(suspects, leave_open=True), None, START
 
 
-def narrow(values: Values, t: Any) -> bool:
-    """Return whether every ball is far narrower than an ulp, or about zero beside the others of its stage.
+def narrow(values: Values, t: Any, accuracy: int = NARROW) -> bool:
+    """Return whether every ball is narrower than 2^-accuracy of itself, or about zero beside the others of its stage.
 
     A position is compared with the hit's depth too, for it may be the origin.
     """
     for number, balls in enumerate(values):
         for ball in balls:
-            if isinstance(ball, arb) and ball.rel_accuracy_bits() < NARROW:
+            if isinstance(ball, arb) and ball.rel_accuracy_bits() < accuracy:
                 largest = max(abs(float(other)) for other in balls)
                 if number == POSITION:
                     largest = max(largest, abs(float(t)))
-                if not float(ball.rad()) <= largest * NEXT_TO_NOTHING:
+                if not float(ball.rad()) <= largest * 2.0 ** -(accuracy + ABOUT_ZERO):
                     return False
     return True
 
@@ -92,6 +93,15 @@ def narrow(values: Values, t: Any) -> bool:
 def rounded(values: Sequence[Any]) -> list[float]:
     """Return the float64 numbers nearest to the middles of balls."""
     return [float(value) for value in values]
+
+
+def split(values: Sequence[Any]) -> list[tuple[float, float]]:
+    """Return the middles of balls as high + low, two float64 numbers each; call it at no less than 128 bits."""
+    highs = rounded(values)
+    return [
+        (high, float(value - arb(high)) if isinstance(value, arb) else 0.0)
+        for high, value in zip(highs, values, strict=True)
+    ]
 
 
 def enclosed(value: Any) -> tuple[float, float]:

@@ -125,12 +125,14 @@ class DoubleDouble:
         if Stage.CAMERA in stages or not stages:
             raise ValueError("image stages are answered at image points, the camera stage is none")
         from reference.double_double.launches import launch
+        from reference.double_double.worlds import World
 
         chosen = [stage for stage in IMAGE_STAGES if stage in stages]
         points = np.asarray(points, dtype=np.float64)
         with fast_math_off():
+            world = World(scene, types())
             parts = [
-                launch(scene, types(), chosen, points[start : start + LANES], pairs=pairs)
+                launch(world, chosen, points[start : start + LANES], pairs=pairs)
                 for start in range(0, max(1, len(points)), LANES)
             ]
         high, low = (

@@ -17,10 +17,11 @@ Rounded = dict[Stage, np.ndarray]
 
 
 def launch(
-    scene: Scene, types: Any, stages: Sequence[Stage], points: np.ndarray, *, pairs: bool
+    world: World, stages: Sequence[Stage], points: np.ndarray, *, pairs: bool
 ) -> tuple[Rounded, Rounded, np.ndarray]:
     """Return stages at image points (N, 2) [px] in high and, with `pairs`, low parts, and the margins (N,)."""
-    world, ask = World(scene, types), Questions(types.Float64)
+    types = world.types
+    ask = Questions(types.Float64)
     columns = np.ascontiguousarray(points.T)
     rows: Rows = {Stage.RAY: rays(world, types.Float64(columns[0]), types.Float64(columns[1]))}
     if stages[-1] is not Stage.RAY:

@@ -26,18 +26,20 @@ class Reach:
 
 @dataclass(frozen=True, kw_only=True)
 class Span:
-    """Hits count where low < t < high; both ends with margins, one row per ray."""
+    """Hits count where low < t < high; both ends (rays, 1) with margins, None: no upper end."""
 
     low: Margin
-    high: Margin
+    high: Margin | None
 
-    def surely_out(self, t: Margin) -> np.ndarray:
-        """Return where t surely does not count."""
-        return (t.high <= self.low.low) | (t.low >= self.high.high)
+    def surely_out(self, t_low: np.ndarray, t_high: np.ndarray) -> np.ndarray:
+        """Return where a t between these bounds surely does not count, (rays, faces)."""
+        out = t_high <= self.low.low
+        return out if self.high is None else out | (t_low >= self.high.high)
 
-    def surely_in(self, t: Margin) -> np.ndarray:
-        """Return where t surely counts."""
-        return (t.low > self.low.high) & (t.high < self.high.low)
+    def surely_in(self, t_low: np.ndarray, t_high: np.ndarray) -> np.ndarray:
+        """Return where a t between these bounds surely counts, (rays, faces)."""
+        inside = t_low > self.low.high
+        return inside if self.high is None else inside & (t_high < self.high.low)
 
 
 def reach(shape: Shape, apex: Rational, rays: Margin, span: Span) -> Reach:
@@ -74,8 +76,8 @@ def _sphere(shape: Sphere, apex: Rational, rays: Margin, span: Span) -> Reach:
     sure = discriminant.above()
     # From the larger root to the smaller: the smaller one overrides where it counts.
     for t in ((root - half) / square, (nothing - half - root) / square):
-        low = np.where(span.surely_out(t), low, t.low)
-        high = np.where(span.surely_in(t) & sure, t.high, high)
+        low = np.where(span.surely_out(t.low, t.high), low, t.low)
+        high = np.where(span.surely_in(t.low, t.high) & sure, t.high, high)
     return Reach(low=np.where(discriminant.below(), np.inf, low), high=high)
 
 
@@ -84,7 +86,7 @@ def _flat(shape: Shape, apex: Rational, rays: Margin, span: Span) -> Reach:
     start = of(exact_start)
     x, y, z = (along[:, axis, np.newaxis] for axis in range(3))
     t = (floats(np.zeros(1)) - start[2:3]) / z
-    out, sure = span.surely_out(t), span.surely_in(t)
+    out, sure = span.surely_out(t.low, t.high), span.surely_in(t.low, t.high)
     if isinstance(shape, Square):
         half = floats(np.array([0.5]))
         for coordinate in (start[0:1] + t * x, start[1:2] + t * y):
@@ -113,14 +115,12 @@ def _cube(shape: Cube, apex: Rational, rays: Margin, span: Span) -> Reach:
         last_low = np.minimum(last_low, np.where(known, leave.low, -np.inf))
         last_high = np.minimum(last_high, np.where(known, leave.high, np.inf))
     missed, sure = first_low > last_high, first_high < last_low
-    low, high = np.full(count, np.inf), np.full(count, np.inf)
+    low, high = np.full((count, 1), np.inf), np.full((count, 1), np.inf)
     for least, greatest in ((last_low, last_high), (first_low, first_high)):
-        before, after = span.low[:, 0], span.high[:, 0]
-        out = (greatest <= before.low) | (least >= after.high)
-        counts = (least > before.high) & (greatest < after.low)
-        low = np.where(out, low, least)
-        high = np.where(counts & sure, greatest, high)
-    return Reach(low=np.where(missed, np.inf, low)[:, np.newaxis], high=high[:, np.newaxis])
+        bounds = least[:, np.newaxis], greatest[:, np.newaxis]
+        low = np.where(span.surely_out(*bounds), low, bounds[0])
+        high = np.where(span.surely_in(*bounds) & sure[:, np.newaxis], bounds[1], high)
+    return Reach(low=np.where(missed[:, np.newaxis], np.inf, low), high=high)
 
 
 def _triangles(shape: Triangle | Mesh, apex: Rational, rays: Margin, span: Span) -> Reach:
@@ -132,8 +132,10 @@ def _triangles(shape: Triangle | Mesh, apex: Rational, rays: Margin, span: Span)
     inside = (u.above() & v.above() & rest.above()) | (u.below() & v.below() & rest.below())
     with np.errstate(all="ignore"):
         t = height / determinant
-    out = (above & below) | span.surely_out(t) | empty
-    return Reach(low=np.where(out, np.inf, t.low), high=np.where(inside & span.surely_in(t) & ~empty, t.high, np.inf))
+    out = (above & below) | span.surely_out(t.low, t.high) | empty
+    return Reach(
+        low=np.where(out, np.inf, t.low), high=np.where(inside & span.surely_in(t.low, t.high) & ~empty, t.high, np.inf)
+    )
 
 
 @lru_cache(maxsize=64)

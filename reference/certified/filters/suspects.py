@@ -100,7 +100,7 @@ def _directions(view: View, points: np.ndarray) -> Margin:
 def _clip_span(scene: Scene, directions: Margin) -> Span:
     near, far = (of([exact(end)])[:, np.newaxis] for end in (scene.camera.near, scene.camera.far))
     if scene.clip == "none":
-        return Span(low=floats(np.zeros((1, 1))), high=floats(np.full((1, 1), np.inf)))
+        return Span(low=floats(np.zeros((1, 1))), high=None)
     if scene.clip == "depth":
         return Span(low=near, high=far)
     x, y, z = (directions[:, axis, np.newaxis] for axis in range(3))

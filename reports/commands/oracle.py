@@ -1,0 +1,108 @@
+"""`rayproof oracle`: certified enclosures of every stage for a rectangle of pixels."""
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from reports.commands.lookup import scene_named, stages_named
+from reports.commands.output import plain, say, show_table, write_json
+from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from cases.scene import Camera
+
+ALL = "ray,object,distance,position,normal,visibility,irradiance,exitance,radiance"
+MOST_PIXELS = 100_000  # some ten seconds of work, and half a gigabyte of JSON
+
+
+def oracle(scene: str, *, pixels: str | None = None, stages: str = ALL, json: Path | None = None) -> int:
+    """Enclose the exact value of every stage between two float64 numbers, every decision proved.
+
+    Parameters
+    ----------
+    scene
+        A scene file ending in .json, or the name of a case.
+    pixels
+        x0,y0,x1,y1: the rectangle's first and last column and row, all included; 0,0 is the top left pixel. Default:
+        the whole image.
+    stages
+        Comma-separated stages, such as distance,normal,radiance.
+    json
+        Also write every pixel to this file: [low, high] per channel, the bits used, what is undecided.
+
+    """
+    asked = stages_named(stages)
+    loaded = scene_named(scene)
+    box = rectangle(pixels, loaded.camera)
+    if json is not None:
+        with told_in_one_line():
+            writable_folder(json.parent)
+    from cases.stages import exr_channels
+    from reference import REFERENCES
+
+    certified: Any = REFERENCES["certified"]()
+    left, top, right, bottom = box
+    chosen = [(x, y) for y in range(top, bottom + 1) for x in range(left, right + 1)]
+    records = certified.enclose(loaded, asked, chosen)
+    undecided = [{"pixel": one["pixel"], "what": one["undecided"]} for one in records if one["undecided"]]
+    names = {str(stage): list(exr_channels(stage, lights=len(loaded.lights))) for stage in asked}
+    content = {
+        "scene": scene,
+        "reference": certified.version(),
+        "rectangle": list(box),
+        "channels": names,
+        "pixels": records,
+        "undecided": undecided,
+    }
+    write_json(json, content)
+    if len(records) == 1:
+        _show_pixel(scene, names, records[0])
+    else:
+        bits = ", ".join(
+            f"{count} with {bits} bits" for bits, count in sorted(Counter(r["bits"] for r in records).items())
+        )
+        ties = sum(one["exact"] for one in records)
+        say(f"{scene}: {len(records)} pixels enclosed, {bits}; {ties} decided by exact numbers")
+    say(f"undecided: {len(undecided) or 'none'}")
+    for one in undecided[:10]:
+        say(f"  pixel ({one['pixel'][0]}, {one['pixel'][1]}): {', '.join(one['what'])}")
+    return 0
+
+
+def rectangle(pixels: str | None, camera: "Camera") -> tuple[int, int, int, int]:
+    """Return the first and last column and row of the pixels that are named; all of them by default.
+
+    Raises:
+        UsageError: not four whole numbers, a corner outside the image, nothing inside, or too many pixels.
+
+    """
+    if pixels is None:
+        box = (0, 0, camera.width - 1, camera.height - 1)
+    else:
+        try:
+            left, top, right, bottom = (int(part) for part in pixels.split(","))
+        except ValueError:
+            raise UsageError(f"--pixels must read x0,y0,x1,y1 in whole numbers, got {pixels!r}") from None
+        for x, y in ((left, top), (right, bottom)):
+            if not (0 <= x < camera.width and 0 <= y < camera.height):
+                raise UsageError(
+                    f"--pixels: ({x}, {y}) lies outside the image: "
+                    f"x from 0 to {camera.width - 1}, y from 0 to {camera.height - 1}"
+                )
+        if left > right or top > bottom:
+            raise UsageError(f"--pixels: x0 must not exceed x1, nor y0 y1, got {pixels}")
+        box = (left, top, right, bottom)
+    count = (box[2] - box[0] + 1) * (box[3] - box[1] + 1)
+    if count > MOST_PIXELS:
+        raise UsageError(f"--pixels: at most {MOST_PIXELS} pixels at once, got {count}")
+    return box
+
+
+def _show_pixel(scene: str, names: dict[str, list[str]], record: dict[str, Any]) -> None:
+    rows = [
+        [channel, repr(plain(low)), repr(plain(high))]
+        for stage, channels in names.items()
+        for channel, (low, high) in zip(channels, record["stages"][stage], strict=True)
+    ]
+    x, y = record["pixel"]
+    show_table(f"{scene}, pixel ({x}, {y}), {record['bits']} bits", ["channel", "low", "high"], rows)

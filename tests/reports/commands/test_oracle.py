@@ -1,0 +1,76 @@
+"""`rayproof oracle` encloses what every other renderer should have answered, and says what it cannot decide."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cases.families import select
+from cases.scene_json import save_scene
+from cases.stages import IMAGE_STAGES
+from reference import REFERENCES
+from tests.reports.commands.conftest import Rayproof
+
+
+def test_a_rectangle_of_a_scene_file(rayproof: Rayproof, tmp_path: Path) -> None:
+    scene = select(["primitives/sphere"])[0].scene
+    save_scene(scene, tmp_path / "scene.json")
+
+    ended = rayproof(
+        "oracle", tmp_path / "scene.json", "--pixels", "40,30,43,32", "--json", tmp_path / "out" / "o.json"
+    )
+
+    assert ended.code == 0
+    assert "undecided: none" in ended.out
+    written = json.loads((tmp_path / "out" / "o.json").read_text())
+    assert [one["pixel"] for one in written["pixels"]] == [[x, y] for y in range(30, 33) for x in range(40, 44)]
+    assert written["undecided"] == []
+    analytic = REFERENCES["analytic"]().render(scene, IMAGE_STAGES)
+    for record in written["pixels"]:
+        x, y = record["pixel"]
+        assert record["bits"] >= 128
+        for stage in IMAGE_STAGES:
+            assert len(record["stages"][stage]) == len(written["channels"][stage])
+            for (low, high), value in zip(record["stages"][stage], analytic[stage][y, x], strict=True):
+                assert float(low) <= float(high)
+                assert float(low) == pytest.approx(value, rel=1e-12)
+                assert float(high) == pytest.approx(value, rel=1e-12)
+
+
+def test_one_pixel_is_shown_and_stages_can_be_chosen(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof(
+        "oracle", "primitives/cube", "--pixels", "0,0,0,0", "--stages", "distance,object", "--json", tmp_path / "o.json"
+    )
+
+    assert ended.code == 0
+    assert "distance.V" in ended.out
+    (record,) = json.loads((tmp_path / "o.json").read_text())["pixels"]
+    assert record["stages"] == {"object": [[-1, -1], [-1, -1]], "distance": [["inf", "inf"]]}
+
+
+WRONG = {
+    "too few": ("1,2,3", "x0,y0,x1,y1"),
+    "no numbers": ("a,b,c,d", "x0,y0,x1,y1"),
+    "outside": ("0,0,96,3", "x from 0 to 95, y from 0 to 71"),
+    "negative": ("-1,0,3,3", "outside"),
+    "nothing inside": ("5,5,4,5", "x0 must not exceed x1"),
+}
+
+
+@pytest.mark.parametrize(("pixels", "named"), WRONG.values(), ids=WRONG.keys())
+def test_wrong_pixels_end_with_2_and_one_line(rayproof: Rayproof, pixels: str, named: str) -> None:
+    ended = rayproof("oracle", "primitives/sphere", f"--pixels={pixels}")
+
+    assert ended.code == 2
+    assert ended.out == ""
+    assert ended.error.count("\n") == 1
+    assert named in ended.error
+
+
+def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("reports.commands.oracle.MOST_PIXELS", 10)
+
+    ended = rayproof("oracle", "primitives/sphere")
+
+    assert ended.code == 2
+    assert "at most 10 pixels" in ended.error
