@@ -14,10 +14,11 @@ def adjudicate(
 ) -> None:
     """Turn a failure into `reference_suspect` where a third witness says that the reference is the one who is wrong.
 
-    `panel` holds each other reference judged against the oracle: (reference, stage) -> check. Two rules, both with
+    `panel` holds each other reference judged against the oracle: (reference, stage) -> check. Three rules, all with
     evidence in the reason. A reference that differs from the tracer is suspect if the tracer passes against the
     oracle and the reference does not. The oracle itself is suspect if it differs from the tracer, an independent
     reference agrees with the tracer at this or the next stage that it can judge, and differs from the oracle there.
+    From that stage on no failure stands, against whomever: edges and limits are the suspect oracle's own.
     """
     verdicts = {(check.configuration, check.reference, check.stage): check for check in checks}
     failed = [check for check in checks if check.outcome is Outcome.FAIL]
@@ -32,9 +33,26 @@ def adjudicate(
         other = panel.get((check.reference, check.stage))
         if mine is not None and mine.outcome is Outcome.PASS and other is not None and other.ratio > 1:
             suspects.append((check, f"the tracer agrees with {ORACLE}, {check.reference} does not"))
+    suspects += _resting_on_the_oracle(failed, suspects)
     for check, evidence in suspects:
         check.outcome = Outcome.REFERENCE_SUSPECT
         check.reason = f"{check.reason}; {evidence}"
+
+
+def _resting_on_the_oracle(failed: Sequence[Check], suspects: Sequence[tuple[Check, str]]) -> list[tuple[Check, str]]:
+    """Return the failures at and after the first stage at which the oracle is suspect."""
+    order = list(Stage)
+    known = {id(check) for check, _ in suspects}
+    found = []
+    for configuration in {check.configuration for check in failed}:
+        doubted = [c.stage for c, _ in suspects if c.configuration == configuration and c.reference == ORACLE]
+        first = min(map(order.index, doubted), default=len(order))
+        found += [
+            (check, f"edges and limits are {ORACLE}'s, which is suspect from {order[first]} on")
+            for check in failed
+            if check.configuration == configuration and order.index(check.stage) >= first and id(check) not in known
+        ]
+    return found
 
 
 def _against_oracle(

@@ -47,7 +47,9 @@ class Check:
 
     @property
     def alone(self) -> bool:
-        """Say whether the stage is wrong by itself."""
+        """Say whether the stage is wrong by itself; nothing comes before the camera that it could have been handed."""
+        if self.stage is Stage.CAMERA:
+            return self.outcome is Outcome.FAIL
         return self.outcome is Outcome.FAIL and self.continued is not None and self.continued.worst_ratio > 1
 
     def as_json(self) -> dict[str, Any]:

@@ -100,8 +100,8 @@ def _checks(
     """Return a check for each planned stage of one candidate before one witness; none is left out."""
     candidate, witness = bench.candidate, bench.witness
     checks: list[Check] = []
-    if candidate.answers is not None and copied(candidate.answers, witness.answers):
-        why = f"{witness.name} repeats {candidate.name} to the last bit: it is no witness"
+    if candidate.answers is not None and (same := copied(candidate.answers, witness.answers)):
+        why = f"{witness.name} repeats {candidate.name}'s {', '.join(same)} to the last bit: it is no witness"
         return [unmeasured(candidate, witness, stage, Outcome.REFERENCE_SUSPECT, why) for stage in stages]
     for stage in stages:
         if candidate.answers is None:
@@ -138,6 +138,7 @@ def _panel(witnesses: Sequence[Witness], truth: Witness, stages: Sequence[Stage]
         )
         at = bench(as_candidate, truth)
         for stage in stages:
-            if stage in witness.answers and stage is not Stage.CAMERA:
-                panel[witness.name, stage] = stage_check(at, stage, None)
+            if stage in witness.answers:
+                is_camera = stage is Stage.CAMERA
+                panel[witness.name, stage] = camera_check(at) if is_camera else stage_check(at, stage, None)
     return panel

@@ -11,7 +11,6 @@ from tracer.shading import SHADING
     covers=("RAD-2",),
     kind="fault",
     stage=Stage.IRRADIANCE,
-    equivalent="dot(N, L) <= 0 makes visibility 0 by definition, and irradiance is the sum over visible lights",
 )
 def fault_unclamped(irradiance: Any, cosine: Any) -> Any:
     """Return E dot(N, L), negative below the horizon."""

@@ -11,8 +11,6 @@ from tracer.shading import SHADING
     covers=("RAD-3",),
     kind="fault",
     stage=Stage.IRRADIANCE,
-    equivalent="below the horizon visibility is 0 by definition, and the dot product of two unit vectors exceeds 1 by "
-    "rounding alone",
 )
 def fault_unclamped(flux: Any, cosine: Any) -> Any:
     """Return RGB dot(N, L)."""
