@@ -108,9 +108,11 @@ def enclosed(value: Any) -> tuple[float, float]:
     """Return the float64 numbers next below and above a ball, equal if it is one; a plain number twice."""
     if not isinstance(value, arb):
         return value, value
-    low, high = float(value.lower()), float(value.upper())
-    if math.isfinite(low) and arb(low) > value.lower():
+    below, above = value.lower(), value.upper()
+    low, high = float(below), float(above)
+    # Past the largest float64 the nearest one is infinite, and no bound.
+    if low == math.inf or (math.isfinite(low) and arb(low) > below):
         low = math.nextafter(low, -math.inf)
-    if math.isfinite(high) and arb(high) < value.upper():
+    if high == -math.inf or (math.isfinite(high) and arb(high) < above):
         high = math.nextafter(high, math.inf)
     return low, high

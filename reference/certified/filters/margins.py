@@ -76,7 +76,7 @@ def of(values: Sequence[fmpq | arb]) -> Margin:
     """Return exact numbers or balls as an array with margins."""
     middle = np.array([float(value if isinstance(value, arb) else arb(value)) for value in values])
     # A ball of 128 bits or more that came from a rational or a short computation is far narrower than one rounding.
-    return Margin(middle, np.abs(middle) * UNIT + TINY)
+    return Margin(middle, np.abs(middle) * (2 * UNIT) + TINY)
 
 
 def floats(values: np.ndarray) -> Margin:

@@ -235,6 +235,16 @@ def test_a_light_that_cannot_be_decided_leaves_the_hit_known(monkeypatch: pytest
     assert np.isnan(record["stages"]["irradiance"]).all()
 
 
+def test_a_value_beyond_float64_is_enclosed_and_a_light_on_the_surface_is_dark() -> None:
+    lights = tuple(PointLight(position=(0.0, 0.0, height), flux=(1e300, 0.0, 0.0)) for height in (0.0, 1e-200))
+    scene = Scene(camera=looking_down(2), shapes=(Plane(albedo=GREY),), lights=lights)
+
+    (record,) = ORACLE.enclose(scene, IMAGE_STAGES, [(7, 5)])
+
+    assert record["stages"]["visibility"] == [[0, 0], [1, 1]]
+    assert record["stages"]["irradiance"] == [[np.finfo(np.float64).max, np.inf], [0, 0], [0, 0]]
+
+
 def test_meshes_are_certified_point_by_point() -> None:
     ball = icosphere(3)
     scene = Scene(camera=looking_down(4), shapes=(ball,), lights=(PointLight(position=(2.0, 1.0, 5.0), flux=GREY),))
@@ -256,6 +266,16 @@ def test_the_camera_stage_agrees_with_the_analytic_one() -> None:
 
     for name, values in truth.items():
         assert found[name] == pytest.approx(values, rel=1e-12, abs=1e-14)
+
+
+@pytest.mark.parametrize("last", IMAGE_STAGES)
+def test_each_stage_can_be_asked_alone(last: Stage) -> None:
+    scene = random_scene(0, width=8, height=6)
+
+    alone, together = ORACLE.render(scene, [last]), ORACLE.render(scene, IMAGE_STAGES)
+
+    assert list(alone) == [last]
+    assert np.array_equal(alone[last], together[last])
 
 
 def test_samples_are_averaged_and_misuse_is_refused() -> None:
