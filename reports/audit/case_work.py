@@ -27,12 +27,15 @@ def work(order: CaseOrder) -> CaseReport:
     case, oracle = order.case, PatientOracle()
     witnesses = {name: witness(name, case.scene) for name in REFERENCES}
     usual = candidate(USUAL, case.scene)
-    sightings = [
-        _of_tracer(case, fault, witnesses, oracle)
-        if fault.where == "tracer"
-        else _of_reference(case, fault, witnesses, usual)
-        for fault in order.faults
-    ]
+    sightings = []
+    for fault in order.faults:
+        try:
+            if fault.where == "tracer":
+                sightings.append(_of_tracer(case, fault, witnesses, oracle))
+            else:
+                sightings.append(_of_reference(case, fault, witnesses, usual))
+        except Exception as error:  # one fault's fall must not cost the others their verdict
+            sightings.append(_fallen(fault, case, error))
     healthy = [
         _sighting(
             name,
@@ -78,6 +81,14 @@ def _of_reference(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witne
         spoilt = {name: witness(name, case.scene) if name in fault.who else one for name, one in witnesses.items()}
         judged = judge(case, usual, list(spoilt.values()), Analytic())
     return _sighting(fault.name, case, judged)
+
+
+def _fallen(fault: PlantedFault, case: Case, error: Exception) -> Sighting:
+    """Return the sighting of a fault that could not be judged."""
+    reason = f"{type(error).__name__}: {error}".splitlines()[0]
+    return Sighting(
+        fault=fault.name, case=case.name, outcome=Outcome.ERROR, stage=None, item=None, blamed=None, reason=reason
+    )
 
 
 def _sighting(name: str, case: Case, judged: Any, looks: dict[str, Look] | None = None) -> Sighting:

@@ -9,7 +9,6 @@ from reports.audit.orders import REFERENCES, GradedReport, Sighting
 from reports.audit.planted import PlantedFault
 from reports.judge.outcomes import Outcome
 
-ORDER = list(Stage)
 NAMED = 5  # killers that an entry names
 
 
@@ -28,20 +27,27 @@ def side_is_right(fault: PlantedFault, sighting: Sighting) -> bool:
     return set(sighting.blamed.split(", ")) <= guilty and fault.blames(sighting.stage)
 
 
-def by_cases(fault: PlantedFault, sightings: Sequence[Sighting]) -> dict[str, Any]:
-    """Return the entry of audit.json of a fault that cases must kill."""
+def by_cases(fault: PlantedFault, sightings: Sequence[Sighting], stopped: str | None = None) -> dict[str, Any]:
+    """Return the entry of audit.json of a fault that cases must kill.
+
+    `stopped` is what a guard said that would have kept the cases from being judged at all: an oracle that contradicts
+    closed forms is found out before it can blame anybody, also where no other reference could contradict it.
+    """
     killers = [one for one in sightings if kills(fault, one)]
-    blamed = blamed_stage([one.stage for one in killers if one.stage])
+    blamed = blamed_stage(fault, [one.stage for one in killers if one.stage])
     wrong = [one for one in sightings if not side_is_right(fault, one)]
     return _entry(fault) | {
         "killed": bool(killers),
         "blamed_stage": blamed,
         "blamed": sorted({one.blamed for one in sightings if one.blamed}),
-        "blamed_right": bool(killers) and not wrong and fault.stage is not None and blamed == fault.stage.value,
-        "killed_by": [f"{one.case}: {one.reason}" for one in killers[:NAMED]],
+        "blamed_right": bool(killers)
+        and (stopped is not None or not wrong)
+        and fault.stage is not None
+        and blamed == fault.stage.value,
+        "killed_by": [*([stopped] if stopped else []), *(f"{one.case}: {one.reason}" for one in killers[:NAMED])],
         "wrongly_blamed": [f"{one.case}: {one.blamed} {one.stage}: {one.reason}" for one in wrong[:NAMED]],
         "families": _families(fault, sightings),
-        "references": _references(killers) if fault.where == "tracer" else {},
+        "references": _references(fault, killers) if fault.where == "tracer" else {},
     }
 
 
@@ -59,14 +65,15 @@ def by_guard(fault: PlantedFault, stopped: str | None) -> dict[str, Any]:
     }
 
 
-def blamed_stage(stages: Sequence[Stage]) -> str | None:
-    """Return the stage that most cases blame; shadows count only where no case blames geometry.
+def blamed_stage(fault: PlantedFault, stages: Sequence[Stage]) -> str | None:
+    """Return the stage that the cases together blame: the fault's own if any case does, else what most of them say.
 
-    Feelers run through the same intersections as camera rays, so a fault of geometry may show as a wrong shadow.
+    What else a fault spoils (`also`) may be all that some cases show: a far root is a wrong distance on one sphere and
+    a wrong object among several, and a wrong intersection may show in a shadow alone.
     """
-    geometry = [stage for stage in stages if ORDER.index(stage) < ORDER.index(Stage.VISIBILITY)]
-    tally = Counter(geometry or stages)
-    return tally.most_common(1)[0][0].value if tally else None
+    if fault.stage in stages:
+        return fault.stage.value if fault.stage else None
+    return Counter(stages).most_common(1)[0][0].value if stages else None
 
 
 def _entry(fault: PlantedFault) -> dict[str, Any]:
@@ -95,7 +102,7 @@ def _families(fault: PlantedFault, sightings: Iterable[Sighting]) -> dict[str, A
     }
 
 
-def _references(killers: Sequence[Sighting]) -> dict[str, Any]:
+def _references(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, Any]:
     """Return, per reference, whether it can see the fault, whether it alone kills it, and the stage that it blames.
 
     A reference can see a fault if it answers the fault's stage in some case in which the fault shows at all.
@@ -107,7 +114,7 @@ def _references(killers: Sequence[Sighting]) -> dict[str, Any]:
             "sees": any(look.answers for look in looks),
             "killed": any(look.kills for look in looks),
             "missed": [one.case for one in killers if one.looks[name].answers and not one.looks[name].kills],
-            "stage": blamed_stage([look.stage for look in looks if look.kills and look.stage]),
+            "stage": blamed_stage(fault, [look.stage for look in looks if look.kills and look.stage]),
         }
     return found
 

@@ -2,11 +2,17 @@
 
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
 
 from cases.stages import Stage
 from reports.faults import FAULTS
 
-FELT = ("intersections", "transforms")  # feelers use these formulas too: a fault may show in a shadow alone
+if TYPE_CHECKING:
+    from tracer.catalogue import Formula
+
+# An intersection says what is hit and how far away it is, and feelers run through it too: a fault may show in a shadow
+# alone. So may one of the way into object space.
+MET = (Stage.OBJECT, Stage.DISTANCE, Stage.VISIBILITY)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +40,10 @@ class PlantedFault:
         return stage is not None and stage in (self.stage, *self.also)
 
 
+def _meets(formula: "Formula") -> bool:
+    return formula.folder == "intersections" or formula.slot == "to_object"
+
+
 def tracer_faults() -> tuple[PlantedFault, ...]:
     """Return the tracer's planted faults, and the wrong forms that the lecture prints."""
     from tracer.catalogue import FORMULAS
@@ -44,7 +54,7 @@ def tracer_faults() -> tuple[PlantedFault, ...]:
             name=formula.name,
             where="tracer",
             stage=formula.stage,
-            also=(*formula.facts.get("also", ()), *((Stage.VISIBILITY,) if formula.folder in FELT else ())),
+            also=(*formula.facts.get("also", ()), *(MET if _meets(formula) else ())),
             covers=formula.covers,
             erratum=formula.erratum,
             equivalent=formula.equivalent,

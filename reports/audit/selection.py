@@ -31,6 +31,10 @@ def first_round(faults: Sequence[PlantedFault], cases: Sequence[Case], *, famili
         by_family: dict[str, list[Case]] = defaultdict(list)
         for case in wanted[fault.name]:
             by_family[case.family].append(case)
+        if fault.cases:  # it names them itself, whatever their family
+            for case in sorted(wanted[fault.name], key=lambda case: (-popular[case.name], case.name))[:families]:
+                chosen[case.name].append(fault)
+            continue
         best = [max(some, key=lambda case: (case.name in chosen, popular[case.name])) for some in by_family.values()]
         # Families that few faults look at say most about those that do.
         best.sort(key=lambda case: (case.name not in chosen, _spread(by_family, case), case.name))

@@ -18,6 +18,8 @@ from reports.audit.request import AuditRequest
 from reports.audit.selection import Assignment, first_round, second_round
 from reports.audit.tables import show
 from reports.audit.worker import serve_audit
+from reports.judge.adjudicate import ORACLE
+from reports.judge.outcomes import Outcome
 from reports.publish.atomic import write_text
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.plan import plan
@@ -69,6 +71,11 @@ def run(request: AuditRequest) -> int:
     return 0 if result["good"] else 1
 
 
+def _unjudged(sighting: Sighting) -> bool:
+    """Say whether a case could not say anything about a fault."""
+    return sighting.outcome is Outcome.ERROR and sighting.blamed is None
+
+
 class _Audit:
     """The workers of one audit and what they saw."""
 
@@ -90,7 +97,7 @@ class _Audit:
 
     def entries(self, faults: Sequence[PlantedFault]) -> list[dict[str, Any]]:
         """Return what is to be said of each fault."""
-        guarded = [fault for fault in faults if fault.on_guard]
+        guarded = [fault for fault in faults if fault.on_guard or ORACLE in fault.who]
         shown = [fault for fault in faults if not fault.on_guard]
         families = QUICK_FAMILIES if self._request.quick else FAMILIES
         self._judge_cases(first_round(shown, list(self._cases.values()), families=families))
@@ -98,6 +105,8 @@ class _Audit:
 
         def guard_done(fault: PlantedFault, reply: Reply) -> None:
             stopped[fault.name] = reply.value.stopped if reply.error is None else None
+            if reply.error is not None:
+                self.errors.append(f"{fault.name}: {reply.error}")
             self._say(f"{fault.name}: {stopped[fault.name] or reply.error or 'survives'}")
 
         for fault in guarded:
@@ -113,7 +122,7 @@ class _Audit:
         return [
             findings.by_guard(fault, stopped.get(fault.name))
             if fault.on_guard
-            else findings.by_cases(fault, self._sightings[fault.name])
+            else findings.by_cases(fault, self._sightings[fault.name], stopped.get(fault.name))
             for fault in faults
         ]
 
@@ -165,6 +174,7 @@ class _Audit:
             for one in report.sightings:
                 self._sightings[one.fault].append(one)
             self.healthy += report.healthy
+            self.errors += [f"{one.fault}, {one.case}: {one.reason}" for one in report.sightings if _unjudged(one)]
             found = sum(one.blamed is not None for one in report.sightings)
             self._say(f"{case.name}: {found} of {len(report.sightings)} faults show ({reply.seconds:.1f} s)")
 

@@ -8,6 +8,7 @@ import hashlib
 import json
 from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ ALTERNATIVES = (
     "feeler/minimum_t",
     "feeler/doubles",
 )
+PACKAGES = ("drjit", "mitsuba", "numpy", "python-flint", "trimesh")  # whose numbers are in a result
 SOURCES = ("cases", "tracer", "reference", "reports/judge", "reports/run")
 
 
@@ -82,13 +84,15 @@ def plan(cases: tuple[Case, ...], configurations: tuple[str, ...]) -> tuple[Plan
 
 @lru_cache(maxsize=1)
 def code_digest() -> str:
-    """Return the SHA-256 of the code that decides a result; a result of other code is never taken up again."""
+    """Return the SHA-256 of the code, and the packages, that decide a result; one of other code is never taken up."""
     root = Path(__file__).resolve().parents[2]
     content = hashlib.sha256()
     for folder in SOURCES:
         for file in sorted((root / folder).rglob("*")):
             if file.suffix in (".py", ".json"):
                 content.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
+    for package in PACKAGES:
+        content.update(f"{package} {version(package)}".encode())
     return content.hexdigest()
 
 

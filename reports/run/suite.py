@@ -18,6 +18,7 @@ from reports.judge.outcomes import Outcome, exit_code
 from reports.publish.pictures import Drawing
 from reports.run import assemble
 from reports.run.case_run import CaseRun
+from reports.run.guards import stand_guards
 from reports.run.journal import Journal
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.plan import PlannedCase, key, plan
@@ -38,6 +39,7 @@ def run(request: RunRequest) -> int:
 
     """
     choose_packaged_llvm()
+    stand_guards()
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=LOG_WIDTH)

@@ -13,9 +13,9 @@ from reports.faults.patching import altered
 @FAULTS.register(
     "judge/analytic_is_a_copy",
     where="judge",
-    stage=Stage.RAY,
+    stage=Stage.CAMERA,
     who=("analytic",),
-    also=(Stage.CAMERA,),
+    also=(Stage.RAY,),
     cases=(
         "primitives/*",
         "several_lights/*",

@@ -13,12 +13,12 @@ from reports.faults.patching import altered
 @FAULTS.register(
     "judge/mitsuba_is_a_copy",
     where="judge",
-    stage=Stage.RAY,
+    stage=Stage.CAMERA,
     who=(
         "mitsuba_llvm",
         "mitsuba_scalar",
     ),
-    also=(Stage.CAMERA,),
+    also=(Stage.RAY,),
     cases=(
         "primitives/*",
         "several_lights/*",

@@ -13,12 +13,12 @@ from reports.faults.patching import replaced
 @FAULTS.register(
     "reference/mitsuba_fovy",
     where="reference",
-    stage=Stage.RAY,
+    stage=Stage.CAMERA,
     who=(
         "mitsuba_llvm",
         "mitsuba_scalar",
     ),
-    also=(Stage.CAMERA,),
+    also=(Stage.RAY,),
     cases=(
         "cameras/*",
         "primitives/*",

@@ -20,8 +20,9 @@ from reports.faults.patching import altered
     ),
     also=(Stage.VISIBILITY,),
     cases=(
-        "several_lights/*",
-        "simplified/*",
+        "several_lights/i*",
+        "random_scenes/*",
+        "invariance/*",
     ),
 )
 @contextmanager

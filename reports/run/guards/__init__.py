@@ -18,10 +18,18 @@ def stand_guards() -> None:
         BrokenHarnessError: one got a wrong answer; nothing that the harness says can be believed.
 
     """
+    from reference import REFERENCES
+    from reports.judge.adjudicate import ORACLE
     from reports.run.guards.journal import guard_journal
     from reports.run.guards.ledgers import guard_ledgers
     from reports.run.guards.loader import guard_loader
+    from reports.run.guards.oracle import guard_oracle
 
-    guards: tuple[Callable[[], None], ...] = (guard_loader, guard_ledgers, guard_journal)
+    guards: tuple[Callable[[], None], ...] = (
+        guard_loader,
+        lambda: guard_oracle(REFERENCES[ORACLE]()),
+        guard_ledgers,
+        guard_journal,
+    )
     for guard in guards:
         guard()

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import drjit as dr
-
 from cases.stages import Stage
 from tracer.camera import CAMERA
 
@@ -11,4 +9,4 @@ from tracer.camera import CAMERA
 @CAMERA.register("inverse/fault_transposed", covers=("CAM-1", "CAM-2"), kind="fault", stage=Stage.CAMERA)
 def fault_transposed(matrix: Any) -> Any:
     """Return the transpose of a 4x4 matrix."""
-    return dr.transpose(matrix)
+    return type(matrix)([[matrix[j, i] for j in range(4)] for i in range(4)])
