@@ -9,12 +9,13 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge.calibration import calibration
-from reports.judge.classes import Classes, Edges, classify
+from reports.judge.classes import Classes, classify
 from reports.judge.conditioning import Conditioning
-from reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit, limits
+from reports.judge.ground import Ground
+from reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit
 from reports.judge.measurement import Measurement, measure, ratios
 from reports.judge.parties import Candidate, Witness
-from reports.judge.sides import Oracle, Sides, excused, sides
+from reports.judge.sides import Sides, excused, sides
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
@@ -22,23 +23,31 @@ LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """One candidate before one witness. `truth` and `edges` are the oracle's, whoever the witness is."""
+    """One candidate before one witness, on the ground of the oracle's truth, whoever the witness is."""
 
-    scene: Scene
-    truth: Answers
-    edges: Edges
-    conditioning: Conditioning
-    oracle: Oracle
+    ground: Ground
     candidate: Candidate
     witness: Witness
+
+    @property
+    def scene(self) -> Scene:
+        """Return the scene judged."""
+        return self.ground.scene
+
+    @property
+    def truth(self) -> Answers:
+        """Return the oracle's answers."""
+        return self.ground.truth
+
+    @property
+    def conditioning(self) -> Conditioning:
+        """Return how much the scene magnifies rounding."""
+        return self.ground.conditioning
 
     @cached_property
     def limits(self) -> Limits:
         """Return the limits: the candidate's rounding plus the witness's."""
-        mine, other = (
-            limits(self.scene, self.truth, self.conditioning, g, by_matrices=self.candidate.by_matrices)
-            for g in self._roundoffs
-        )
+        mine, other = (self.ground.limits(g, by_matrices=self.candidate.by_matrices) for g in self._roundoffs)
         return Limits(
             continued={stage: mine.continued[stage] + other.continued[stage] for stage in mine.continued},
             end_to_end={stage: mine.end_to_end[stage] + other.end_to_end[stage] for stage in mine.end_to_end},
@@ -52,7 +61,7 @@ class Bench:
         return classify(
             self.scene,
             self.truth,
-            self.edges,
+            self.ground.edges,
             self.conditioning,
             self.limits,
             max(self._roundoffs, key=lambda g: g(1)),
@@ -74,7 +83,7 @@ class Bench:
         """Return the oracle's answers around every edge pixel."""
         assert self.candidate.answers is not None
         stages = tuple(stage for stage in GEOMETRY if stage in self.candidate.answers and stage in self.truth)
-        return sides(self.oracle, self.scene, stages, self.classes.outline, self.classes.reach)
+        return sides(self.ground.oracle, self.scene, stages, self.classes.outline, self.classes.reach)
 
     def _excused(
         self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool

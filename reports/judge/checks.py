@@ -7,7 +7,7 @@ import numpy as np
 
 from cases.answers import Answers
 from cases.scene import Scene
-from cases.stages import Stage
+from cases.stages import Stage, upto
 from reports.judge import camera
 from reports.judge.bench import Bench
 from reports.judge.calibration import calibration
@@ -104,8 +104,7 @@ def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
     assert ours is not None
     try:
         check.end_to_end = bench.end_to_end(stage)
-        before = tuple(one for one in Stage if list(Stage).index(one) < list(Stage).index(stage))
-        if oracle is not None and set(before) <= {Stage.CAMERA, *ours}:
+        if oracle is not None and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
             check.continued = bench.continued(stage, oracle.continue_from(bench.scene, stage, ours))
     except ValueError as wrong:
         check.outcome, check.reason, check.ratio = Outcome.FAIL, str(wrong), float("inf")

@@ -9,9 +9,9 @@ from reports.judge.adjudicate import ORACLE, adjudicate
 from reports.judge.bench import Bench
 from reports.judge.checks import Check, camera_check, stage_check, unmeasured
 from reports.judge.closed_forms import closed_forms
-from reports.judge.conditioning import condition
 from reports.judge.copies import copied
 from reports.judge.findings import explained
+from reports.judge.ground import ground
 from reports.judge.means import mean_checks
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome, worst
@@ -49,21 +49,12 @@ def judge_case(
     if truth.error is not None:
         checks = [unmeasured(c, w, s, Outcome.ERROR, f"{ORACLE}: {truth.error}") for c, w, s in planned]
         return sum_up(case, checks, [], len(planned), None)
-    whole = truth.answers if set(stages) <= set(truth.answers) else oracle.render(scene, stages)
-    edges, factors = oracle.edges(scene), condition(scene, whole)
+    base = ground(scene, stages, oracle, known=truth.answers)
     misshapen = {candidate.name: misshapen_answers(scene, candidate) for candidate in candidates}
     candidates = [without(candidate, misshapen[candidate.name]) for candidate in candidates]
 
     def bench(candidate: Candidate, witness: Witness) -> Bench:
-        return Bench(
-            scene=scene,
-            truth=whole,
-            edges=edges,
-            conditioning=factors,
-            oracle=oracle,
-            candidate=candidate,
-            witness=witness,
-        )
+        return Bench(ground=base, candidate=candidate, witness=witness)
 
     checks: list[Check] = []
     expectations: list[dict[str, Any]] = []

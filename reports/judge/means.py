@@ -9,7 +9,7 @@ from cases.case import Case
 from cases.stages import Stage
 from reports.judge.bench import Bench
 from reports.judge.checks import Check, unmeasured
-from reports.judge.conditioning import condition
+from reports.judge.ground import ground
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
@@ -22,8 +22,7 @@ def mean_checks(
     """Judge box-filtered radiance, every candidate before every witness that renders it; return checks and plan."""
     scene = finer(case.scene, case.samples)
     planned = [(c, w, Stage.RADIANCE) for c in candidates for w in witnesses if w.answers_at(Stage.RADIANCE)]
-    truth = oracle.render(scene, stages_of(scene))
-    edges, factors = oracle.edges(scene), condition(scene, truth)
+    base = ground(scene, stages_of(scene), oracle, known={})
     checks = []
     for candidate, witness, stage in planned:
         if candidate.fine is None or witness.mean is None:
@@ -31,11 +30,7 @@ def mean_checks(
             checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, why))
             continue
         fine = Bench(
-            scene=scene,
-            truth=truth,
-            edges=edges,
-            conditioning=factors,
-            oracle=oracle,
+            ground=base,
             candidate=replace(
                 candidate,
                 answers=candidate.fine,
