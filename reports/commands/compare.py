@@ -1,0 +1,110 @@
+"""`rayproof compare`: two formulas, configurations or runs on the same rays - which errs less, and at what cost."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from reports.commands.output import console, say, shout, show_table, write_json
+from reports.commands.usage import UsageError, one_line, told_in_one_line, writable_folder
+
+REPETITIONS = 31
+FEWEST = 9  # with fewer a 95 % interval of a median is the range of all values
+
+
+def compare(
+    base: str,
+    candidate: str,
+    *selectors: str,
+    json: Path | None = None,
+    out: Path | None = None,
+    repetitions: int = REPETITIONS,
+    precision: str = "float32",
+) -> int:
+    """Compare two formulas, configurations or finished runs.
+
+    Parameters
+    ----------
+    base
+        What is there: a formula such as sphere/haines, a function of one's own as sphere=./mine.py:nearest_hit, a
+        configuration such as float32/triangle=woop, or the folder of a finished run.
+    candidate
+        What may replace it, named likewise.
+    selectors
+        Families, cases or stresses to compare on. Default: those that the difference concerns.
+    json
+        Also write the comparison to this file.
+    out
+        Also write comparison.json and comparison.md to this folder.
+    repetitions
+        How often each is timed on each family; an even number is raised by one.
+    precision
+        The precision in which formulas run.
+
+    """
+    if repetitions < FEWEST:
+        raise UsageError(f"--repetitions must be at least {FEWEST}, got {repetitions}")
+    with told_in_one_line():
+        for folder in (out, json.parent if json is not None else None):
+            if folder is not None:
+                writable_folder(folder)
+    runs = [Path(name) for name in (base, candidate) if Path(name).is_dir()]
+    if len(runs) == 1:
+        raise UsageError(f"{runs[0]} is a run; it can only be compared with another run")
+    if runs:
+        if selectors:
+            raise UsageError("two finished runs are compared on what they hold; selectors cannot add to it")
+        from reports.compare.runs import compare_runs
+
+        with told_in_one_line():
+            result = compare_runs(runs[0], runs[1])
+    else:
+        result = formulas(base, candidate, selectors, repetitions | 1, precision)
+    show(result)
+    write_json(json, result)
+    if out is not None:
+        from reports.compare.pages import markdown
+
+        write_json(out / "comparison.json", result)
+        (out / "comparison.md").write_text(markdown(result), encoding="utf-8")
+    return 0
+
+
+def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str) -> dict[str, Any]:
+    """Return the comparison of two formulas or configurations."""
+    from tracer.llvm import select
+
+    select()
+    from reports.compare.comparison import compare as run_comparison
+    from reports.compare.contenders import contender
+    from reports.compare.own import OwnFormulaError
+    from reports.compare.questions import questions
+
+    with told_in_one_line():
+        pair = [contender(name, precision=precision) for name in (base, candidate)]
+        asked = questions(selectors, *pair)
+    shout([fault for one in pair for fault in one.configuration.faults])
+    terminal = console()
+    with terminal.status("comparing") as status:
+        try:
+            return run_comparison(asked, *pair, repetitions=repetitions, tell=status.update)
+        except (OwnFormulaError, LookupError) as error:
+            raise UsageError(one_line(error)) from error
+        except RuntimeError as error:
+            # Dr.Jit wraps what a formula raises inside its loops.
+            if isinstance(error.__cause__, OwnFormulaError):
+                raise UsageError(one_line(error.__cause__)) from error
+            raise
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print the verdict, the families and the control."""
+    from reports.compare.pages import COLUMNS, rows
+
+    say(result["verdict"])
+    if control := result.get("control"):
+        outside, many = control["families_outside"], len(control["families"])
+        say(
+            f"control, {result['base']} against itself: {control['verdict']} Outside its interval: {outside} of {many}."
+        )
+    table, columns = rows(result), COLUMNS["runs" if "changed" in result else "formulas"]
+    show_table(f"{result['base']} -> {result['candidate']}", columns, table)

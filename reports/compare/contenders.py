@@ -1,0 +1,84 @@
+"""What is compared: a tracer configuration under the name by which the user called it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cases.stages import Stage
+from reports.compare.own import own_formula
+from tracer.arrays import PRECISIONS
+from tracer.catalogue import FORMULAS, Formula
+from tracer.configuration import Configuration
+
+FILE_MARK = ".py:"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial(Configuration):
+    """A configuration in which one slot is filled by a formula that is not in the catalogue."""
+
+    own: Formula
+
+    @property
+    def name(self) -> str:
+        """Return a name that no other configuration has; it cannot be parsed."""
+        return f"{super().name}/{self.own.slot}={self.own.variant}"
+
+    def formula(self, slot: str) -> Formula:
+        """Return the formula chosen for `slot`; raise LookupError for an unknown slot."""
+        return self.own if slot == self.own.slot else super().formula(slot)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contender:
+    """A configuration and the name that it was asked for by."""
+
+    label: str
+    configuration: Configuration
+
+
+def contender(text: str, *, precision: str) -> Contender:
+    """Return what `text` names: "slot/variant", "slot=FILE.py:function", or "float32/slot=variant/...".
+
+    A formula runs in `precision`. Raises ValueError or LookupError, in one line, for what does not exist.
+    """
+    if FILE_MARK in text:
+        return Contender(label=text, configuration=Trial(precision=precision, own=own_formula(text)))
+    first, *rest = text.split("/")
+    if first in PRECISIONS:
+        chosen = "/".join([first, *(_part(part) for part in rest)])
+        return Contender(label=text, configuration=Configuration.parse(chosen))
+    formula = FORMULAS[text.replace("=", "/", 1)]
+    formulas = {formula.slot: formula.variant}
+    return Contender(label=formula.name, configuration=Configuration(precision=precision, formulas=formulas))
+
+
+def _part(part: str) -> str:
+    """Return "slot=variant"; a variant alone stands for the one slot that has it."""
+    if "=" in part:
+        return part
+    slots = [slot for slot in FORMULAS.slots if f"{slot}/{part}" in FORMULAS]
+    if len(slots) != 1:
+        found = f"is a variant of {', '.join(slots)}" if slots else "is no variant of any slot"
+        raise LookupError(f"{part!r} {found}; write slot=variant")
+    return f"{slots[0]}={part}"
+
+
+def differing(base: Configuration, candidate: Configuration) -> tuple[str, ...]:
+    """Return the slots that the two fill with different functions, in the order of the light path."""
+    return tuple(slot for slot in FORMULAS.slots if base[slot] is not candidate[slot])
+
+
+def stages_at_stake(base: Configuration, candidate: Configuration) -> tuple[Stage, ...]:
+    """Return the stages whose formulas differ, in order; with different precisions all of them.
+
+    Two equal configurations differ nowhere; their distances are compared, for a control.
+    """
+    if base.precision != candidate.precision:
+        return tuple(stage for stage in Stage if stage not in (Stage.CAMERA, Stage.DISTANCE))
+    found = {base.formula(slot).stage for slot in differing(base, candidate)}
+    return tuple(stage for stage in Stage if stage in found) or (Stage.OBJECT,)
+
+
+def items_at_stake(formulas: Sequence[Formula]) -> frozenset[str]:
+    """Return the specification items that formulas cover."""
+    return frozenset(item for formula in formulas for item in formula.covers)

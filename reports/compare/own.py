@@ -1,0 +1,141 @@
+"""A formula from the user's own file: loaded, checked against its slot's contract, every mistake told in one line."""
+
+import importlib.util
+import inspect
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import drjit as dr
+
+from tracer.catalogue import FORMULAS, Formula
+
+
+class OwnFormulaError(ValueError):
+    """The user's file or function is not what the slot needs; the message is one line that names it."""
+
+
+def own_formula(text: str) -> Formula:
+    """Return the formula of "slot=FILE.py:function", with the facts of the slot's default.
+
+    Raises:
+        LookupError: there is no such slot.
+        OwnFormulaError: the file does not import, or holds no function that the slot can call.
+
+    """
+    slot, equals, place = text.partition("=")
+    path, _, name = place.rpartition(":")
+    if not equals or not name:
+        raise OwnFormulaError(f"{text}: a formula of one's own is written slot=FILE.py:function")
+    if slot not in FORMULAS.slots:
+        raise LookupError(f"no slot is called {slot!r}; known: {', '.join(sorted(FORMULAS.slots))}")
+    default = FORMULAS[f"{slot}/{FORMULAS.slots[slot]}"]
+    function = _function(Path(path), name)
+    _same_signature(place, function, default)
+    checked = Checked(place, function, default)
+    return replace(default, variant=place, function=checked, default=False, kind="right", erratum=None)
+
+
+def _function(path: Path, name: str) -> Callable[..., Any]:
+    if not path.is_file():
+        raise OwnFormulaError(f"{path}: there is no such file")
+    module = _imported(path)
+    function = getattr(module, name, None)
+    if not callable(function):
+        known = [key for key, value in vars(module).items() if inspect.isfunction(value)]
+        raise OwnFormulaError(f"{path} has no function {name!r}; it has {', '.join(known) or 'none'}")
+    return function
+
+
+def _imported(path: Path) -> ModuleType:
+    name = f"rayproof_own_{path.stem}"
+    specification = importlib.util.spec_from_file_location(name, path)
+    if specification is None or specification.loader is None:
+        raise OwnFormulaError(f"{path}: Python cannot import such a file")
+    module = importlib.util.module_from_spec(specification)
+    # The file may import its neighbours, as a script would.
+    sys.path.insert(0, str(path.resolve().parent))
+    try:
+        specification.loader.exec_module(module)
+    except (Exception, SystemExit) as error:  # the boundary: whatever a stranger's file does on import is its error
+        raise OwnFormulaError(f"{path} does not import: {_told(error, path)}") from error
+    finally:
+        sys.path.remove(str(path.resolve().parent))
+    return module
+
+
+def _told(error: BaseException, path: Path) -> str:
+    """Return an error's kind, first line, and the line of the user's file that it came from."""
+    first = (str(error).splitlines() or [""])[0]
+    line = None  # a syntax error tells its line itself
+    step = error.__traceback__
+    while step is not None:
+        if step.tb_frame.f_code.co_filename == str(path):
+            line = step.tb_lineno
+        step = step.tb_next
+    where = f" (line {line})" if line else ""
+    return f"{type(error).__name__}: {first}{where}" if first else f"{type(error).__name__}{where}"
+
+
+def _same_signature(place: str, function: Callable[..., Any], default: Formula) -> None:
+    wanted = list(inspect.signature(default.function).parameters)
+    try:
+        signature = inspect.signature(function)
+        signature.bind(*wanted)
+    except (TypeError, ValueError) as error:
+        raise OwnFormulaError(
+            f"{place} cannot be called as {default.slot}({', '.join(wanted)}), as the slot's contract asks: {error}"
+        ) from error
+
+
+class Checked:
+    """The user's function; each call compares what it returns with what the slot's default returns there.
+
+    The default's result is never evaluated, so it costs no run time: nothing of it reaches the kernel.
+    """
+
+    def __init__(self, place: str, function: Callable[..., Any], default: Formula) -> None:
+        self.place, self.default = place, default
+        self._function = function
+        self.__doc__ = function.__doc__
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Return the user's result.
+
+        Raises:
+            OwnFormulaError: the function raised, or returned another kind or shape of thing than the slot's default.
+
+        """
+        try:
+            result = self._function(*arguments)
+        except Exception as error:  # the boundary: whatever a stranger's function raises is its error
+            path = Path(self._function.__code__.co_filename) if inspect.isfunction(self._function) else Path()
+            raise OwnFormulaError(f"{self.place} raised {_told(error, path)}") from error
+        problem = _problem(result, self.default.function(*arguments))
+        if problem is not None:
+            raise OwnFormulaError(f"{self.place} {problem}")
+        return result
+
+
+def _problem(result: Any, wanted: Any) -> str | None:
+    """Return what is wrong with a result's kind or shape, or None."""
+    if isinstance(wanted, tuple | list):
+        if not isinstance(result, tuple | list) or len(result) != len(wanted):
+            return f"returns {_kind(result)}, the slot needs {len(wanted)} values: {', '.join(map(_kind, wanted))}"
+        return next((found for pair in zip(result, wanted, strict=True) if (found := _problem(*pair))), None)
+    if type(result) is not type(wanted):
+        return f"returns {_kind(result)}, the slot needs {_kind(wanted)}"
+    if dr.is_array_v(wanted):
+        # A result of width 1 holds for every ray; a wider one must have one entry a ray.
+        entries, needed = dr.width(result), dr.width(wanted)
+        if entries not in (1, needed):
+            return f"returns {entries} entries for {needed} rays"
+    return None
+
+
+def _kind(value: Any) -> str:
+    kind = type(value)
+    return f"{kind.__module__}.{kind.__name__}" if kind.__module__.startswith("drjit") else kind.__name__

@@ -1,0 +1,73 @@
+"""The statistics of a paired comparison: exact McNemar, medians and their bootstrap intervals, clusters of scenes.
+
+Sources: McNemar, "Note on the sampling error of the difference between correlated proportions" (1947), in its exact
+binomial form; Efron, "Bootstrap methods: another look at the jackknife" (1979), section 3, for the bootstrap
+distribution of a median, which is known exactly; Davison and Hinkley, Bootstrap Methods and their Application (1997),
+section 3.8, for clusters.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import stats
+
+LEVEL = 0.95
+REPLICATES = 1000
+
+Interval = tuple[float, float]
+
+
+def mcnemar(only_first: int, only_second: int) -> float:
+    """Return the two-sided exact p value that two error rates are equal, from the pixels at which just one errs."""
+    discordant = only_first + only_second
+    return float(stats.binomtest(only_first, discordant).pvalue) if discordant else 1.0
+
+
+def shared(level: float, among: int) -> float:
+    """Return the level at which each of `among` intervals holds for all to hold together at `level` (Bonferroni)."""
+    return 1 - (1 - level) / max(1, among)
+
+
+def median_interval(values: Sequence[float], *, level: float) -> Interval:
+    """Return the bootstrap percentile interval of the median of an odd number of independent values.
+
+    The median of a resample lies at or below the k-th smallest value with the probability that more than half of n
+    draws fall among the k smallest, so nothing need be drawn.
+
+    Raises:
+        ValueError: there are none, or an even number.
+
+    """
+    ordered = np.sort(np.asarray(values, dtype=np.float64))
+    n = len(ordered)
+    if n % 2 == 0:
+        raise ValueError(f"an odd number of values has a median among them; got {n}")
+    k = np.arange(1, n + 1)
+    at_most = stats.binom.sf(n // 2, n, k / n)
+    tail = (1 - level) / 2
+    low = int(np.searchsorted(at_most, tail, side="right"))
+    high = int(np.searchsorted(at_most, 1 - tail, side="left"))
+    return float(ordered[low]), float(ordered[min(high, n - 1)])
+
+
+def percentile_interval(replicates: np.ndarray, *, level: float) -> Interval:
+    """Return the central interval of bootstrap replicates."""
+    low, high = np.quantile(replicates, [(1 - level) / 2, (1 + level) / 2])
+    return float(low), float(high)
+
+
+def tile_medians(tiles: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Return `REPLICATES` medians of values (tiles, values a tile), whole tiles drawn again with replacement.
+
+    NaN are left out. Neighbouring pixels share geometry and so errors: drawing pixels one by one would count the
+    same evidence many times.
+    """
+    drawn = generator.integers(len(tiles), size=(REPLICATES, len(tiles)))
+    return np.nanmedian(tiles[drawn].reshape(REPLICATES, -1), axis=1)
+
+
+def scene_means(replicates: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Return replicates of the mean over scenes, from each scene's (scenes, REPLICATES), scenes drawn again too."""
+    scenes, count = replicates.shape
+    drawn = generator.integers(scenes, size=(scenes, count))
+    return replicates[drawn, np.arange(count)].mean(axis=0)
