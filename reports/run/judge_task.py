@@ -15,6 +15,7 @@ from reports.judge.sentinels import stand_guard
 from reports.judge.summing_up import Judged
 from reports.publish.exr import write_answers
 from reports.run.orders import JudgeTask
+from tracer.configuration import Configuration
 
 _ORACLE = Analytic()
 
@@ -63,9 +64,18 @@ def _write_images(task: JudgeTask, *, everyone: bool) -> dict[str, str]:
         if images:
             path = Path("images", task.case.name, f"{name.replace('/', '+')}.exr")
             (task.folder / path).parent.mkdir(parents=True, exist_ok=True)
-            write_answers(task.folder / path, images, lights=lights)
+            write_answers(task.folder / path, images, lights=lights, comments=_comments(name))
             written[name] = path.as_posix()
     return written
+
+
+def _comments(renderer: str) -> str:
+    """Return what an image's header must say of who made it: a wrong formula shouts here too."""
+    if not renderer.startswith("tracer-"):
+        return renderer
+    configuration = Configuration.parse(renderer.removeprefix("tracer-"))
+    wrong = (*configuration.faults, *configuration.controls)
+    return f"PLANTED FAULT: {', '.join(wrong)}; {renderer}" if wrong else renderer
 
 
 def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> dict[str, Any]:
