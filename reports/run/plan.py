@@ -19,7 +19,7 @@ DEFAULTS = ("float32", "float64")
 # The specification's second way where it has two. Literature's further variants are for `rayproof stability`.
 ALTERNATIVES = (
     "ray/inverse_matrices",
-    "triangle/signed_areas",
+    "triangle/moeller_trumbore",
     "square/half_vectors",
     "feeler/skip_last",
     "feeler/minimum_t",

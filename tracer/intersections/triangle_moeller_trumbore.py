@@ -12,9 +12,7 @@ from tracer.intersections import INTERSECTIONS
 from tracer.rays import Interval, Ray
 
 
-@INTERSECTIONS.register(
-    "triangle/moeller_trumbore", covers=("HIT-6",), kind="right", stage=Stage.OBJECT, default=True, space="world"
-)
+@INTERSECTIONS.register("triangle/moeller_trumbore", covers=("HIT-6",), kind="right", stage=Stage.OBJECT, space="world")
 def moeller_trumbore(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t at which u >= 0, v >= 0 and u + v <= 1, if inside the interval, or inf."""
     D = ray.direction
