@@ -61,6 +61,21 @@ CAMERAS: tuple[tuple[str, str, Camera, int], ...] = (
         2000,
     ),
     (
+        "slanted_up",
+        "An up vector far from a right angle with the view, and not of unit length: it only says which way is up.",
+        Camera(
+            eye=(3.4, -2.9, 3.1),
+            target=TARGET,
+            up=(0.3, -0.5, 2.2),
+            fovy=51.0,
+            width=84,
+            height=64,
+            near=0.25,
+            far=40.0,
+        ),
+        2500,
+    ),
+    (
         "from_below",
         "A camera below the floor that looks up at the back of a square.",
         camera_around(TARGET, distance=6, azimuth=-20, elevation=-52, width=64, height=96, fovy=60, roll=-25),
