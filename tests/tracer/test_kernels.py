@@ -10,6 +10,7 @@ import pytest
 from cases.scene import IDENTITY, Mesh, Scene, Sphere
 from cases.stages import IMAGE_STAGES, Stage
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SECOND_LIGHT, SHAPES, everything, octahedron, scene
+from tracer.catalogue import FORMULAS
 from tracer.configuration import Configuration
 from tracer.render import render
 
@@ -51,7 +52,7 @@ def test_one_kernel_from_pixel_to_radiance(stages: Collection[Stage], precision:
     assert len(kernels(everything(), stages, Configuration(precision=precision))) == 1
 
 
-@pytest.mark.parametrize("variant", ["normal_offset", "skip_last", "minimum_t", "doubles"])
+@pytest.mark.parametrize("variant", [formula.variant for formula in FORMULAS.variants("feeler")])
 def test_one_kernel_for_every_strategy_against_acne(variant: str) -> None:
     assert len(kernels(everything(), configuration=Configuration(formulas={"feeler": variant}))) == 1
 
