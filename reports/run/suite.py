@@ -2,6 +2,7 @@
 
 import json
 import platform
+import shutil
 import sys
 import time
 from datetime import UTC, datetime
@@ -19,6 +20,7 @@ from reports.publish.pictures import Drawing
 from reports.run import assemble
 from reports.run.case_run import CaseRun
 from reports.run.guards import stand_guards
+from reports.run.journal import NAME as JOURNAL
 from reports.run.journal import Journal
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.plan import PlannedCase, key, plan
@@ -46,6 +48,8 @@ def run(request: RunRequest) -> int:
     planned = plan(_cases(request.selectors), request.configurations)
     references = _references(request.require)
     request.out.mkdir(parents=True, exist_ok=True)
+    if not request.resume:
+        _clear(request.out)
     faults = _faults(planned)
     if faults:
         console.print(f"[bold red]PLANTED FAULT in this run: {', '.join(faults)}; it must fail[/]")
@@ -73,6 +77,16 @@ def _cases(selectors: tuple[str, ...]) -> tuple[Case, ...]:
 
         cases += tuple(case_of_file(Path(file)) for file in files)
     return cases
+
+
+def _clear(folder: Path) -> None:
+    """Remove what an earlier run left in its own folder, so that no image outlives the run that made it.
+
+    Only where there is a run's journal: what is not ours is left alone.
+    """
+    if (folder / JOURNAL).is_file():
+        for name in ("images", "scenes", "pictures", "data"):
+            shutil.rmtree(folder / name, ignore_errors=True)
 
 
 def _references(require: tuple[str, ...]) -> tuple[str, ...]:
