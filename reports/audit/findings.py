@@ -96,7 +96,7 @@ def _families(fault: PlantedFault, sightings: Iterable[Sighting]) -> dict[str, A
         family: {
             "cases": len(some),
             "killed": sum(kills(fault, one) for one in some),
-            "stage": next(iter(Counter(one.stage.value for one in some if kills(fault, one) and one.stage)), None),
+            "stage": blamed_stage(fault, [one.stage for one in some if kills(fault, one) and one.stage]),
         }
         for family, some in sorted(found.items())
     }
@@ -120,7 +120,10 @@ def _references(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, A
 
 
 def score(
-    entries: Sequence[Mapping[str, Any]], healthy: Sequence[Sighting], graded: Sequence[GradedReport]
+    entries: Sequence[Mapping[str, Any]],
+    healthy: Sequence[Sighting],
+    graded: Sequence[GradedReport],
+    errors: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return audit.json's content; `good` says whether the harness sees everything that was planted."""
     alarms = [one for one in healthy if one.outcome not in (Outcome.PASS, Outcome.WARN)]
@@ -128,7 +131,7 @@ def score(
     for report in graded:
         smallest.setdefault(report.quantity, {})[report.precision] = report.smallest
     wanted = [entry for entry in entries if entry["equivalent"] is None]
-    problems = [*_problems(entries), *(f"false alarm: {one.fault} {one.case}: {one.reason}" for one in alarms)]
+    problems = [*_problems(entries), *(f"false alarm: {one.fault} {one.case}: {one.reason}" for one in alarms), *errors]
     return {
         "planted": len(entries),
         "killed": sum(entry["killed"] for entry in wanted),

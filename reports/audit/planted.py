@@ -25,7 +25,7 @@ class PlantedFault:
     also: tuple[Stage, ...] = ()  # others that a case may find wrong in its place
     covers: tuple[str, ...] = ()  # specification items
     who: tuple[str, ...] = ()  # the references that it spoils
-    cases: tuple[str, ...] = ()  # patterns of the cases that show it; empty: those that cover its items
+    cases: tuple[str, ...] = ()  # patterns of the cases that show it best; else those that cover its items
     erratum: str | None = None
     equivalent: str | None = None  # the proof that it is right on every valid scene
     configuration: str | None = None  # of the tracer, where the fault is one of its formulas
@@ -56,6 +56,7 @@ def tracer_faults() -> tuple[PlantedFault, ...]:
             stage=formula.stage,
             also=(*formula.facts.get("also", ()), *(MET if _meets(formula) else ())),
             covers=formula.covers,
+            cases=tuple(formula.facts.get("cases", ())),
             erratum=formula.erratum,
             equivalent=formula.equivalent,
             configuration=Configuration(precision="float32", formulas={formula.slot: formula.variant}).name,

@@ -15,7 +15,7 @@ from reports.audit.graded_work import QUANTITIES
 from reports.audit.orders import CaseOrder, CaseReport, GradedOrder, GradedReport, GuardOrder, Sighting
 from reports.audit.planted import PlantedFault, planted
 from reports.audit.request import AuditRequest
-from reports.audit.selection import Assignment, first_round, second_round
+from reports.audit.selection import Assignment, first_round, later_round
 from reports.audit.tables import show
 from reports.audit.worker import serve_audit
 from reports.judge.adjudicate import ORACLE
@@ -27,10 +27,11 @@ from reports.run.pool import Pool
 from reports.run.worker import Reply
 
 NAME = "audit.json"
-FAMILIES, QUICK_FAMILIES = 8, 3  # cases that a fault is put to at first, each of another family
+FAMILIES, QUICK_FAMILIES = 6, 3  # cases that a fault is put to at first, each of another family
 GRADED_CASE = "primitives/sphere"
 GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades from 1e-2 to 1e-7, relative
 QUICK_GRADES = GRADES[::2]
+MORE = 12  # further cases a round for what survived
 CHUNK = 30  # faults an order: one that kills a worker must not cost too much
 
 
@@ -57,10 +58,9 @@ def run(request: AuditRequest) -> int:
         "quick": request.quick,
         "only": request.only,
         "seconds": round(time.perf_counter() - start, 1),
-        **findings.score(entries, audit.healthy, graded),
+        "survived_at_first": audit.at_first,
+        **findings.score(entries, audit.healthy, graded, audit.errors),
     }
-    result["problems"] += audit.errors
-    result["good"] = result["good"] and not audit.errors
     text = json.dumps(result, indent=1, allow_nan=False) + "\n"
     request.out.mkdir(parents=True, exist_ok=True)
     write_text(request.out / NAME, text)
@@ -90,6 +90,7 @@ class _Audit:
         self._sightings: dict[str, list[Sighting]] = defaultdict(list)
         self._checked: set[str] = set()
         self._count = 0
+        self.at_first: list[str] = []  # what survived the first round
 
     def close(self) -> None:
         """Stop the workers."""
@@ -113,11 +114,14 @@ class _Audit:
             done = lambda reply, fault=fault: guard_done(fault, reply)  # noqa: E731
             self._submit(GuardOrder(fault=fault), done)
         self._drain()
-        survivors = [f for f in shown if f.equivalent is None and not self._killed(f)]
-        if survivors and not self._request.quick:
-            self._console.print(f"{len(survivors)} survive so far: {', '.join(f.name for f in survivors)}")
+        self.at_first = [fault.name for fault in self._survivors(shown)]
+        while not self._request.quick and (survivors := self._survivors(shown)):
             seen = {name: {one.case for one in some} for name, some in self._sightings.items()}
-            self._judge_cases(second_round(survivors, list(self._cases.values()), seen))
+            more = later_round(survivors, list(self._cases.values()), seen, most=MORE)
+            if not more:
+                break
+            self._console.print(f"{len(survivors)} survive so far: {', '.join(f.name for f in survivors)}")
+            self._judge_cases(more)
             self._drain()
         return [
             findings.by_guard(fault, stopped.get(fault.name))
@@ -146,8 +150,13 @@ class _Audit:
         self._drain()
         return sorted(reports, key=lambda report: (QUANTITIES.index(report.quantity), report.precision))
 
-    def _killed(self, fault: PlantedFault) -> bool:
-        return any(findings.kills(fault, one) for one in self._sightings[fault.name])
+    def _survivors(self, faults: Sequence[PlantedFault]) -> list[PlantedFault]:
+        """Return the faults that no case has killed yet, and that are not proven to be right."""
+        return [
+            fault
+            for fault in faults
+            if fault.equivalent is None and not any(findings.kills(fault, one) for one in self._sightings[fault.name])
+        ]
 
     def _judge_cases(self, assignment: Assignment) -> None:
         """Order every case of an assignment, the unchanged tracer with it the first time."""

@@ -17,12 +17,21 @@ NORMALS: dict[type[Shape], str] = {Sphere: "NRM-1", Cube: "NRM-2"}
 
 
 def item(
-    stage: Stage, scene: Scene, items: Collection[str], *, ours: int, theirs: int, alone: bool, part: str | None = None
+    stage: Stage,
+    scene: Scene,
+    items: Collection[str],
+    *,
+    ours: int,
+    theirs: int,
+    alone: bool,
+    part: str | None = None,
+    phantom: bool = False,
 ) -> str:
     """Return the item to blame for `stage`, among the `items` that the configuration's formulas cover.
 
     `ours` and `theirs` are the shape indices at the worst pixel (-1: none). `alone` says that the stage is wrong even
-    given the tracer's own previous stages; `part` is the camera stage's worst item.
+    given the tracer's own previous stages; `part` is the camera stage's worst item; `phantom` says that distances are
+    wrong by themselves, so that something was hit where it is not.
     """
     if stage is Stage.CAMERA:
         return part or "CAM-1"
@@ -30,9 +39,9 @@ def item(
         return _first(("CAM-5", "CAM-4"), items)
     if stage in (Stage.OBJECT, Stage.DISTANCE):
         # Two hits of which the farther was taken: choosing is to blame, not the shapes' own tests.
-        if stage is Stage.OBJECT and ours >= 0 and theirs >= 0 and ours != theirs:
+        if stage is Stage.OBJECT and ours >= 0 and theirs >= 0 and ours != theirs and not phantom:
             return "HIT-9"
-        index = theirs if theirs >= 0 else ours
+        index = theirs if theirs >= 0 and not (phantom and ours >= 0) else ours
         if index < 0:
             return "HIT-9"
         if stage is Stage.DISTANCE and not alone:

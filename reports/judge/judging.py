@@ -91,12 +91,13 @@ def _checks(
     """Return a check for each planned stage of one candidate before one witness; none is left out."""
     candidate, witness = bench.candidate, bench.witness
     checks: list[Check] = []
-    if candidate.answers is not None and (same := copied(candidate.answers, witness.answers)):
-        why = f"{witness.name} repeats {candidate.name}'s {', '.join(same)} to the last bit: it is no witness"
-        return [unmeasured(candidate, witness, stage, Outcome.REFERENCE_SUSPECT, why) for stage in stages]
+    same = copied(candidate.answers, witness.answers) if candidate.answers is not None else ()
+    why = f"{witness.name} repeats {candidate.name} to the last bit: it is no witness"
     for stage in stages:
         if candidate.answers is None:
             checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, f"{candidate.name}: {candidate.error}"))
+        elif stage in same:
+            checks.append(unmeasured(candidate, witness, stage, Outcome.REFERENCE_SUSPECT, why))
         elif witness.error is not None:
             checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, f"{witness.name}: {witness.error}"))
         elif stage in misshapen:

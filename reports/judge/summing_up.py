@@ -54,7 +54,9 @@ def sum_up(
         judged.stage = check.stage
         judged.reason = f"{check.configuration} against {check.reference}, {check.stage}: {check.reason}"
         if candidates is not None and outcome is Outcome.FAIL:
-            judged.item = _item(case, check, candidates[check.configuration.split(" x")[0]])
+            same = [one for one in checks if one.configuration == check.configuration and one.alone]
+            phantom = any(one.stage is Stage.DISTANCE for one in same)
+            judged.item = _item(case, check, candidates[check.configuration.split(" x")[0]], phantom=phantom)
     elif outcome is not Outcome.PASS:
         broken = next(one for one in expectations if one["verdict"] == outcome.value)
         judged.stage = Stage(broken["stage"])
@@ -64,7 +66,7 @@ def sum_up(
     return judged
 
 
-def _item(case: Case, check: Check, candidate: Candidate) -> str:
+def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> str:
     """Return the specification item behind a failed check."""
     ours = theirs = -1
     measured = check.continued if check.alone else check.end_to_end
@@ -75,5 +77,12 @@ def _item(case: Case, check: Check, candidate: Candidate) -> str:
     if not -1 <= ours < len(case.scene.shapes):
         ours = -1
     return blame.item(
-        check.stage, case.scene, candidate.items, ours=ours, theirs=theirs, alone=check.alone, part=check.part
+        check.stage,
+        case.scene,
+        candidate.items,
+        ours=ours,
+        theirs=theirs,
+        alone=check.alone,
+        part=check.part,
+        phantom=phantom,
     )

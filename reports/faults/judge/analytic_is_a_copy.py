@@ -13,9 +13,8 @@ from reports.faults.patching import altered
 @FAULTS.register(
     "judge/analytic_is_a_copy",
     where="judge",
-    stage=Stage.CAMERA,
+    stage=Stage.RAY,
     who=("analytic",),
-    also=(Stage.RAY,),
     cases=(
         "primitives/*",
         "several_lights/*",

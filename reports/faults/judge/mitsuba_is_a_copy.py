@@ -13,12 +13,11 @@ from reports.faults.patching import altered
 @FAULTS.register(
     "judge/mitsuba_is_a_copy",
     where="judge",
-    stage=Stage.CAMERA,
+    stage=Stage.RAY,
     who=(
         "mitsuba_llvm",
         "mitsuba_scalar",
     ),
-    also=(Stage.RAY,),
     cases=(
         "primitives/*",
         "several_lights/*",

@@ -8,7 +8,9 @@ from cases.stages import Stage
 from tracer.camera import CAMERA
 
 
-@CAMERA.register("basis/fault_up_as_given", covers=("CAM-1",), kind="fault", stage=Stage.CAMERA)
+@CAMERA.register(
+    "basis/fault_up_as_given", covers=("CAM-1",), kind="fault", cases=("cameras/slanted_up",), stage=Stage.CAMERA
+)
 def fault_up_as_given(eye: Any, target: Any, up: Any) -> tuple[Any, Any, Any]:
     """Return a frame whose up is not orthogonal to forward."""
     forward = dr.normalize(target - eye)

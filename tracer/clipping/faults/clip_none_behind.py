@@ -9,7 +9,12 @@ from tracer.clipping import CLIPPING
 
 
 @CLIPPING.register(
-    "clip_none/fault_behind", covers=("HIT-2",), kind="fault", stage=Stage.OBJECT, also=(Stage.DISTANCE,)
+    "clip_none/fault_behind",
+    covers=("HIT-2",),
+    kind="fault",
+    cases=("behind/*",),
+    stage=Stage.OBJECT,
+    also=(Stage.DISTANCE,),
 )
 def fault_behind(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
     """Return -inf and inf."""

@@ -13,6 +13,7 @@ from tracer.rays import Interval, Ray
     "cube/fault_behind_is_hit",
     covers=("HIT-3",),
     kind="fault",
+    cases=("behind/cube", "behind/all_lit"),
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),
     space="object",

@@ -13,6 +13,7 @@ from tracer.rays import Interval, Ray
     "cube/fault_parallel_ignored",
     covers=("HIT-3",),
     kind="fault",
+    cases=("parallel_rays/cubes",),
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),
     space="object",

@@ -13,6 +13,7 @@ from tracer.rays import Interval, Ray
     "sphere/fault_negative_root",
     covers=("HIT-1",),
     kind="fault",
+    cases=("behind/sphere", "behind/all_lit"),
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),
     space="object",

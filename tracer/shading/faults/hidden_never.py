@@ -8,7 +8,13 @@ from cases.stages import Stage
 from tracer.shading import SHADING
 
 
-@SHADING.register("hidden/fault_never", covers=("RAD-4",), kind="fault", stage=Stage.RADIANCE)
+@SHADING.register(
+    "hidden/fault_never",
+    covers=("RAD-4",),
+    kind="fault",
+    cases=("sidedness/*_behind", "sidedness/*_one_sided"),
+    stage=Stage.RADIANCE,
+)
 def fault_never(normal: Any, direction: Any) -> Any:
     """Return False everywhere."""
     return (dr.dot(normal, direction) < 0) & (dr.dot(normal, direction) > 0)
