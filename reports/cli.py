@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "oracle": ("reports.commands.oracle:oracle", "Enclose every stage of some pixels between certified bounds."),
     "render": ("reports.commands.render:render", "Render a scene file with the tracer alone."),
     "compare": ("reports.commands.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
+    "tradeoff": ("reports.commands.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
     "schema": ("reports.commands.schema:schema", "Print the JSON Schema of scene files."),
 }
 

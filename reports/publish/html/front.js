@@ -70,6 +70,19 @@
         e("td", { class: "figure" }, rayproof.seconds(row.seconds)))))));
   };
 
+  // Work-precision diagrams, where `rayproof tradeoff` left some in this folder.
+  rayproof.tradeoff = function (results) {
+    const names = results.tradeoff || [];
+    if (!names.length) return null;
+    const title = (name) => name.replace(/\.svg$/, "").replace("-", ": ");
+    const shown = names.filter((name) => name.endsWith("-overall.svg"));
+    return e("details", { class: "panel" },
+      e("summary", {}, `Error against run time (${names.length} diagrams)`),
+      e("p", {}, e("a", { href: "tradeoff/index.html" }, "All diagrams and their numbers")),
+      e("div", { class: "scene" }, (shown.length ? shown : names.slice(0, 4)).map((name) => e("img",
+        { src: `tradeoff/${name}`, alt: `error over run time, ${title(name)}`, loading: "lazy" }))));
+  };
+
   rayproof.environment = function (results) {
     const references = Object.entries(results.references || {}).map(([name, about]) =>
       [name, [about.version, about.precision, about.independent ? "independent of the tracer" : "not independent"]

@@ -1,0 +1,45 @@
+"""`rayproof tradeoff`: error against run time - work-precision diagrams as data, SVG and a page."""
+
+from pathlib import Path
+
+from reports.commands.output import console, say, show_table, write_json
+from reports.commands.usage import told_in_one_line, writable_folder
+
+REPETITIONS, QUICK_REPETITIONS = 13, 5
+
+
+def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = None, quick: bool = False) -> int:
+    """Measure error against run time and draw work-precision diagrams.
+
+    Parameters
+    ----------
+    selectors
+        Families, cases or stresses, as for compare. Default: those on which formulas part, and some ordinary ones.
+    out
+        Folder for OUT/tradeoff; that of a report gets a link to it when it is next published.
+    json
+        Also write tradeoff.json to this file.
+    quick
+        Fewer repetitions, and without selectors one diagram of each kind.
+
+    """
+    from tracer.llvm import select
+
+    select()
+    from reports.tradeoff.files import write
+    from reports.tradeoff.measuring import measure
+    from reports.tradeoff.tasks import DEFAULT, QUICK, tasks
+
+    with told_in_one_line():
+        formulas, sampled = tasks(selectors or (QUICK if quick else DEFAULT))
+        writable_folder(out / "tradeoff")
+        if json is not None:
+            writable_folder(json.parent)
+    with console().status("measuring") as status:
+        result = measure(formulas, sampled, repetitions=QUICK_REPETITIONS if quick else REPETITIONS, tell=status.update)
+    written = write(out, result)
+    write_json(json, result)
+    rows = [[diagram["name"], len(diagram["points"]), "; ".join(diagram["front"])] for diagram in result["diagrams"]]
+    show_table("Pareto fronts, from the fastest to the most accurate", ("diagram", "points", "front"), rows)
+    say(f"{written[-1]}: {len(result['diagrams'])} diagrams, {result['seconds']:.0f} s")
+    return 0

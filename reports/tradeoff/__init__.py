@@ -1,0 +1,4 @@
+"""Error against run time: work-precision diagrams of formulas, precisions, samples per pixel and other renderers.
+
+Source of the form: the work-precision sets of SciML's benchmark suite (Rackauckas et al.): error over time, log-log.
+"""

@@ -1,0 +1,57 @@
+"""All diagrams measured: errors first, then every launch of every diagram interleaved with all others."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from reports.tradeoff.clocks import interleave
+from reports.tradeoff.formulas import Task, entries
+from reports.tradeoff.overall import overall
+from reports.tradeoff.points import Point, front, point_record
+from reports.tradeoff.sampling import sampling_entries
+from reports.tradeoff.tasks import Sampled
+from tracer.versions import versions
+
+BUDGET = 0.6  # s of launches per point
+AXES = {
+    "formulas": ("ns per ray", "p99 of |dt| / (K u32)"),
+    "samples": ("ns per pixel", "RMSE of radiance over its mean"),
+}
+
+
+def measure(
+    formulas: Sequence[Task], sampled: Sequence[Sampled], *, repetitions: int, tell: Callable[[str], None]
+) -> dict[str, Any]:
+    """Return all points and diagrams as docs/tradeoff.md describes them."""
+    start = time.monotonic()
+    ready = [entry for task in formulas for entry in entries(task, tell)]
+    ready += [entry for one in sampled for entry in sampling_entries(one.diagram, one.scene, tell)]
+    tell(f"run times of {len(ready)} points")
+    seconds = interleave([entry.launch for entry in ready], repetitions=repetitions, budget=BUDGET)
+    points = [entry.timed(times) for entry, times in zip(ready, seconds, strict=True)]
+    for group in dict.fromkeys(point.diagram.split("/")[0] for point in points):
+        if len({point.diagram for point in points if point.diagram.split("/")[0] == group}) > 1:
+            points += overall(points, group)
+    return {
+        "schema": 1,
+        "environment": versions(),
+        "repetitions": repetitions,
+        "seconds": round(time.monotonic() - start, 3),
+        "diagrams": [_diagram(points, name) for name in dict.fromkeys(point.diagram for point in points)],
+    }
+
+
+def _diagram(points: Sequence[Point], name: str) -> dict[str, Any]:
+    mine = [point for point in points if point.diagram == name]
+    ahead = front(mine)
+    kind = "samples" if name.startswith("samples/") else "formulas"
+    time_axis, error_axis = AXES[kind]
+    return {
+        "name": name,
+        "kind": kind,
+        "svg": f"{name.replace('/', '-')}.svg",
+        "time_axis": time_axis,
+        "error_axis": error_axis,
+        "front": [point.label for point in ahead],
+        "points": [point_record(point, on_front=point in ahead) for point in mine],
+    }
