@@ -100,7 +100,7 @@ def _sighting(name: str, case: Case, judged: Any, looks: dict[str, Look] | None 
         blamed = "tracer"
     elif suspects:
         stage = min((check.stage for check in suspects), key=order.index)
-        blamed = ", ".join(sorted({check.reference for check in suspects}))
+        blamed = ", ".join(sorted({check.suspected or check.reference for check in suspects}))
     return Sighting(
         fault=name,
         case=case.name,

@@ -93,7 +93,8 @@ def work(order: GradedOrder) -> GradedReport:
         smallest |= dict.fromkeys(standing, amount)
         if not standing:
             break
-    return GradedReport(quantity=order.quantity, precision=order.precision, smallest=smallest)
+    in_order = {stage.value: smallest[stage.value] for stage in Stage if stage.value in smallest}
+    return GradedReport(quantity=order.quantity, precision=order.precision, smallest=in_order)
 
 
 def _tilted(scene: Scene, usual: Candidate, amount: float, oracle: PatientOracle) -> Candidate:

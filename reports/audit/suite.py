@@ -20,13 +20,15 @@ from reports.audit.tables import show
 from reports.audit.worker import serve_audit
 from reports.judge.adjudicate import ORACLE
 from reports.judge.outcomes import Outcome
+from reports.publish import publish_all
 from reports.publish.atomic import write_text
+from reports.publish.audit import NAME
+from reports.publish.results import NAME as RESULTS
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.plan import plan
 from reports.run.pool import Pool
 from reports.run.worker import Reply
 
-NAME = "audit.json"
 FAMILIES, QUICK_FAMILIES = 6, 3  # cases that a fault is put to at first, each of another family
 GRADED_CASE = "primitives/sphere"
 GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades from 1e-2 to 1e-7, relative
@@ -67,6 +69,8 @@ def run(request: AuditRequest) -> int:
     if request.json is not None:
         write_text(request.json, text)
     show(console, result)
+    if (request.out / RESULTS).is_file():
+        publish_all(request.out)
     console.print(f"{request.out / NAME}", soft_wrap=True)
     return 0 if result["good"] else 1
 

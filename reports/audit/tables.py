@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from reports.audit.orders import REFERENCES
+from reports.publish.audit import sentence
 from reports.terminal import PIPED_WIDTH
 
 SHORT = {"analytic": "analytic", "mitsuba_scalar": "scalar", "mitsuba_llvm": "llvm"}
@@ -21,17 +22,7 @@ def show(console: Console, result: Mapping[str, Any]) -> None:
         page.print(_graded(result["smallest_detected"]))
     for problem in result["problems"]:
         page.print(Text(problem, style="red"), soft_wrap=True)
-    page.print(Text(sentence(result), style="bold"), soft_wrap=True)
-
-
-def sentence(result: Mapping[str, Any]) -> str:
-    """Return the score in one line."""
-    wanted = result["planted"] - result["equivalent"]
-    return (
-        f"audit: {result['killed']} of {wanted} planted faults killed, {result['blamed_right']} blamed right; "
-        f"{result['equivalent']} more are provably equivalent; {result['false_alarms']} false alarms in "
-        f"{result['false_alarms'] + result['unchanged_passed']} runs of the unchanged tracer; {result['seconds']} s"
-    )
+    page.print(Text(f"{sentence(result)} {result['seconds']} s", style="bold"), soft_wrap=True)
 
 
 def _matrix(faults: list[dict[str, Any]]) -> Table:

@@ -33,7 +33,10 @@ def adjudicate(
         other = panel.get((check.reference, check.stage))
         if mine is not None and mine.outcome is Outcome.PASS and other is not None and other.ratio > 1:
             suspects.append((check, f"the tracer agrees with {ORACLE}, {check.reference} does not"))
-    suspects += _resting_on_the_oracle(failed, suspects)
+    resting = _resting_on_the_oracle(failed, suspects)
+    suspects += resting
+    for check, _ in resting:
+        check.suspected = ORACLE
     for check, evidence in suspects:
         check.outcome = Outcome.REFERENCE_SUSPECT
         check.reason = f"{check.reason}; {evidence}"

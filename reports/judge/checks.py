@@ -43,6 +43,7 @@ class Check:
     informative: dict[str, Any] = field(default_factory=dict)
     part: str | None = None  # camera: the item of the worst part
     ratio: float = 0.0
+    suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
     why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
 
     @property

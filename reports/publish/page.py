@@ -19,14 +19,16 @@ from typing import Any
 from cases.stages import FACTS, Stage
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
+from reports.publish.audit import front, load_audit
 from reports.publish.case_data import picture_of, write_case_data
 from reports.publish.headline import blame, headline, shouts, worst_first, worst_ratio
 from reports.publish.items import TITLES
 from reports.publish.results import LEDGER, plain
+from reports.publish.tradeoff import diagrams
 
 # In the order in which they build on each other.
 SCRIPTS = (
-    "elements", "numbers", "verdicts", "address", "decode", "load", "colors", "paint", "difference", "front",
+    "elements", "numbers", "verdicts", "address", "decode", "load", "colors", "paint", "difference", "front", "audit",
     "coverage", "cases", "inspector", "figures", "checks", "case", "start",
 )  # fmt: skip
 
@@ -72,7 +74,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
         title=html.escape(f"{'! ' if loud else ''}rayproof: {results.get('verdict') or 'report'}"),
         headline=html.escape(headline(results)),
         style=style,
-        data=script_safe(_front(results, cases)),
+        data=script_safe(_front(results, cases) | {"audit": front(load_audit(folder)), "tradeoff": diagrams(folder)}),
         script=script,
     )
     return [write_text(folder / "index.html", page), *written]

@@ -11,6 +11,7 @@ from typing import Any
 from reports.judge.outcomes import Outcome
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
+from reports.publish.audit import load_audit, sentence
 from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
 from reports.publish.results import LEDGER, number
 
@@ -31,6 +32,8 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write summary.md."""
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]
     head += [f"# rayproof: {escaped(headline(results))}\n", *_totals(results)]
+    audit = load_audit(folder)
+    head += [f"{escaped(sentence(audit))}\n"] if audit else []
     coverage = _coverage(results)
     failures = _failures(results, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
     # Were the fixed parts alone too large (a results.json with a million ids), the end is cut at a line.

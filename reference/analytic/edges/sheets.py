@@ -74,13 +74,14 @@ def shell_sheet(view: View, directions: np.ndarray, radius: float) -> Sheet:
 def flat_sheet(view: View, directions: np.ndarray, points: np.ndarray, normals: np.ndarray) -> Sheet:
     """Return the sheet of the planes through `points` (N, 3) with `normals` (N, 3); linear in the image."""
     with np.errstate(all="ignore"):
+        # Infinite where the eye lies in the plane itself, which then shows as a line and hides nothing.
         scaled = normals / ((points - view.eye) * normals).sum(axis=1, keepdims=True)
-    return Sheet(
-        value=(directions * scaled).sum(axis=1),
-        gradient=scaled @ np.stack([view.across, view.down], axis=1),
-        bend=np.zeros(len(directions)),
-        radius=np.full(len(directions), np.inf),
-    )
+        return Sheet(
+            value=(directions * scaled).sum(axis=1),
+            gradient=scaled @ np.stack([view.across, view.down], axis=1),
+            bend=np.zeros(len(directions)),
+            radius=np.full(len(directions), np.inf),
+        )
 
 
 def ellipsoid_sheet(view: View, directions: np.ndarray, surface: Ellipsoid, inverse_depths: np.ndarray) -> Sheet:

@@ -11,8 +11,9 @@
     const list = rayproof.caseList(results);
     return e("main", {}, rayproof.shoutBars(results), rayproof.verdictLine(results),
       rayproof.ledger(results, (verdict) => list.set({ verdict })), rayproof.blamed(results),
+      rayproof.audit(results),
       rayproof.coverage(results, (id) => list.set({ id })), list.section,
-      rayproof.review(results), rayproof.slowest(results), rayproof.environment(results));
+      rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));
   }
 
   async function show() {

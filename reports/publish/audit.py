@@ -1,0 +1,51 @@
+"""audit.json in a results folder: the score on the report's front page, and the kill matrix below it."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+NAME = "audit.json"
+NEEDED = ("planted", "killed", "equivalent", "blamed_right", "false_alarms", "faults")
+
+
+def load_audit(folder: Path) -> dict[str, Any] | None:
+    """Return the contents of `folder`/audit.json, or None where there is none that can be read."""
+    try:
+        found = json.loads((folder / NAME).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    if not isinstance(found, dict) or any(key not in found for key in NEEDED) or not isinstance(found["faults"], list):
+        return None
+    return found
+
+
+def sentence(audit: Mapping[str, Any]) -> str:
+    """Return the score in one line."""
+    wanted = number(audit["planted"]) - number(audit["equivalent"])
+    return (
+        f"Audit: {number(audit['killed'])} of {wanted} planted faults killed, {number(audit['blamed_right'])} of them "
+        f"blamed right, {number(audit['false_alarms'])} false alarms; {number(audit['equivalent'])} more are provably "
+        "equivalent."
+    )
+
+
+def number(value: Any) -> int:
+    """Return a count of audit.json; -1 for anything that is none."""
+    return value if isinstance(value, int) and not isinstance(value, bool) else -1
+
+
+def front(audit: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Return what the page shows of an audit: score, problems, matrix and the smallest errors detected."""
+    if audit is None:
+        return None
+    faults = [fault for fault in audit["faults"] if isinstance(fault, dict)]
+    return {
+        "sentence": sentence(audit),
+        "good": audit.get("good") is True,
+        "problems": audit.get("problems", []),
+        "families": sorted({family for fault in faults for family in fault.get("families", {})}),
+        "references": list(dict.fromkeys(name for fault in faults for name in fault.get("references", {}))),
+        "smallest": audit.get("smallest_detected", {}),
+        "faults": faults,
+    }

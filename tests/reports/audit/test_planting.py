@@ -1,0 +1,62 @@
+"""A fault is in force inside its block and nowhere after it."""
+
+import sys
+from typing import Any
+
+import pytest
+
+from reports.faults import FAULTS
+from reports.faults.patching import OURS, altered, replaced
+from reports.judge import outcomes
+
+
+def _state() -> dict[tuple[str, str], int]:
+    """Return the identity of everything that the project's modules and their classes hold."""
+    found: dict[tuple[str, str], int] = {}
+    for module in list(sys.modules.values()):
+        if module.__name__.split(".")[0] not in OURS:
+            continue
+        for name, value in vars(module).items():
+            found[module.__name__, name] = id(value)
+            if isinstance(value, type) and value.__module__ == module.__name__:
+                found |= {(f"{module.__name__}.{name}", part): id(what) for part, what in vars(value).items()}
+    return found
+
+
+@pytest.mark.parametrize("name", list(FAULTS))
+def test_a_fault_changes_something_and_is_taken_out_again(name: str) -> None:
+    before = _state()
+
+    with FAULTS[name]():
+        during = _state()
+
+    assert during != before
+    assert {key: value for key, value in _state().items() if key in before} == before
+
+
+def test_a_function_is_replaced_wherever_it_was_imported_to() -> None:
+    from reports.run import assemble
+
+    right = outcomes.worst
+
+    def wrong(found: Any) -> Any:
+        return right(found)
+
+    with replaced(right, wrong):
+        assert outcomes.worst is wrong
+        assert assemble.worst is wrong
+    assert outcomes.worst is assemble.worst is right
+
+
+def test_a_fault_that_would_not_be_planted_is_told() -> None:
+    with pytest.raises(LookupError, match="no module holds"), replaced(object(), None):
+        pass
+
+
+def test_a_fault_is_taken_out_even_if_what_it_spoils_raises() -> None:
+    right = outcomes.ledger
+
+    with pytest.raises(TypeError), altered(outcomes, "ledger", None):
+        outcomes.ledger([], planned=0)
+
+    assert outcomes.ledger is right
