@@ -1,0 +1,121 @@
+"""Ladders of the camera: the angle between the computed and the exact direction."""
+
+from typing import Any
+
+from cases.ladders.draws.camera import cameras
+from cases.ladders.ladder import Failure, Gate, Ladder, Law
+
+K_VIEW = "1 + 1 / sin(F, up): the eye's coordinates do not enter, target - eye does"
+MULTIPLIED = ("matrix", "matrix_w_divide", "analytic_inverse")  # C3, C4, C5
+
+
+def _ladder(**about: Any) -> Ladder:
+    options = {"natural": about.pop("natural", "degrees")}
+    given = {
+        "group": "camera",
+        "question": "view_ray",
+        "slots": ("ray",),
+        "unit": "degrees",
+        "condition": K_VIEW,
+        "saturated": 10.0,
+        "rays": 2000,
+        "quick_rays": 400,
+    }
+    return Ladder(**(given | about), options=options)
+
+
+LADDERS = (
+    _ladder(
+        name="CAM-NEAR",
+        parameter="near [m], far 128 m, eye 6 m from the origin",
+        values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8),
+        draw=cameras(swept="near"),
+        gate=Gate(reaches={"float32": 1e-8, "float64": 1e-8}, index=30.0),
+        first_to_break="ray/matrix, matrix_w_divide, analytic_inverse (C3, C4, C5)",
+        survivor="ray/reference_free, rotated (C2, C6)",
+        laws=(Law(formulas=MULTIPLIED, slope=-1.0, because="w is off by u far / near and multiplies the eye"),),
+    ),
+    _ladder(
+        name="CAM-NEAR-ORIGIN",
+        parameter="near [m], far 128 m, eye at the origin",
+        values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5),
+        draw=cameras(swept="near", eye=0.0),
+        gate=Gate(reaches={"float32": 1e-5, "float64": 1e-5}, index=30.0),
+        first_to_break="none: w multiplies an eye of zero",
+        survivor="all: an ordinary scene hides the fault",
+        laws=(Law(formulas=MULTIPLIED, slope=0.0, because="w multiplies an eye of zero"),),
+    ),
+    _ladder(
+        name="CAM-RATIO",
+        parameter="far / near, near 1/8 m",
+        values=(1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10),
+        draw=cameras(swept="ratio"),
+        gate=Gate(reaches={"float32": 1e10, "float64": 1e10}, index=30.0),
+        first_to_break="ray/matrix_w_divide (C4), dead at 1e8",
+        survivor="ray/reference_free, rotated (C2, C6)",
+    ),
+    _ladder(
+        name="CAM-FAR",
+        parameter="distance of the eye from the world's origin [m], target 6 m on",
+        values=(1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6),
+        draw=cameras(swept="eye"),
+        gate=Gate(reaches={"float32": 1e6, "float64": 1e6}, index=30.0),
+        first_to_break="ray/matrix, then reference_point_at_target (C1)",
+        survivor="ray/reference_free (C2)",
+        laws=(
+            Law(formulas=("reference_free", "rotated"), slope=0.0, because="the eye is never added"),
+            Law(formulas=(*MULTIPLIED, "reference_point_at_target"), slope=1.0, because="p - eye is left with u T"),
+        ),
+    ),
+    _ladder(
+        name="CAM-NARROW",
+        parameter="fovy [degrees]",
+        values=(60.0, 10.0, 1.0, 0.1, 1e-2, 1e-3, 1e-4),
+        draw=cameras(swept="fovy"),
+        unit="pixels of 1080 lines",
+        natural="pixels",
+        saturated=float("inf"),
+        gate=Gate(reaches={"float32": 1e-4, "float64": 1e-4}, index=30.0),
+        first_to_break="all in pixels: the direction is as good as ever, a pixel is smaller",
+        survivor="float64",
+        laws=(Law(formulas=("reference_free",), slope=-1.0, because="the same angle, ever smaller pixels"),),
+    ),
+    _ladder(
+        name="CAM-WIDE",
+        parameter="180 - fovy [degrees]",
+        values=(90.0, 10.0, 1.0, 0.1, 1e-2),
+        draw=cameras(swept="flare"),
+        gate=Gate(reaches={"float32": 1e-2, "float64": 1e-2}, index=30.0),
+        first_to_break="none in this range",
+        survivor="all",
+    ),
+    _ladder(
+        name="CAM-ASPECT",
+        parameter="aspect",
+        values=(1.0, 1e1, 1e2, 1e4, 1e6),
+        draw=cameras(swept="aspect"),
+        gate=Gate(reaches={"float32": 1e6, "float64": 1e6}, index=30.0),
+        first_to_break="none",
+        survivor="all",
+    ),
+    _ladder(
+        name="CAM-TALL",
+        parameter="aspect",
+        values=(1.0, 1e-1, 1e-2, 1e-4, 1e-6),
+        draw=cameras(swept="aspect"),
+        gate=Gate(reaches={"float32": 1e-6, "float64": 1e-6}, index=30.0),
+        first_to_break="none",
+        survivor="all",
+    ),
+    _ladder(
+        name="CAM-UP",
+        slots=("ray", "basis"),
+        parameter="angle between up and the viewing direction [rad]",
+        values=(1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
+        draw=cameras(lean=1.0, swept="lean"),
+        gate=Gate(reaches={"float32": 1e-5, "float64": 1e-6}, index=30.0),
+        first_to_break="all alike: K is 1 / angle",
+        survivor="a fall-back up vector",
+        laws=(Law(formulas=("right_handed", "reference_free"), slope=-1.0, because="F x up is left with u / angle"),),
+    ),
+)

@@ -1,0 +1,173 @@
+"""Rays at triangles, at planes and at squares."""
+
+import numpy as np
+
+from cases.ladders.draws import across, directions, rounded
+from cases.ladders.ladder import Draw, Inputs
+
+SHEET = 33  # vertices along a side of the jittered sheet
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _aimed(
+    corners: list[np.ndarray],
+    weights: np.ndarray,
+    generator: np.random.Generator,
+    precision: str,
+    *,
+    distance: float = 3.0,
+    cosine: np.ndarray | None = None,
+) -> Inputs:
+    """Return rays at the barycentric `weights` (rays, 3) of triangles, from `distance` m, at random or given angles."""
+    count = len(weights)
+    corners = [rounded(corner, precision) for corner in corners]
+    target = sum(corner * weights[:, i : i + 1] for i, corner in enumerate(corners))
+    normal = _unit(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
+    slope = (np.sqrt(generator.uniform(0.1, 1.0, count)) if cosine is None else cosine)[:, None]
+    side = np.where(generator.random(count) < 0.5, -1.0, 1.0)[:, None]
+    direction = side * slope * normal + np.sqrt(1 - slope**2) * across(normal, generator)
+    origin = rounded(target - direction * distance, precision)
+    return {
+        "o": origin,
+        "d": rounded(_unit(target - origin), precision),
+        **{name: corner for name, corner in zip("abc", corners, strict=True)},
+    }
+
+
+def _weights(count: int, generator: np.random.Generator) -> np.ndarray:
+    """Return weights of points inside, uniformly distributed."""
+    return generator.dirichlet((1.0, 1.0, 1.0), count)
+
+
+def _triangles(count: int, generator: np.random.Generator, *, aspect: float = 1.0) -> list[np.ndarray]:
+    """Return corners of randomly turned triangles with a unit base and a height of 1 / aspect."""
+    along = directions(count, generator)
+    upwards = across(along, generator)
+    start = directions(count, generator)
+    third = start + along * generator.uniform(0.2, 0.8, (count, 1)) + upwards / aspect
+    return [start, start + along, third]
+
+
+def slivers(aspect: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays at points inside triangles of this aspect."""
+    return _aimed(_triangles(count, generator, aspect=aspect), _weights(count, generator), generator, precision)
+
+
+def well_shaped(distance: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays at points inside and around unit triangles from `distance` m."""
+    weights = 2 * _weights(count, generator) - 1 / 3
+    return _aimed(_triangles(count, generator), weights, generator, precision, distance=distance)
+
+
+def grazing(cosine: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays at points inside unit triangles at this cosine of incidence."""
+    slope = np.full(count, cosine)
+    return _aimed(_triangles(count, generator), _weights(count, generator), generator, precision, cosine=slope)
+
+
+def translated(offset: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays at points well inside unit triangles, all moved by `offset` m."""
+    moved = [corner + offset * np.array([[0.6, -0.48, 0.64]]) for corner in _triangles(count, generator)]
+    weights = 0.1 + 0.7 * _weights(count, generator)
+    return _aimed(moved, weights, generator, precision, cosine=np.sqrt(generator.uniform(0.3, 1.0, count)))
+
+
+def scaled(scale: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return unit triangles and eyes scaled by `scale`, unit directions."""
+    drawn = _aimed(_triangles(count, generator), 2 * _weights(count, generator) - 1 / 3, generator, precision)
+    return drawn | {name: rounded(drawn[name] * scale, precision) for name in "oabc"}
+
+
+def degenerate(kind: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return triangles without area: 1 a point, 2 two equal corners, 3 a middle corner, 4 a zero-length direction."""
+    whole = generator.integers(-8, 9, size=(3, count, 3)).astype(np.float64)
+    a, step = whole[0], whole[1] + 16
+    b, c = {1: (a, a), 2: (a + step, a + step), 3: (a + 2 * step, a + step)}.get(int(kind), (a + step, a + whole[2]))
+    weights = _weights(count, generator)[..., None]
+    target = a * weights[:, 0] + b * weights[:, 1] + c * weights[:, 2]
+    origin = rounded(target + 40 * directions(count, generator), precision)
+    direction = np.zeros((count, 3)) if kind == 4 else rounded(_unit(target - origin), precision)
+    return {"o": origin, "d": direction, "a": a, "b": b, "c": c}
+
+
+def plane_grazing(cosine: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays from about 1 m above z = 0 at this cosine of incidence."""
+    turn = generator.uniform(0, 2 * np.pi, count)
+    flat = np.sqrt(1 - cosine**2)
+    direction = np.stack([flat * np.cos(turn), flat * np.sin(turn), np.full(count, -cosine)], axis=1)
+    return {
+        "o": rounded(generator.uniform(0.5, 1.5, (count, 3)), precision),
+        "d": rounded(direction, precision),
+    }
+
+
+def plane_far(distance: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays at z = 0 from `distance` m."""
+    direction = directions(count, generator)
+    direction[:, 2] = -abs(direction[:, 2]) - 0.05
+    return {"o": rounded(generator.uniform(0.5, 1.5, (count, 3)) * distance, precision), "d": rounded(_unit(direction), precision)}
+
+
+def plane_parallel(kind: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays along z = 0: 1 above it, 2 in it, 3 in it from z = -0; with d.z = +0 and -0. All miss."""
+    drawn = plane_far(1.0, count, generator, precision)
+    drawn["d"][:, 2] = np.where(generator.random(count) < 0.5, 0.0, -0.0)
+    if kind > 1:
+        drawn["o"][:, 2] = 0.0 if kind == 2 else -0.0
+    return drawn
+
+
+def border(spacings: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays that meet z = 0 about `spacings` roundoffs inside or outside the unit square's border."""
+    u = 2.0**-24 if precision == "float32" else 2.0**-53
+    hit = generator.uniform(-0.45, 0.45, (count, 3))
+    side = np.where(generator.random(count) < 0.5, -0.5, 0.5)
+    off = 1 + spacings * u * generator.uniform(-1, 1, count)
+    axis = generator.integers(2, size=count)
+    hit[np.arange(count), axis] = side * off
+    hit[:, 2] = 0.0
+    # Powers of two along the ray make the point that it meets a float, so that it can lie this close.
+    direction = generator.integers(-3, 4, (count, 3)) / 4.0
+    direction[:, 2] = -1.0
+    hit = rounded(hit, precision)
+    return {"o": rounded(hit - direction, precision), "d": direction}
+
+
+def sheet(fan: str, *, scaled_by_value: bool) -> Draw:
+    """Return a draw of rays at inner edges or vertices of a jittered sheet, its value a translation or a scale."""
+
+    def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+        offset, scale = (0.0, value) if scaled_by_value else (value, 1.0)
+        return _sheet(fan, offset, scale, count, generator, precision)
+
+    return draw
+
+
+def _sheet(
+    fan: str, offset: float, scale: float, count: int, generator: np.random.Generator, precision: str
+) -> Inputs:
+    # Fewer, larger cells far from the origin: a cell must be many float spacings wide.
+    rows, columns = np.meshgrid(np.arange(SHEET), np.arange(SHEET), indexing="ij")
+    vertices = np.stack([rows, columns, np.zeros_like(rows)], axis=-1) + generator.uniform(-0.25, 0.25, (SHEET, SHEET, 3))
+    turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+    vertices = rounded((vertices @ turn + offset * np.array([0.6, -0.48, 0.64])) * scale, precision)
+    if fan == "edge":
+        i, j = generator.integers(1, SHEET - 2, (2, count))
+        steps = np.array([[(0, 0), (1, 1), (0, 1), (1, 0)], [(0, 0), (0, 1), (-1, 0), (1, 1)], [(0, 0), (1, 0), (1, 1), (0, -1)]])
+        step = steps[generator.integers(3, size=count)]
+        corners = [vertices[i + step[:, k, 0], j + step[:, k, 1]] for k in range(4)]
+        share = generator.uniform(0.05, 0.95, (count, 1))
+        target = corners[0] * (1 - share) + corners[1] * share
+    else:
+        i, j = generator.integers(1, SHEET - 1, (2, count))
+        ring = ((0, 0), (0, 1), (1, 1), (1, 0), (0, -1), (-1, -1), (-1, 0))
+        corners = [vertices[i + a, j + b] for a, b in ring]
+        target = corners[0]
+    normal = turn[2]
+    direction = -normal * generator.uniform(0.5, 1.0, (count, 1)) + across(np.tile(normal, (count, 1)), generator) * 0.7
+    origin = rounded(target - direction * 20 * scale, precision)
+    aimed = rounded(_unit(target - origin), precision)
+    return {"o": origin, "d": aimed} | {f"p{k}": corner for k, corner in enumerate(corners)}

@@ -1,0 +1,35 @@
+"""Ladders' inputs on the device, and answers back as float64."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from tracer.arrays import ArrayTypes
+
+
+def uploaded(inputs: Mapping[str, np.ndarray], types: ArrayTypes) -> dict[str, Any]:
+    """Return inputs (rays,) as floats and (rays, 3) as vectors, in the working precision, which has them exactly."""
+    return {
+        name: number(array, types) if array.ndim == 1 else types.Vector(*(number(c, types) for c in array.T))
+        for name, array in inputs.items()
+    }
+
+
+def number(array: np.ndarray, types: ArrayTypes) -> Any:
+    """Return a device array of one component."""
+    wanted = np.float64 if types.precision == "float64" else np.float32
+    return types.Float(np.ascontiguousarray(array, dtype=wanted))
+
+
+def downloaded(arrays: Mapping[str, Any], rays: int) -> dict[str, np.ndarray]:
+    """Evaluate all arrays in one go; return each as float64, (rays,) or (rays, 3)."""
+    dr.eval(list(arrays.values()))
+    return {name: _host(array, rays) for name, array in arrays.items()}
+
+
+def _host(array: Any, rays: int) -> np.ndarray:
+    if dr.depth_v(array) > 1:
+        return np.stack([_host(component, rays) for component in array], axis=-1)
+    return np.broadcast_to(np.array(array, dtype=np.float64), (rays,))

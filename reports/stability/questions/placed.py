@@ -1,0 +1,174 @@
+"""A formula that uses a model matrix: rays into object space, squares in world space, normals back to world space.
+
+A matrix is a literal in the tracer, so a ladder has a few matrices per value, each with its share of the rays; all of
+them still make one kernel. Truth takes the matrix as the exact numbers that it holds.
+Inputs: matrix (rays, 12), row by row without the last row, the same for a whole block of rays; o and d, or n.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from cases.ladders.ladder import Inputs, Ladder
+from cases.rounding import UNIT_ROUNDOFF
+from cases.scene import Cube, Plane, Shape, Sphere, Square
+from reports.stability.device import uploaded
+from reports.stability.exactly import Columns, decided, evaluated, sample, witnessed
+from reports.stability.geometry import ahead, ray_of
+from reports.stability.mathematics import cross, dot, minus, normalized
+from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from reports.stability.questions.distance import graded
+from reports.stability.shapes import SHAPES, towards
+from tracer.arrays import ArrayTypes, array_types
+from tracer.catalogue import Formula
+from tracer.configuration import Configuration
+from tracer.geometry import SLOTS, upload
+from tracer.placement import Placement
+
+ALBEDO = (0.5, 0.5, 0.5)
+MADE: dict[str, Callable[[Any], Shape]] = {
+    "sphere": lambda matrix: Sphere(center=(0.0, 0.0, 0.0), radius=1.0, albedo=ALBEDO, to_world=matrix),
+    "cube": lambda matrix: Cube(albedo=ALBEDO, to_world=matrix),
+    "plane": lambda matrix: Plane(albedo=ALBEDO, to_world=matrix),
+    "square": lambda matrix: Square(albedo=ALBEDO, to_world=matrix),
+}
+
+
+def rows(flat: np.ndarray) -> Any:
+    """Return the 4x4 matrix of twelve numbers, as tuples."""
+    return (*(tuple(map(float, row)) for row in np.reshape(flat, (3, 4))), (0.0, 0.0, 0.0, 1.0))
+
+
+def blocks(inputs: Inputs) -> list[slice]:
+    """Return the runs of rays that share a matrix."""
+    change = np.any(inputs["matrix"][1:] != inputs["matrix"][:-1], axis=1)
+    edges = [0, *(np.flatnonzero(change) + 1).tolist(), len(inputs["matrix"])]
+    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def inverse(x: Columns) -> tuple[Any, Any]:
+    """Return the rows of the inverse 3x3 part and the translation, by cofactors; exact for rationals."""
+    m = x["matrix"]
+    first, second, third = ((m[0], m[4], m[8]), (m[1], m[5], m[9]), (m[2], m[6], m[10]))  # columns
+    by = (cross(second, third), cross(third, first), cross(first, second))
+    det = dot(first, by[0])
+    return tuple(tuple(c / det for c in row) for row in by), (m[3], m[7], m[11])
+
+
+def in_object_space(x: Columns) -> Columns:
+    """Return the ray in object space."""
+    inverse_rows, origin = inverse(x)
+    moved = minus(x["o"], origin)
+    return {"o": tuple(dot(row, moved) for row in inverse_rows), "d": tuple(dot(row, x["d"]) for row in inverse_rows)}
+
+
+@QUESTIONS.register("placed_distance")
+class PlacedDistance:
+    """The t of a placed shape; by the slot's variant, everything else by default."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return hit and t of the exact object-space ray."""
+        name = str(ladder.options["shape"])
+        shape = SHAPES[name]()
+
+        def whole(mathematics: Callable[[Columns], dict[str, Any]]) -> Callable[[Columns], dict[str, Any]]:
+            def from_world(x: Columns) -> dict[str, Any]:
+                local: Columns = in_object_space(x)
+                number = type(local["o"][0])
+                local["c"], local["r"] = (number(0), number(0), number(0)), number(1)
+                return mathematics(local | ({"towards": x["towards"]} if name == "cube" else {}))
+
+            return from_world
+
+        inputs = dict(inputs)
+        moved = evaluated(
+            lambda x: {f"{k}{i}": v for k, t in in_object_space(x).items() for i, v in enumerate(t)}, inputs
+        )
+        given = {k: np.stack([moved[f"{k}{i}"].high for i in range(3)], axis=1) for k in "od"}
+        given |= {"c": np.zeros_like(given["o"]), "r": np.ones(len(rungs))}
+        if name == "cube":
+            inputs["towards"] = towards(given["d"])
+        predicates, values = whole(shape.predicates), whole(shape.values)
+        signs, found = decided(predicates, inputs), evaluated(values, inputs)
+        hit = shape.decide(signs, found, given)
+        witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
+        facts = {"hit": hit, "given": given, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
+        return Truth(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return t per ray, all matrices in one kernel."""
+        types = array_types(precision)
+        configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
+        parts = [self._block(ladder, configuration, inputs, block, types) for block in blocks(inputs)]
+        dr.eval(parts)
+        return {"t": np.concatenate([np.array(part, dtype=np.float64) for part in parts])}
+
+    def _block(
+        self, ladder: Ladder, configuration: Configuration, inputs: Inputs, block: slice, types: ArrayTypes
+    ) -> Any:
+        matrix = rows(inputs["matrix"][block.start])
+        shape = MADE[str(ladder.options["shape"])](matrix)
+        intersect = configuration.formula(SLOTS[type(shape)])
+        ray = ray_of(uploaded({name: inputs[name][block] for name in "od"}, types))
+        if intersect.facts["space"] == "object":
+            ray = configuration["to_object"](ray, Placement(to_world=matrix))
+        return intersect.function(ray, upload(shape, types), ahead(types))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return misses and errors."""
+        return graded(ladder, truth, answer["t"], precision)
+
+
+@QUESTIONS.register("placed_normal")
+class PlacedNormal:
+    """A unit object-space normal taken to world space: the angle to the exact inverse transpose's."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return the exact unit normal and the condition number of the matrix."""
+
+        def normals(x: Columns) -> dict[str, Any]:
+            by, _ = inverse(x)
+            n = x["n"]
+            # Columns of the inverse: rows of its transpose.
+            turned = normalized(tuple(by[0][i] * n[0] + by[1][i] * n[1] + by[2][i] * n[2] for i in range(3)))
+            return {f"n{i}": value for i, value in enumerate(turned)}
+
+        found = evaluated(normals, inputs)
+        witness = Witness(*witnessed(normals, inputs, found, sample(rungs)))
+        linear = inputs["matrix"].reshape(-1, 3, 4)[:, :, :3]
+        condition = np.linalg.cond(linear)
+        return Truth(counted=np.ones(len(rungs), dtype=bool), facts={"n": found, "K": condition}, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return world normals, all matrices in one kernel."""
+        types = array_types(precision)
+        parts = []
+        for block in blocks(inputs):
+            normal = uploaded({"n": inputs["n"][block]}, types)["n"]
+            parts.append(formula.function(normal, Placement(to_world=rows(inputs["matrix"][block.start]))))
+        dr.eval(parts)
+        return {"n": np.concatenate([np.array(part, dtype=np.float64).T for part in parts])}
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return angles in degrees, and in K u radians with K = cond(M)."""
+        angle = angles(answer["n"], truth.facts["n"])
+        invalid = ~np.isfinite(angle)
+        return Grades(
+            counted=truth.counted,
+            false_hit=nothing(len(angle)),
+            false_miss=nothing(len(angle)),
+            invalid=invalid,
+            error=np.degrees(angle),
+            index=angle / (truth.facts["K"] * UNIT_ROUNDOFF[precision]),
+        )
+
+
+def angles(computed: np.ndarray, exact: dict[str, Any]) -> np.ndarray:
+    """Return the angle [rad] between computed vectors and exact unit vectors n0, n1, n2, by atan2."""
+    true = tuple(exact[f"n{i}"] for i in range(3))
+    with np.errstate(all="ignore"):
+        sine = cross(true, tuple(computed[:, i] for i in range(3)))
+        across = np.sqrt(sum(component.high**2 for component in sine))
+        return np.arctan2(across, dot(true, tuple(computed[:, i] for i in range(3))).high)

@@ -1,0 +1,140 @@
+"""The point on a sphere and its normal: how far the point lies off the true surface, how the normal turns away.
+
+Inputs as for "distance" with a sphere; the distance is the default formula's, so what differs is the point alone.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cases.ladders.ladder import Inputs, Ladder
+from cases.rounding import UNIT_ROUNDOFF
+from reports.stability.device import downloaded, uploaded
+from reports.stability.exactly import Columns, decided, evaluated, sample, witnessed
+from reports.stability.geometry import ahead, ray_of, record
+from reports.stability.mathematics import dot, minus, normalized
+from reports.stability.pairs import Pair
+from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from reports.stability.questions.distance import Distance
+from reports.stability.questions.placed import angles
+from tracer.arrays import array_types
+from tracer.catalogue import FORMULAS, Formula
+from tracer.rays import Ray
+
+
+@dataclass(frozen=True, kw_only=True)
+class InPlace:
+    """What a position formula may ask, for a sphere whose object space is world space."""
+
+    ray: Ray
+    center: Any
+    radius: Any
+    everywhere: Any
+
+    def __call__(self) -> tuple[Ray, Callable[[Any], Any]]:
+        """Return the ray, which is already in object space, and what takes points to world space: nothing."""
+        return self.ray, lambda point: point
+
+    def spheres(self) -> tuple[Any, Any, Any]:
+        """Return that all are spheres, the centre and the radius [m]."""
+        return self.everywhere, self.center, self.radius
+
+
+@QUESTIONS.register("point")
+class Point:
+    """The slot `position`: the distance of the computed point from the surface [r]; K u = u (|c| + r) / r."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return which rays hit."""
+        whole = Distance().truth(ladder, inputs, rungs)
+        return Truth(counted=whole.counted & whole.facts["hit"].hit, facts={}, witness=whole.witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return points [m]."""
+        types = array_types(precision)
+        columns = uploaded(inputs, types)
+        ray = ray_of(columns)
+        t = FORMULAS[f"sphere/{FORMULAS.slots['sphere']}"].function(ray, record("sphere", columns, types), ahead(types))
+        place = InPlace(ray=ray, center=columns["c"], radius=columns["r"], everywhere=types.Bool(True))
+        return downloaded({"p": formula.function(ray, t, place), "t": t}, len(inputs["o"]))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return distances from the surface; a ray that the default formula lost is not the point's fault."""
+        counted = truth.counted & np.isfinite(answer["t"])
+        with np.errstate(all="ignore"):
+            local = tuple(Pair(answer["p"][:, i]) - inputs["c"][:, i] for i in range(3))
+            off = np.where(counted, abs(dot(local, local).sqrt().minus(inputs["r"])), np.nan)
+        size = np.linalg.norm(inputs["c"], axis=1) + inputs["r"]
+        rays = len(off)
+        return Grades(
+            counted=counted,
+            false_hit=nothing(rays),
+            false_miss=nothing(rays),
+            invalid=counted & np.isnan(off),
+            error=off / inputs["r"],
+            index=off / (UNIT_ROUNDOFF[precision] * size),
+        )
+
+
+@QUESTIONS.register("sphere_normal")
+class SphereNormal:
+    """The slot `sphere_normal`: inputs p and c; the angle to the exact direction from c to p. K = 1."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return the exact unit normal."""
+
+        def outward(x: Columns) -> dict[str, Any]:
+            return {f"n{i}": value for i, value in enumerate(normalized(minus(x["p"], x["c"])))}
+
+        found = evaluated(outward, inputs)
+        witness = Witness(*witnessed(outward, inputs, found, sample(rungs)))
+        return Truth(counted=~nothing(len(rungs)), facts={"n": found}, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return normals."""
+        columns = uploaded(inputs, array_types(precision))
+        return downloaded({"n": formula.function(columns["p"], columns["c"])}, len(inputs["p"]))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return angles in degrees."""
+        angle = angles(answer["n"], truth.facts["n"])
+        none = nothing(len(angle))
+        return Grades(
+            counted=truth.counted,
+            false_hit=none,
+            false_miss=none,
+            invalid=~np.isfinite(angle),
+            error=np.degrees(angle),
+            index=angle / UNIT_ROUNDOFF[precision],
+        )
+
+
+@QUESTIONS.register("facing")
+class Facing:
+    """The slot `facing`: inputs n and d; a normal turned to the wrong side counts as a false hit."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return the sign of n . d; exact right angles are not counted."""
+        sign = decided(lambda x: {"side": dot(x["n"], x["d"])}, inputs)["side"]
+        return Truth(counted=sign != 0, facts={"side": sign}, witness=Witness(len(sign), 0.0))
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return the turned normals."""
+        columns = uploaded(inputs, array_types(precision))
+        return downloaded({"n": formula.function(columns["n"], columns["d"])}, len(inputs["n"]))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return wrong sides."""
+        right = np.where((truth.facts["side"] > 0)[:, None], -inputs["n"], inputs["n"])
+        wrong = np.any(answer["n"] != right, axis=1) & truth.counted
+        unknown = np.full(len(wrong), np.nan)
+        return Grades(
+            counted=truth.counted,
+            false_hit=wrong,
+            false_miss=nothing(len(wrong)),
+            invalid=np.any(np.isnan(answer["n"]), axis=1),
+            error=unknown,
+            index=unknown,
+        )

@@ -1,0 +1,124 @@
+"""Does a feeler that starts on a surface see the light? Acne where it is lit, leaks where it is in shadow, as a pair.
+
+Every ray asks both. Lit: the own surface alone, which a light above the horizon can never be behind (on a sphere seen
+from outside and on a plane the own root is divided out by algebra: truth knows no epsilon). Shadowed: a blocker, a
+plane `gap` above the hit along the normal, between the hit and the light; truth is by construction, the gap being far
+larger than the blocker's own rounding.
+Inputs: o, d, point (on the surface), normal, gap, light; curved surfaces also c, r. Acne is a false miss of light, a leak a
+false hit.
+"""
+
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from cases.ladders.ladder import Inputs, Ladder
+from reports.stability.device import downloaded, uploaded
+from reports.stability.geometry import ahead, ray_of
+from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
+from tracer.arrays import ArrayTypes, array_types
+from tracer.catalogue import FORMULAS, Formula
+from tracer.clearance import clearance
+from tracer.feeling import Hit
+from tracer.geometry import SphereArrays
+from tracer.rays import Interval, Ray
+
+OWN = 0  # index of the surface that was hit
+FLOAT64 = "float64"
+
+
+def plane_t(ray: Ray, point: Any, normal: Any) -> Any:
+    """Return the t at which a ray meets the plane through `point`; subtracting first, as the tracer's shapes do."""
+    return dr.dot(normal, point - ray.origin) / dr.dot(normal, ray.direction)
+
+
+def met(t: Any, interval: Interval) -> Any:
+    """Return where t counts."""
+    return interval.contains(t)
+
+
+@QUESTIONS.register("shadow")
+class Shadow:
+    """The slot `feeler`; segment and obstruction by default."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return which rays count: eye and light are on the same side, and the way to the light crosses the gap."""
+        view = np.sum(inputs["normal"] * inputs["d"], axis=1)
+        way = inputs["light"] - inputs["point"]
+        lit = np.sum(way * inputs["normal"], axis=1)
+        return Truth(counted=(view < 0) & (lit > 2 * inputs["gap"]), facts={}, witness=Witness(0, 0.0))
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return where the own surface, and where the blocker, stops the feeler."""
+        types = array_types(precision)
+        columns = uploaded(inputs, types)
+        columns = columns | self._hit(ladder, columns, types)
+        wide = bool(formula.facts["doubles"]) and precision != FLOAT64
+        if wide:
+            types = array_types(FLOAT64)
+            wider = uploaded(inputs, types)
+            columns = wider | self._hit(ladder, wider, types)
+        away = columns["light"] - columns["p"]
+        reach = dr.norm(away)
+        cosine = dr.dot(columns["n"], away) / reach
+        hit = Hit(
+            position=columns["p"],
+            normal=columns["n"],
+            shape=types.Int(OWN),
+            clearance=columns["clearance"],
+            ray=ray_of(columns),
+            distance=columns["t"],
+        )
+        start = formula.function(hit, cosine, reach)
+        direction, end = FORMULAS[f"segment/{FORMULAS.slots['segment']}"].function(start.origin, columns["light"])
+        feeler = Ray(origin=start.origin, direction=direction)
+        interval = Interval(nearest=types.Float(start.nearest), farthest=types.Float(end * (1 - start.shorter)))
+        skipped = start.skip is not None and not ladder.options.get("adjacent")
+        own = types.Bool(False) if skipped else self._own(ladder, columns, feeler, interval)
+        blocker = columns["point"] + columns["normal"] * columns["gap"]
+        stopped = met(plane_t(feeler, blocker, columns["normal"]), interval)
+        if start.skip is not None and ladder.options.get("self_shadow"):
+            stopped = types.Bool(False)
+        one = types.Float(1.0)
+        return downloaded({"own": dr.select(own, one, 0), "stopped": dr.select(stopped, one, 0)}, len(inputs["o"]))
+
+    def _hit(self, ladder: Ladder, x: dict[str, Any], types: ArrayTypes) -> dict[str, Any]:
+        """Return the hit as the tracer computes it: t by the default formula, o + t d, normal, clearance."""
+        ray = ray_of(x)
+        if ladder.options.get("surface") == "sphere":
+            t = self._sphere(x, ray, ahead(types))
+            p = ray.at(t)
+            n, size = dr.normalize(p - x["c"]), dr.norm(x["c"]) + x["r"]
+        else:
+            t = plane_t(ray, x["point"], x["normal"])
+            p, n, size = ray.at(t), x["normal"], dr.norm(x["point"])
+        if ladder.options.get("reprojected"):
+            p = dr.fma(n, x["r"], x["c"])
+        scale = dr.norm(x["o"]) + t + size
+        return {"t": t, "p": p, "n": n, "clearance": clearance(scale, spread=1.0, precision=types.precision)}
+
+    @staticmethod
+    def _sphere(x: dict[str, Any], ray: Ray, interval: Interval) -> Any:
+        intersect = FORMULAS[f"sphere/{FORMULAS.slots['sphere']}"].function
+        return intersect(ray, SphereArrays(center=x["c"], radius=x["r"]), interval)
+
+    def _own(self, ladder: Ladder, x: dict[str, Any], feeler: Ray, interval: Interval) -> Any:
+        if ladder.options.get("surface") == "sphere":
+            return self._sphere(x, feeler, interval) < dr.inf
+        return met(plane_t(feeler, x["point"], x["normal"]), interval)
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return acne as false misses and leaks as false hits (of light)."""
+        acne = truth.counted & (answer["own"] > 0)
+        leak = truth.counted & (answer["stopped"] == 0)
+        unknown = np.full(len(acne), np.nan)
+        return Grades(
+            counted=truth.counted,
+            false_hit=leak,
+            false_miss=acne,
+            invalid=np.isnan(answer["own"]) & truth.counted,
+            error=unknown,
+            index=unknown,
+            counts={"acne": acne, "leak": leak},
+        )

@@ -1,0 +1,65 @@
+"""The slope of the median error against the parameter, log against log, with a bootstrap interval.
+
+Weighted least squares; a median's weight is the inverse of its variance, read off the sorted errors around it. An
+interval comes from resampling twice over: every value's median within its rays, and the values themselves, because
+what a straight line does not explain is uncertainty too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+RESAMPLES = 400
+LEAST_POINTS = 3
+LEVEL = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slope:
+    """A fitted slope and its interval; None where fewer than three values say anything."""
+
+    value: float | None
+    interval: tuple[float, float] | None
+    used: tuple[float, ...]  # parameters that were not dropped
+
+
+def fitted(parameters: Sequence[float], errors: Sequence[np.ndarray], *, saturated: float, seed: int) -> Slope:
+    """Return the slope over `parameters` of the median of each one's positive `errors`.
+
+    Dropped: medians of zero, and medians from `saturated` on, which say that everything is lost and not how fast.
+    """
+    kept = [
+        (parameter, np.sort(error))
+        for parameter, error in zip(parameters, errors, strict=True)
+        if parameter > 0 and error.size >= LEAST_POINTS and 0 < np.median(error) < saturated
+    ]
+    used = tuple(parameter for parameter, _ in kept)
+    if len(kept) < LEAST_POINTS:
+        return Slope(value=None, interval=None, used=used)
+    generator = np.random.default_rng(seed)
+    x = np.log10(used)
+    y = np.log10([np.median(error) for _, error in kept])
+    medians = np.array([_resampled(error, generator) for _, error in kept])
+    # A value whose medians hardly scatter must not outweigh all others: the line is never that exact.
+    weights = 1 / (np.var(medians, axis=1) + 0.02**2)
+    value = float(_line(x, y, weights))
+    slopes = []
+    for i in range(RESAMPLES):
+        chosen = generator.integers(len(x), size=len(x))
+        if len(np.unique(chosen)) >= LEAST_POINTS:
+            slopes.append(_line(x[chosen], medians[chosen, i], weights[chosen]))
+    low, high = np.quantile(slopes, [(1 - LEVEL) / 2, (1 + LEVEL) / 2]) if slopes else (value, value)
+    return Slope(value=value, interval=(float(low), float(high)), used=used)
+
+
+def _resampled(error: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Return log10 of medians of resamples: order statistics at the ranks that such medians have."""
+    half = (error.size + 1) / 2
+    ranks = (generator.beta(half, half, RESAMPLES) * error.size).astype(int)
+    return np.log10(np.maximum(error[np.minimum(ranks, error.size - 1)], np.finfo(np.float64).tiny))
+
+
+def _line(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> float:
+    x = x - np.average(x, weights=weights)
+    return float(np.sum(weights * x * (y - np.average(y, weights=weights))) / np.sum(weights * x * x))
