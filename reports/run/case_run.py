@@ -10,6 +10,7 @@ from reports.judge.parties import Candidate, Witness
 from reports.run.orders import JudgeTask, ReferenceTask, TracerTask
 from reports.run.plan import PlannedCase
 from reports.run.pool import Pool
+from reports.run.reproducing import reproduce, write_scene
 from reports.run.worker import Reply
 
 
@@ -133,8 +134,8 @@ class CaseRun:
             "stresses": case.stresses,
             "covers": list(case.covers),
             "planned": len(checks),
-            "reproduce": f"rayproof run {case.name}",
-            "scene": None,
+            "reproduce": reproduce(self._folder, case),
+            "scene": write_scene(self._folder, case),
             "picture": None,
             "width": case.scene.camera.width,
             "height": case.scene.camera.height,

@@ -1,11 +1,9 @@
 """The judge's task: judge a case, write its images and its scene, return its record for results.json."""
 
-import json
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from cases.scene_json import scene_to_json
 from cases.stages import IMAGE_STAGES
 from reference.analytic import Analytic
 from reports.judge.judging import judge_case
@@ -15,6 +13,7 @@ from reports.judge.sentinels import stand_guard
 from reports.judge.summing_up import Judged
 from reports.publish.exr import write_answers
 from reports.run.orders import JudgeTask
+from reports.run.reproducing import reproduce, write_scene
 from tracer.configuration import Configuration
 
 _ORACLE = Analytic()
@@ -35,17 +34,9 @@ def judge(task: JudgeTask) -> dict[str, Any]:
             why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
             judged.outcome = worst([judged.outcome, Outcome.FAIL])
             judged.reason = judged.reason or f"{witness.name} is required and could not answer: {why}"
-    scene = _write_scene(task)
+    scene = write_scene(task.folder, task.case)
     images = _write_images(task, everyone=judged.outcome is not Outcome.PASS)
     return _record(task, judged, scene, images)
-
-
-def _write_scene(task: JudgeTask) -> str:
-    """Write the scene as JSON; return its path relative to the results folder."""
-    path = Path("scenes", f"{task.case.name}.json")
-    (task.folder / path).parent.mkdir(parents=True, exist_ok=True)
-    (task.folder / path).write_text(json.dumps(scene_to_json(task.case.scene)), encoding="utf-8")
-    return path.as_posix()
 
 
 def _write_images(task: JudgeTask, *, everyone: bool) -> dict[str, str]:
@@ -92,7 +83,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "stresses": case.stresses,
         "covers": list(case.covers),
         "planned": judged.planned,
-        "reproduce": f"rayproof run {case.name}",
+        "reproduce": reproduce(task.folder, case),
         "scene": scene,
         "picture": None,
         "width": case.scene.camera.width,

@@ -1,5 +1,6 @@
-"""A user's scene file as a case: what it covers is read off the scene."""
+"""A user's scene files as cases: what they cover is read off the scenes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from cases.case import Case
@@ -10,11 +11,34 @@ from cases.scene_json import load_scene
 MOST_EDGE = 0.5
 
 
-def case_of_file(path: Path) -> Case:
+FAMILY = "file"
+
+
+def cases_of_files(paths: Sequence[Path]) -> tuple[Case, ...]:
+    """Return a case for each scene file, named by its stem; a file named twice is asked once.
+
+    Results are filed by name: files of one stem in several folders are told apart by a number.
+
+    Raises:
+        SceneError, OSError: a file cannot be read.
+
+    """
+    cases: list[Case] = []
+    taken: set[str] = set()
+    for path in {path.resolve(): path for path in paths}.values():
+        # A stem of dots alone would name a folder, this one or the one above.
+        stem = path.stem.strip(".") or "scene"
+        name = next(name for name in (stem, *(f"{stem}-{n}" for n in range(2, len(paths) + 2))) if name not in taken)
+        taken.add(name)
+        cases.append(case_of_file(path, name=name))
+    return tuple(cases)
+
+
+def case_of_file(path: Path, *, name: str | None = None) -> Case:
     """Return the case that asks about a scene file; raise SceneError or OSError if it cannot be read."""
     scene = load_scene(path)
     return Case(
-        name=f"file/{path.stem}",
+        name=f"{FAMILY}/{name or path.stem}",
         scene=scene,
         stresses=f"The scene that {path.name} describes.",
         covers=covering(scene),

@@ -73,9 +73,9 @@ def _cases(selectors: tuple[str, ...]) -> tuple[Case, ...]:
     names = tuple(selector for selector in selectors if selector not in files)
     cases = select(names) if selectors else all_cases()
     if files:
-        from reports.run.scene_case import case_of_file
+        from reports.run.scene_case import cases_of_files
 
-        cases += tuple(case_of_file(Path(file)) for file in files)
+        cases += cases_of_files([Path(file) for file in files])
     return cases
 
 

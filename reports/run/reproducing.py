@@ -1,0 +1,24 @@
+"""How a case is run again: its scene, written into the results folder, and the command that asks about it alone."""
+
+import json
+import shlex
+from pathlib import Path
+
+from cases.case import Case
+from cases.scene_json import scene_to_json
+from reports.run.scene_case import FAMILY
+
+
+def write_scene(folder: Path, case: Case) -> str:
+    """Write the scene as JSON, meshes inline; return its path relative to the results `folder`."""
+    path = Path("scenes", f"{case.name}.json")
+    (folder / path).parent.mkdir(parents=True, exist_ok=True)
+    (folder / path).write_text(json.dumps(scene_to_json(case.scene)), encoding="utf-8")
+    return path.as_posix()
+
+
+def reproduce(folder: Path, case: Case) -> str:
+    """Return the command that runs the case alone; a user's scene has no name that would find it, only a file."""
+    if case.family != FAMILY:
+        return f"rayproof run {case.name}"
+    return f"rayproof run {shlex.quote(str(folder / 'scenes' / f'{case.name}.json'))}"

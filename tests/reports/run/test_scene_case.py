@@ -1,0 +1,75 @@
+"""Scene files become cases of one name each, and a case says how it is run again."""
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+
+from cases.families import all_cases
+from cases.scene_json import load_scene
+from reports.run.reproducing import reproduce, write_scene
+from reports.run.scene_case import cases_of_files
+
+SCENE = {
+    "camera": {
+        "eye": [0, -3, 1],
+        "target": [0, 0, 0],
+        "up": [0, 0, 1],
+        "fovy": 40,
+        "width": 4,
+        "height": 3,
+        "near": 0.1,
+        "far": 9,
+    },
+    "shapes": [{"type": "sphere", "albedo": [0.5, 0.5, 0.5]}],
+}
+
+
+def written(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(SCENE), encoding="utf-8")
+    return path
+
+
+def test_files_of_one_stem_get_a_name_each_so_that_no_scene_takes_anothers_verdict(tmp_path: Path):
+    paths = [written(tmp_path / folder / "room.json") for folder in ("a", "b", "c")]
+
+    assert [case.name for case in cases_of_files(paths)] == ["file/room", "file/room-2", "file/room-3"]
+
+
+def test_a_number_that_a_file_bears_itself_is_not_given_twice(tmp_path: Path):
+    paths = [written(tmp_path / name) for name in ("room-2.json", "a/room.json", "b/room.json")]
+
+    assert len({case.name for case in cases_of_files(paths)}) == 3
+
+
+def test_a_file_named_twice_is_asked_once(tmp_path: Path):
+    path = written(tmp_path / "room.json")
+
+    assert len(cases_of_files([path, tmp_path / "." / "room.json"])) == 1
+
+
+@pytest.mark.parametrize("name", ["...json", "..json", "....json"])
+def test_a_name_of_dots_leads_out_of_no_folder(tmp_path: Path, name: str):
+    (case,) = cases_of_files([written(tmp_path / name)])
+
+    assert case.name == "file/scene"
+
+
+def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
+    (case,) = cases_of_files([written(tmp_path / "two rooms.json")])
+    folder = tmp_path / "out put"
+
+    path = write_scene(folder, case)
+    *command, named = shlex.split(reproduce(folder, case))
+
+    assert command == ["rayproof", "run"]
+    assert Path(named) == folder / path
+    assert load_scene(named) == case.scene
+
+
+def test_the_command_of_a_case_is_its_name(tmp_path: Path):
+    case = all_cases()[0]
+
+    assert reproduce(tmp_path, case) == f"rayproof run {case.name}"
