@@ -72,3 +72,12 @@ def test_slack_and_tight_limits_are_listed_for_review(ratio, listed):
 )
 def test_the_exit_code_says_what_happened(outcomes, code):
     assert exit_code(Outcome(outcome) for outcome in outcomes) == code
+
+
+@pytest.mark.parametrize(("item", "stage", "covered"), [("HIT-1", "distance", 1), ("RAD-2", "irradiance", 0)])
+def test_where_nothing_is_hit_misses_are_measured_and_light_is_not(item, stage, covered):
+    empty = record(checks=[check(stage=stage, end_to_end={"interior": 0})])
+    full = record(checks=[check(stage=stage, end_to_end={"interior": 9})])
+
+    assert coverage([empty])[item]["cases"] == covered
+    assert coverage([full])[item]["cases"] == 1
