@@ -29,10 +29,13 @@ def scales(camera: Camera) -> dict[str, Any]:
     """Return the size of each part's error per unit roundoff, broadcastable to the part's shape."""
     basis = basis_condition(camera)
     eye = float(np.linalg.norm(camera.eye))
+    # The condition of far - near. The projection divides by it, so that its entries are as large and as wrong again.
     depth = (camera.far + camera.near) / (camera.far - camera.near)
     tangent = np.tan(camera.alpha)
     wide = tangent * max(1.0, camera.aspect)
-    slope = 1 + camera.alpha / (np.sin(camera.alpha) * np.cos(camera.alpha))
+    # tan's condition; a camera may be told either angle, and the wider of the two has the worse one.
+    angle = np.arctan(wide)
+    slope = 1 + angle / (np.sin(angle) * np.cos(angle))
     view = np.full((4, 4), basis)
     view[:3, 3] = basis * eye + eye
     view_inverse = np.full((4, 4), basis)
@@ -42,7 +45,7 @@ def scales(camera: Camera) -> dict[str, Any]:
     return {
         "view": view,
         "view_inverse": view_inverse,
-        "projection": np.array([[largest] * 4] * 2 + [[depth * max(1.0, camera.near)] * 4, [1.0] * 4]),
+        "projection": np.array([[largest] * 4] * 2 + [[depth**2 * max(1.0, camera.near)] * 4, [1.0] * 4]),
         "projection_inverse": np.array([[wide * slope] * 4] * 2 + [[1.0] * 4, [depth / camera.near] * 4]),
         "frustum_corners": eye + reach * (1 + wide) * (basis + slope),
         "ndc": 2.0,
@@ -98,7 +101,7 @@ def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
     cube = np.array([(x, y, z) for z in (0, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))], dtype=np.float64)
     near = camera.near
     amplified = (
-        g(4 * COUNT) * depth * (1 + basis_condition(camera) * (1 + size) / near / min(1.0, np.tan(camera.alpha)))
+        g(4 * COUNT) * depth**2 * (1 + basis_condition(camera) * (1 + size) / near / min(1.0, np.tan(camera.alpha)))
     )
     residuals.append(np.abs(clip - cube).max() / amplified)
     columns, rows = np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5

@@ -139,7 +139,11 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
     if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
         return {}
     value_range = (float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max())))
-    return {name: METRICS[name](ours, theirs, value_range) for name in METRICS} | {"range": value_range}
+    # None of them depends on the unit. By a power of two, which rounds nothing, so that squares stay in range.
+    unit = int(np.frexp(max(map(abs, value_range)))[1])
+    ours, theirs = np.ldexp(ours, -unit), np.ldexp(theirs, -unit)
+    scaled = (float(np.ldexp(value_range[0], -unit)), float(np.ldexp(value_range[1], -unit)))
+    return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
 
 
 def unmeasured(candidate: Candidate, witness: Witness, stage: Stage, outcome: Outcome, reason: str) -> Check:

@@ -18,7 +18,7 @@ from reports.judge.outcomes import Outcome, worst
 from reports.judge.parties import Candidate, Witness
 from reports.judge.shapes_of_answers import misshapen as misshapen_answers
 from reports.judge.shapes_of_answers import without
-from reports.judge.sufficiency import too_little
+from reports.judge.sufficiency import crowded, only_at_edges, too_little
 from reports.judge.summing_up import Judged, sum_up
 
 
@@ -59,6 +59,7 @@ def judge_case(
     checks: list[Check] = []
     expectations: list[dict[str, Any]] = []
     sparse: list[str] = []
+    crowds: set[str] = set()
     for candidate in candidates:
         for witness in witnesses:
             mine = [stage for stage in stages if witness.answers_at(stage)]
@@ -68,6 +69,8 @@ def judge_case(
             at_oracle = bench(candidate, truth)
             expectations += closed_forms(case, candidate, at_oracle)
             sparse += too_little(case, candidate, at_oracle)
+            if crowded(case, at_oracle):
+                crowds.add(candidate.name)
     if case.samples > 1 and scene.lights:
         means, asked = mean_checks(case, candidates, witnesses, oracle)
         checks += means
@@ -78,6 +81,10 @@ def judge_case(
         known = explained(check.reference, versions.get(check.reference, ""), check.stage, case.name)
         if check.outcome is Outcome.REFERENCE_SUSPECT and known is not None:
             check.outcome, check.reason = Outcome.WARN, f"{check.reason}; known: {known.what}"
+        failed = check.outcome in (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
+        if failed and check.configuration in crowds and only_at_edges(check):
+            check.outcome = Outcome.ERROR
+            check.reason = f"{check.reason}; only at edges, and too many pixels are edges to tell their sides"
     judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in candidates})
     if sparse:
         judged.outcome = worst([judged.outcome, Outcome.ERROR])

@@ -16,6 +16,7 @@ class Measurement:
     """One comparison. Non-finite numbers stay what they are here; `as_json` writes them as strings."""
 
     worst_ratio: float  # error / limit, inf where the limit is 0 and the error is not
+    worst_inside: float  # the same of interior pixels alone
     worst_error: float
     limit: float  # at the worst pixel
     pixel: tuple[int, int] | None  # column, row
@@ -137,6 +138,7 @@ def measure(
     finite = bool(np.isfinite(ours).all())
     return Measurement(
         worst_ratio=float(there),
+        worst_inside=float(np.where(edge, 0.0, ratio).max()),
         worst_error=float(wrong[row, column]),
         limit=float(wrong[row, column] / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
         pixel=(int(column), int(row)),

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from cases.case import PixelValue
+from cases.placement import frontal_fovy
+from cases.scene import Cube, PointLight, Scene, Square
 from cases.stages import Stage
 from reports.judge.judging import judge_case
+from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
-from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
+from reports.judge.sentinels_at_edges import EDGE_CASE, HEIGHT, PIXEL, SIDE
+from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
 
 FACTORS = {
     Stage.RAY: 1 + 1e-4,
@@ -226,3 +230,67 @@ def test_a_witness_that_repeats_the_tracer_to_the_last_bit_is_no_witness():
 
     assert judged.outcome is Outcome.REFERENCE_SUSPECT
     assert "last bit" in judged.reason
+
+
+def test_outlines_that_rounding_carries_everywhere_are_an_error_and_nobodys_failure():
+    # A kilometre's coordinates times ten thousand: a float32 hit is tens of pixels wide, and no pixel's side is known.
+    far = 1e7
+    shifted = ((1.0, 0.0, 0.0, far), (0.0, 1.0, 0.0, -far), (0.0, 0.0, 1.0, 0.5), (0.0, 0.0, 0.0, 1.0))
+    scene = Scene(
+        camera=replace(CASE.scene.camera, eye=(far + 3.0, -far - 4.0, 2.5), target=(far, -far, 0.3)),
+        shapes=(Cube(albedo=(0.5, 0.5, 0.5), to_world=shifted), FLOOR),
+    )
+    answers = ORACLE.render(scene, stages_of(scene))
+    ours = rounded(answers)
+    ours[Stage.NORMAL] = np.roll(ours[Stage.NORMAL], 3, axis=0)
+    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.5)
+
+    judged = judge_case(case, [candidate(ours)], [witness(answers)], ORACLE, {})
+
+    assert judged.outcome is Outcome.ERROR
+    assert "edge" in judged.reason
+
+
+def test_a_case_whose_every_hit_is_an_edge_is_no_pass():
+    # A square that fills the image's middle column of pixels to the hair: its border runs through all their centres.
+    camera = replace(
+        EDGE_CASE.scene.camera, width=1, height=1, fovy=frontal_fovy(height=1, pixel=PIXEL, distance=HEIGHT)
+    )
+    half = ((SIDE, 0.0, 0.0, SIDE / 2), (0.0, SIDE, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    scene = Scene(camera=camera, shapes=(Square(albedo=(0.7, 0.5, 0.3), to_world=half), EDGE_CASE.scene.shapes[1]))
+    answers = ORACLE.render(scene, stages_of(scene))
+    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.999)
+
+    judged = judge_case(case, [candidate(rounded(answers))], [witness(answers)], ORACLE, {})
+
+    assert judged.outcome is Outcome.ERROR
+
+
+@pytest.mark.parametrize("near", [4.9999, 0.1])
+def test_two_cameras_whose_clip_planes_nearly_meet_may_differ_by_what_cancels_between_them(near):
+    camera = replace(CASE.scene.camera, near=near, far=5.0)
+    scene = replace(CASE.scene, camera=camera)
+    answers = ORACLE.render(scene, stages_of(scene))
+    ours = rounded(answers)
+    # The same matrix from clip planes that were rounded first, as a float32 renderer gets them.
+    close, far = (float(np.float32(plane)) for plane in (near, 5.0))
+    projection = np.array(answers[Stage.CAMERA]["projection"])
+    projection[2] = (0.0, 0.0, far / (far - close), -far * close / (far - close))
+    ours[Stage.CAMERA] = answers[Stage.CAMERA] | {"projection": projection}
+
+    judged = judge_case(replace(CASE, scene=scene, least_interior=0), [candidate(ours)], [witness(answers)], ORACLE, {})
+
+    (check,) = (check for check in judged.checks if check.stage is Stage.CAMERA)
+    assert check.outcome is Outcome.PASS
+
+
+@pytest.mark.parametrize("flux", [1e290, 1e-290, 0.0])
+def test_light_beyond_all_measure_is_judged_though_its_square_overflows(flux):
+    scene = replace(SCENE, lights=(PointLight(position=(1.5, -1.0, 4.0), flux=(flux, flux, flux)),))
+    answers = ORACLE.render(scene, stages_of(scene))
+    ours = replace(candidate(answers | {Stage.RADIANCE: answers[Stage.RADIANCE] * (1 + 2.0**-50)}), precision="float64")
+
+    judged = judge_case(replace(CASE, scene=scene), [ours], [witness(answers)], ORACLE, {})
+
+    (check,) = (check for check in judged.checks if check.stage is Stage.RADIANCE)
+    assert check.informative["range"][1] == pytest.approx(answers[Stage.RADIANCE].max())
