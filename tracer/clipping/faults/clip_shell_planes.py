@@ -8,7 +8,9 @@ from cases.stages import Stage
 from tracer.clipping import CLIPPING
 
 
-@CLIPPING.register("clip_shell/fault_planes", covers=("HIT-2",), kind="fault", stage=Stage.OBJECT)
+@CLIPPING.register(
+    "clip_shell/fault_planes", covers=("HIT-2",), kind="fault", cases=("clipping/*_shell",), stage=Stage.OBJECT
+)
 def fault_planes(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
     """Return the t [m] of the frustum's planes."""
     cosine = dr.dot(direction, forward)

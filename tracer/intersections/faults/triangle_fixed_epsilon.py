@@ -13,6 +13,7 @@ from tracer.rays import Interval, Ray
     "triangle/fault_fixed_epsilon",
     covers=("HIT-6",),
     kind="fault",
+    cases=("meshes/icosphere", "models/*"),
     stage=Stage.OBJECT,
     space="world",
 )

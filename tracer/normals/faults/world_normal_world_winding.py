@@ -10,7 +10,13 @@ from tracer.normals import NORMALS
 from tracer.placement import Placement
 
 
-@NORMALS.register("world_normal/fault_world_winding", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)
+@NORMALS.register(
+    "world_normal/fault_world_winding",
+    covers=("NRM-3", "XF-2"),
+    kind="fault",
+    cases=("transforms/*_mirrored", "normals/mirrored"),
+    stage=Stage.NORMAL,
+)
 def fault_world_winding(normal: Any, placement: Placement) -> Any:
     """Return the world normal, inward under a mirror."""
     side = float(np.sign(np.linalg.det(placement.linear)))
