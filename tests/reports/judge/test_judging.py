@@ -12,7 +12,7 @@ from cases.stages import Stage
 from reports.judge.judging import judge_case
 from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
-from reports.judge.sentinels_at_edges import EDGE_CASE, HEIGHT, PIXEL, SIDE
+from reports.judge.sentinels_at_edges import EDGE_CASE, HEIGHT, PIXEL
 from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
 
 FACTORS = {
@@ -252,18 +252,20 @@ def test_outlines_that_rounding_carries_everywhere_are_an_error_and_nobodys_fail
 
 
 def test_a_case_whose_every_hit_is_an_edge_is_no_pass():
-    # A square that fills the image's middle column of pixels to the hair: its border runs through all their centres.
-    camera = replace(
-        EDGE_CASE.scene.camera, width=1, height=1, fovy=frontal_fovy(height=1, pixel=PIXEL, distance=HEIGHT)
-    )
-    half = ((SIDE, 0.0, 0.0, SIDE / 2), (0.0, SIDE, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    scene = Scene(camera=camera, shapes=(Square(albedo=(0.7, 0.5, 0.3), to_world=half), EDGE_CASE.scene.shapes[1]))
+    # Two of three pixels have a square's border through their centres, by a hair inside; the third misses it by far.
+    fovy = frontal_fovy(height=1, pixel=PIXEL, distance=HEIGHT)
+    camera = replace(EDGE_CASE.scene.camera, width=3, height=1, fovy=fovy)
+    side = PIXEL * (1 + 1e-9)
+    narrow = ((side, 0.0, 0.0, PIXEL / 2), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    scene = Scene(camera=camera, shapes=(Square(albedo=(0.7, 0.5, 0.3), to_world=narrow),))
     answers = ORACLE.render(scene, stages_of(scene))
-    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.999)
+    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.9)
 
     judged = judge_case(case, [candidate(rounded(answers))], [witness(answers)], ORACLE, {})
 
+    assert answers[Stage.OBJECT][..., 0].tolist() == [[-1.0, 0.0, 0.0]]
     assert judged.outcome is Outcome.ERROR
+    assert "no pixel that hits something" in judged.reason
 
 
 @pytest.mark.parametrize("near", [4.9999, 0.1])
