@@ -12,5 +12,7 @@ from tracer.camera import CAMERA
 @CAMERA.register("half_extent/tangent", covers=("CAM-2",), kind="right", stage=Stage.CAMERA, default=True)
 def half_extent(Float: Any, fovy: float, aspect: float) -> tuple[Any, Any]:
     """Return (aspect tan(alpha), tan(alpha)) with alpha = fovy / 2; fovy in degrees."""
-    tangent = dr.tan(Float(math.radians(fovy) / 2))
+    alpha = Float(math.radians(fovy) / 2)
+    # Not dr.tan, which in float64 is off by alpha^2 / 3 below 1e-4: it returns alpha itself.
+    tangent = dr.sin(alpha) / dr.cos(alpha)
     return tangent * aspect, tangent
