@@ -1,5 +1,7 @@
 """What can be planted: enough, complete, and never in use unless named."""
 
+from pathlib import Path
+
 import pytest
 
 from cases.case import ITEMS
@@ -31,6 +33,12 @@ def test_a_default_configuration_has_no_fault_and_a_faulty_one_names_it() -> Non
 @pytest.mark.parametrize("where", ["tracer", "reference", "loader", "judge", "run"])
 def test_faults_are_found_by_place(where: str) -> None:
     assert {fault.where for fault in planted(where)} == {where}
+
+
+def test_the_document_names_every_fault() -> None:
+    text = (Path(__file__).parents[3] / "docs" / "audit.md").read_text()
+
+    assert [fault.name for fault in planted() if f"`{fault.name}`" not in text] == []
 
 
 def test_an_unknown_pattern_is_told() -> None:
