@@ -87,6 +87,14 @@ def shape_problem(results: Any) -> str | None:
                 return f"{key}.{name} must be a count, got {count!r}"
     if not isinstance(results.get("coverage"), Mapping):
         return f"coverage must be an object, got {type(results.get('coverage')).__name__}"
+    for key in ("environment", "coverage_detail"):
+        if not isinstance(results.get(key, {}), Mapping):
+            return f"{key} must be an object, got {type(results[key]).__name__}"
+    for item, detail in results.get("coverage_detail", {}).items():
+        if not isinstance(detail, Mapping):
+            return f"coverage_detail.{item} must be an object, got {type(detail).__name__}"
+    if (problem := _seconds_problem("", results)) is not None:
+        return problem
     cases = results.get("cases")
     if not isinstance(cases, list):
         return f"cases must be a list, got {type(cases).__name__}"
@@ -105,4 +113,18 @@ def _case_problem(index: int, case: Any) -> str | None:
     for key in ("covers", "checks", "renders", "unsupported", "expectations"):
         if not isinstance(case.get(key, []), list):
             return f"{where}.{key} must be a list, got {type(case[key]).__name__}"
-    return None
+    for key in ("checks", "renders", "unsupported", "expectations"):
+        for place, entry in enumerate(case.get(key, [])):
+            if not isinstance(entry, Mapping):
+                return f"{where}.{key}[{place}] must be an object, got {type(entry).__name__}"
+    for place, check in enumerate(case.get("checks", [])):
+        if check.get("verdict") not in set(Outcome):
+            return f"{where}.checks[{place}].verdict must be one of {', '.join(Outcome)}, got {check.get('verdict')!r}"
+    return _seconds_problem(f"{where}.", case)
+
+
+def _seconds_problem(where: str, holder: Mapping[str, Any]) -> str | None:
+    seconds = holder.get("seconds")
+    if seconds is None or (isinstance(seconds, int | float) and not isinstance(seconds, bool)):
+        return None
+    return f"{where}seconds must be a number, got {seconds!r}"

@@ -49,6 +49,23 @@ def test_nan_is_read_as_nan():
         pytest.param(lambda r: r["cases"][0].update(name=""), r"cases\[0\].name must be", id="name"),
         pytest.param(lambda r: r["cases"][0].update(checks=3), r"cases\[0\].checks must be a list", id="checks"),
         pytest.param(lambda r: r.pop("coverage"), "coverage must be an object", id="coverage"),
+        pytest.param(lambda r: r.update(environment=[]), "environment must be an object", id="environment"),
+        pytest.param(lambda r: r.update(coverage_detail=None), "coverage_detail must be an object", id="no detail"),
+        pytest.param(
+            lambda r: r.update(coverage_detail={"HIT-1": 3}), "coverage_detail.HIT-1 must be an object", id="detail"
+        ),
+        pytest.param(lambda r: r.update(seconds="soon"), "seconds must be a number", id="seconds"),
+        pytest.param(
+            lambda r: r["cases"][0].update(checks=[3]), r"cases\[0\].checks\[0\] must be an object", id="check"
+        ),
+        pytest.param(
+            lambda r: r["cases"][0].update(renders=[None]), r"cases\[0\].renders\[0\] must be an object", id="render"
+        ),
+        pytest.param(
+            lambda r: r["cases"][0].update(checks=[{"verdict": "great"}]),
+            r"cases\[0\].checks\[0\].verdict must be one of",
+            id="check's verdict",
+        ),
     ],
 )
 def test_a_wrong_shape_is_refused_with_file_and_field(tmp_path, published, change, message):
