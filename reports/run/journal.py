@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from reports.judge.outcomes import Outcome
+
 NAME = "journal.jsonl"
 
 
@@ -36,8 +38,12 @@ class Journal:
         return found
 
     def finished(self, key: str) -> dict[str, Any] | None:
-        """Return the record of a case that was finished under exactly this key, or None."""
-        return self._done.get(key)
+        """Return the record of a case that was finished under exactly this key, or None.
+
+        An error may have been the machine's or the time limit's, so that such a case is done again.
+        """
+        record = self._done.get(key)
+        return None if record is None or record.get("verdict") == Outcome.ERROR else record
 
     def append(self, key: str, record: Mapping[str, Any]) -> None:
         """Write one finished case and make sure that it reached the disk."""

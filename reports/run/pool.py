@@ -15,6 +15,8 @@ from typing import Any
 
 from reports.run.worker import Reply, serve
 
+LONGEST_WAIT = 3600.0  # s; operating systems count milliseconds in 32 bits, and a deadline may be infinite
+
 
 @dataclass(kw_only=True)
 class _Worker:
@@ -62,7 +64,7 @@ class Pool:
         busy = self._busy()
         if not busy:
             return
-        rest = max(0.0, min(worker.deadline for worker in busy.values()) - time.monotonic())
+        rest = min(LONGEST_WAIT, max(0.0, min(worker.deadline for worker in busy.values()) - time.monotonic()))
         ready = set(wait([worker.connection for worker in busy.values()], timeout=rest))
         for place, worker in busy.items():
             if worker.connection in ready:

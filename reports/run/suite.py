@@ -124,7 +124,9 @@ def _render_and_judge(
     # Judging is the longest part and shares nothing: it may take every processor.
     pool = Pool(jobs=request.jobs, timeout=request.timeout, copies={"judge": request.jobs})
     records: dict[str, dict[str, Any]] = {}
-    keys = {one.case.name: key(one, references) for one in planned}
+    # What must be answered is part of the question: a verdict of a run that did not require it is not taken up.
+    asked = (*references, *(f"required: {name}" for name in sorted(set(request.require))))
+    keys = {one.case.name: key(one, asked) for one in planned}
     interrupted = False
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
 

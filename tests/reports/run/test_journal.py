@@ -33,3 +33,13 @@ def test_a_line_cut_short_by_a_kill_is_done_again_and_swallows_nothing(tmp_path)
         assert last.finished("one") is not None
         assert last.finished("two") is None
         assert last.finished("three") is not None
+
+
+def test_a_case_that_ended_in_an_error_is_done_again(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("timed out", {"verdict": "error"})
+        journal.append("failed", {"verdict": "fail"})
+
+    with Journal(tmp_path, resume=True) as journal:
+        assert journal.finished("timed out") is None
+        assert journal.finished("failed") == {"verdict": "fail"}

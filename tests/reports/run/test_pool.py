@@ -53,3 +53,8 @@ def test_a_kind_with_copies_goes_on_while_one_of_them_hangs():
 
     assert "3 s" in (found["a", "hang"].error or "")
     assert [found["a", task].error for task in ("one", "two")] == [None, None]
+
+
+@pytest.mark.parametrize("timeout", [1e300, float("inf")])
+def test_a_time_limit_beyond_what_systems_count_is_no_limit(timeout):
+    assert replies([("a", "one")], timeout=timeout)["a", "one"].error is None
