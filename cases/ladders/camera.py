@@ -11,7 +11,7 @@ MULTIPLIED = ("matrix", "matrix_w_divide", "analytic_inverse")  # C3, C4, C5
 
 def _ladder(**about: Any) -> Ladder:
     options = {"natural": about.pop("natural", "degrees")}
-    given = {
+    given: dict[str, Any] = {
         "group": "camera",
         "question": "view_ray",
         "slots": ("ray",),
@@ -30,7 +30,14 @@ LADDERS = (
         parameter="near [m], far 128 m, eye 6 m from the origin",
         values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8),
         draw=cameras(swept="near"),
-        gate=Gate(reaches={"float32": 1e-8, "float64": 1e-8}, index=30.0),
+        gate=Gate(reaches={"float32": 1e-8, "float64": 1e-8}, index=10.0),
+        fails=(
+            Failure(formulas=MULTIPLIED, because="w is off by u far / near and multiplies the eye"),
+            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+            Failure(
+                formulas=("w_divided_in_view",), because="w is 0 from far / near = 2 / u on", precisions=("float32",)
+            ),
+        ),
         first_to_break="ray/matrix, matrix_w_divide, analytic_inverse (C3, C4, C5)",
         survivor="ray/reference_free, rotated (C2, C6)",
         laws=(Law(formulas=MULTIPLIED, slope=-1.0, because="w is off by u far / near and multiplies the eye"),),
@@ -40,7 +47,8 @@ LADDERS = (
         parameter="near [m], far 128 m, eye at the origin",
         values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5),
         draw=cameras(swept="near", eye=0.0),
-        gate=Gate(reaches={"float32": 1e-5, "float64": 1e-5}, index=30.0),
+        gate=Gate(reaches={"float32": 1e-5, "float64": 1e-5}, index=10.0),
+        fails=(Failure(formulas=("analytic_inverse",), because="w is 0 at far / near = 1e7", precisions=("float32",)),),
         first_to_break="none: w multiplies an eye of zero",
         survivor="all: an ordinary scene hides the fault",
         laws=(Law(formulas=MULTIPLIED, slope=0.0, because="w multiplies an eye of zero"),),
@@ -50,7 +58,19 @@ LADDERS = (
         parameter="far / near, near 1/8 m",
         values=(1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10),
         draw=cameras(swept="ratio"),
-        gate=Gate(reaches={"float32": 1e10, "float64": 1e10}, index=30.0),
+        gate=Gate(reaches={"float32": 1e10, "float64": 1e10}, index=100.0),
+        fails=(
+            Failure(
+                formulas=(
+                    "matrix_w_divide",
+                    "analytic_inverse",
+                    "w_divided_in_view",
+                ),
+                because="w is 0 from far / near = 2 / u on: no ray is a number",
+                precisions=("float32",),
+            ),
+            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+        ),
         first_to_break="ray/matrix_w_divide (C4), dead at 1e8",
         survivor="ray/reference_free, rotated (C2, C6)",
     ),
@@ -59,23 +79,48 @@ LADDERS = (
         parameter="distance of the eye from the world's origin [m], target 6 m on",
         values=(1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6),
         draw=cameras(swept="eye"),
-        gate=Gate(reaches={"float32": 1e6, "float64": 1e6}, index=30.0),
+        gate=Gate(reaches={"float32": 1e6, "float64": 1e6}, index=10.0),
+        fails=(
+            Failure(formulas=MULTIPLIED, because="the eye is added and subtracted, times w"),
+            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+            Failure(
+                formulas=(
+                    "reference_point_at_target",
+                    "inverse_matrices",
+                    "w_divided_in_view",
+                ),
+                because="the eye is added and subtracted",
+            ),
+        ),
         first_to_break="ray/matrix, then reference_point_at_target (C1)",
         survivor="ray/reference_free (C2)",
         laws=(
-            Law(formulas=("reference_free", "rotated"), slope=0.0, because="the eye is never added"),
-            Law(formulas=(*MULTIPLIED, "reference_point_at_target"), slope=1.0, because="p - eye is left with u T"),
+            Law(formulas=("reference_point", "reference_free", "rotated"), slope=0.0, because="no eye is left over"),
+            Law(formulas=MULTIPLIED, slope=1.0, because="p - eye is left with u T"),
+            Law(
+                formulas=("reference_point_at_target", "inverse_matrices", "w_divided_in_view"),
+                slope=1.0,
+                skip=3,
+                because="p - eye is left with u T, from where that exceeds the roundings of a near eye",
+            ),
         ),
     ),
     _ladder(
         name="CAM-NARROW",
+        slots=("ray", "half_extent"),
         parameter="fovy [degrees]",
         values=(60.0, 10.0, 1.0, 0.1, 1e-2, 1e-3, 1e-4),
         draw=cameras(swept="fovy"),
         unit="pixels of 1080 lines",
         natural="pixels",
         saturated=float("inf"),
-        gate=Gate(reaches={"float32": 1e-4, "float64": 1e-4}, index=30.0),
+        gate=Gate(reaches={"float32": 1e-4, "float64": 1e-4}, index=10.0),
+        fails=(
+            Failure(
+                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
+            ),
+            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+        ),
         first_to_break="all in pixels: the direction is as good as ever, a pixel is smaller",
         survivor="float64",
         laws=(Law(formulas=("reference_free",), slope=-1.0, because="the same angle, ever smaller pixels"),),
@@ -85,7 +130,13 @@ LADDERS = (
         parameter="180 - fovy [degrees]",
         values=(90.0, 10.0, 1.0, 0.1, 1e-2),
         draw=cameras(swept="flare"),
-        gate=Gate(reaches={"float32": 1e-2, "float64": 1e-2}, index=30.0),
+        gate=Gate(reaches={"float32": 1e-1, "float64": 1e-1}, index=10.0),
+        fails=(
+            Failure(
+                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
+            ),
+            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+        ),
         first_to_break="none in this range",
         survivor="all",
     ),
@@ -94,7 +145,13 @@ LADDERS = (
         parameter="aspect",
         values=(1.0, 1e1, 1e2, 1e4, 1e6),
         draw=cameras(swept="aspect"),
-        gate=Gate(reaches={"float32": 1e6, "float64": 1e6}, index=30.0),
+        gate=Gate(reaches={"float32": 1e6, "float64": 1e6}, index=10.0),
+        fails=(
+            Failure(
+                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
+            ),
+            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+        ),
         first_to_break="none",
         survivor="all",
     ),
@@ -103,7 +160,13 @@ LADDERS = (
         parameter="aspect",
         values=(1.0, 1e-1, 1e-2, 1e-4, 1e-6),
         draw=cameras(swept="aspect"),
-        gate=Gate(reaches={"float32": 1e-6, "float64": 1e-6}, index=30.0),
+        gate=Gate(reaches={"float32": 1e-6, "float64": 1e-6}, index=10.0),
+        fails=(
+            Failure(
+                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
+            ),
+            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+        ),
         first_to_break="none",
         survivor="all",
     ),
@@ -113,9 +176,19 @@ LADDERS = (
         parameter="angle between up and the viewing direction [rad]",
         values=(1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
         draw=cameras(lean=1.0, swept="lean"),
-        gate=Gate(reaches={"float32": 1e-5, "float64": 1e-6}, index=30.0),
+        gate=Gate(reaches={"float32": 1e-5, "float64": 1e-6}, index=10.0),
+        fails=(
+            Failure(
+                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
+            ),
+            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+        ),
         first_to_break="all alike: K is 1 / angle",
         survivor="a fall-back up vector",
-        laws=(Law(formulas=("right_handed", "reference_free"), slope=-1.0, because="F x up is left with u / angle"),),
+        laws=(
+            Law(
+                formulas=("right_handed", "reference_free"), slope=-1.0, skip=2, because="F x up is left with u / angle"
+            ),
+        ),
     ),
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 Inputs = dict[str, np.ndarray]  # float64 arrays of numbers that the working precision has, (rays,) or (rays, 3)
 Draw = Callable[[float, int, np.random.Generator, str], Inputs]  # parameter, rays, generator, precision
-Formulas = tuple[str, ...]  # names of variants, or "*" for all others
+Formulas = tuple[str, ...]  # variants, or "slot/variant" where slots share a name, or "*" for all others
 BOTH = ("float32", "float64")
 
 
@@ -21,6 +21,7 @@ class Law:
     because: str
     precisions: tuple[str, ...] = BOTH
     within: float = 0.15
+    skip: int = 0  # first values of the sweep, at which a constant still hides the law
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +31,7 @@ class Gate:
     reaches: Mapping[str, float]  # per precision
     misclassified: float = 1e-3  # largest share of rays, of false hits and false misses together
     index: float = 4.0  # largest error / (K u); inf where K does not judge
+    faultless: Formulas = ()  # variants that may not answer a single ray wrongly
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,14 +83,14 @@ class Ladder:
         """Return the seed of the ladder's inputs: its name."""
         return int.from_bytes(self.name.encode()) % 2**63
 
-    def law(self, variant: str, precision: str) -> Law | None:
-        """Return the law that is predicted for a variant, or None."""
-        return next((law for law in self.laws if precision in law.precisions and _named(law.formulas, variant)), None)
+    def law(self, formula: str, precision: str) -> Law | None:
+        """Return the law that is predicted for "slot/variant", or None."""
+        return next((law for law in self.laws if precision in law.precisions and _named(law.formulas, formula)), None)
 
-    def failure(self, variant: str, precision: str) -> Failure | None:
-        """Return why a variant is expected to fail, or None."""
-        return next((one for one in self.fails if precision in one.precisions and _named(one.formulas, variant)), None)
+    def failure(self, formula: str, precision: str) -> Failure | None:
+        """Return why "slot/variant" is expected to fail, or None."""
+        return next((one for one in self.fails if precision in one.precisions and _named(one.formulas, formula)), None)
 
 
-def _named(formulas: Formulas, variant: str) -> bool:
-    return variant in formulas or "*" in formulas
+def _named(formulas: Formulas, formula: str) -> bool:
+    return formula in formulas or formula.rpartition("/")[2] in formulas or "*" in formulas

@@ -11,14 +11,20 @@ QUADRATICS = ("textbook", "half_b", "stable_quadratic", "kahan", "first_positive
 IN_FLOAT64 = (*QUADRATICS, "float64")
 K_LOCAL = "(|n| . (|o - c| + |t d|) + r) / (|n . d| |t|): the sphere's centre is the origin"
 DECADES = (1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8)
-HALF_DECADES = tuple(float(f"{m}e{e}") for e in range(1, 8) for m in (1, 3)) + (1e8,)
+HALF_DECADES = (*(float(f"{digit}e{decade}") for decade in range(1, 8) for digit in (1, 3)), 1e8)
 SQUARED = "the discriminant is a difference of squares of the distance: u (D / r)^2"
 LINEAR = "the closest point is off by u D, and nothing is squared before the subtraction"
 
 
 def _ladder(**about: Any) -> Ladder:
     options = {"shape": "sphere", "natural": about.pop("natural", "roundings")}
-    given = {"group": "sphere", "question": "distance", "slots": ("sphere",), "condition": K_LOCAL, "unit": "u t"}
+    given: dict[str, Any] = {
+        "group": "sphere",
+        "question": "distance",
+        "slots": ("sphere",),
+        "condition": K_LOCAL,
+        "unit": "u t",
+    }
     return Ladder(**(given | about), options=options)
 
 
@@ -33,6 +39,10 @@ LADDERS = (
         rays=4000,
         quick_rays=1000,
         gate=Gate(reaches={"float32": 1e5, "float64": 1e8}),
+        fails=(
+            Failure(formulas=QUADRATICS, because="squares of the distance cancel: from 4 K u at D / r = 2 on"),
+            Failure(formulas=("float64",), because="in float64 it is the textbook form", precisions=("float64",)),
+        ),
         first_to_break="sphere/textbook",
         survivor="sphere/haines, pbrt4, shift",
         laws=(
@@ -44,11 +54,15 @@ LADDERS = (
     _ladder(
         name="SPH-SMALL",
         parameter="1 / radius [1/m], seen from 10 m",
-        values=DECADES[:7],
+        values=(1.0, 3.0, 1e1, 3e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7),
         draw=draws.far_small,
         unit="|dt| / r",
         natural="radii",
         gate=Gate(reaches={"float32": 1e4, "float64": 1e7}),
+        fails=(
+            Failure(formulas=QUADRATICS, because="squares of the distance cancel: from 4 K u at D / r = 2 on"),
+            Failure(formulas=("float64",), because="in float64 it is the textbook form", precisions=("float64",)),
+        ),
         first_to_break="sphere/textbook",
         survivor="sphere/haines, pbrt4, shift",
         laws=(
@@ -63,11 +77,23 @@ LADDERS = (
         values=(1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7),
         draw=draws.tangent,
         rays=4000,
-        unit="u t",
+        saturated=float("inf"),
         gate=Gate(reaches={"float32": 1e-5, "float64": 1e-7}),
+        fails=(
+            Failure(formulas=QUADRATICS, because="D is a difference of squares: 4 to 130 K u"),
+            Failure(formulas=("float64",), because="in float64 it is the textbook form", precisions=("float64",)),
+        ),
         first_to_break="sphere/textbook",
         survivor="sphere/haines, pbrt4, shift; no float32 form at 1e-7, which is u",
-        laws=(Law(formulas=("*",), slope=-0.5, because="K is (2 delta)^(-1/2); the forms differ in the constant"),),
+        laws=(
+            Law(
+                formulas=("float64",),
+                slope=0.0,
+                precisions=("float32",),
+                because="one rounding, of the result, is left",
+            ),
+            Law(formulas=("*",), slope=-0.5, because="K is (2 delta)^(-1/2); the forms differ in the constant"),
+        ),
     ),
     _ladder(
         name="SPH-NEAR",
@@ -78,7 +104,15 @@ LADDERS = (
         saturated=float("inf"),
         first_to_break="every float32 form alike",
         survivor="sphere/stable_quadratic in float64 on float32 inputs",
-        laws=(Law(formulas=("*",), slope=-1.0, because="f . f - r^2 is left with u / h: K is 2 r / h"),),
+        laws=(
+            Law(
+                formulas=("float64",),
+                slope=0.0,
+                precisions=("float32",),
+                because="squares of float32 numbers are exact in float64: Blinn's rearrangement pays completely",
+            ),
+            Law(formulas=("*",), slope=-1.0, because="f . f - r^2 is left with u / h: K is 2 r / h"),
+        ),
     ),
     _ladder(
         name="SPH-IN",
@@ -158,6 +192,7 @@ LADDERS = (
         draw=draws.behind,
         kind="count",
         gate=Gate(reaches={"float32": 1e4, "float64": 1e4}, misclassified=0.0),
+        fails=(Failure(formulas=("first_positive",), because="erratum E3: takes a root behind the ray"),),
         first_to_break="a form whose far root may round to a positive number",
         survivor="all",
     ),
@@ -174,6 +209,15 @@ LADDERS = (
         options={"shape": "sphere"},
         rays=2000,
         gate=Gate(reaches={"float32": 1e5, "float64": 1e6}),
+        fails=(
+            Failure(
+                formulas=(
+                    "along_ray",
+                    "by_matrix",
+                ),
+                because="o + t d is rounded at the size of t, not of the sphere",
+            ),
+        ),
         first_to_break="position/along_ray, position/by_matrix",
         survivor="position/reprojected",
         laws=(
@@ -192,6 +236,7 @@ LADDERS = (
         unit="degrees",
         condition="1: p - c is exact or nearly so",
         gate=Gate(reaches={"float32": 1e6, "float64": 1e6}),
+        fails=(Failure(formulas=("center_kept",), because="erratum E17: the centre is not subtracted"),),
         first_to_break="sphere_normal/center_kept",
         survivor="sphere_normal/from_center",
         saturated=float("inf"),

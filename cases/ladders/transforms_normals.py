@@ -11,7 +11,7 @@ K_MATRIX = "cond(M), the ratio of its largest and smallest singular value"
 
 
 def _ray(shape: str, **about: Any) -> Ladder:
-    given = {
+    given: dict[str, Any] = {
         "group": "transforms and normals",
         "question": "placed_distance",
         "slots": ("to_object",),
@@ -23,7 +23,7 @@ def _ray(shape: str, **about: Any) -> Ladder:
 
 
 def _normal(**about: Any) -> Ladder:
-    given = {
+    given: dict[str, Any] = {
         "group": "transforms and normals",
         "question": "placed_normal",
         "slots": ("world_normal",),
@@ -105,6 +105,12 @@ LADDERS = (
         values=(1.0, 3.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6),
         draw=draws.normals(draws.squeezed),
         gate=Gate(reaches={"float32": 1e6, "float64": 1e6}),
+        fails=(
+            Failure(
+                formulas=("model_matrix",),
+                because="a normal is no direction: right for rotations and uniform scales alone",
+            ),
+        ),
         first_to_break="world_normal/model_matrix",
         survivor="world_normal/inverse_transpose",
     ),
@@ -114,6 +120,12 @@ LADDERS = (
         values=(1.0, 1e1, 1e2, 1e3, 1e4),
         draw=draws.normals(draws.mirrored),
         gate=Gate(reaches={"float32": 1e4, "float64": 1e4}),
+        fails=(
+            Failure(
+                formulas=("model_matrix",),
+                because="a normal is no direction: right for rotations and uniform scales alone",
+            ),
+        ),
         first_to_break="world_normal/model_matrix; a cross product of transformed edges",
         survivor="world_normal/inverse_transpose",
     ),
@@ -123,6 +135,13 @@ LADDERS = (
         values=(1.0, 1e2, 1e4, 1e6),
         draw=draws.normals(draws.moved),
         gate=Gate(reaches={"float32": 1e6, "float64": 1e6}),
+        fails=(
+            Failure(
+                formulas=("model_matrix",),
+                because="a normal is no direction: right for rotations and uniform scales alone",
+            ),
+            Failure(formulas=("with_w",), because="erratum E13: w enters the length"),
+        ),
         first_to_break="world_normal/with_w",
         survivor="world_normal/inverse_transpose",
         laws=(Law(formulas=("inverse_transpose",), slope=0.0, because="a normal is not translated"),),
@@ -133,6 +152,12 @@ LADDERS = (
         values=(1.0, 1e1, 1e2, 1e3),
         draw=draws.normals(draws.sheared),
         gate=Gate(reaches={"float32": 1e3, "float64": 1e3}),
+        fails=(
+            Failure(
+                formulas=("model_matrix",),
+                because="a normal is no direction: right for rotations and uniform scales alone",
+            ),
+        ),
         first_to_break="world_normal/model_matrix",
         survivor="world_normal/inverse_transpose",
     ),

@@ -56,7 +56,8 @@ class Climb:
         """Return whether a value keeps the gate; one with nothing to count does not."""
         gate = self.ladder.gate
         small = rung.index is None or rung.index <= gate.index
-        return rung.rays > 0 and rung.misclassified <= gate.misclassified and small
+        few = 0.0 if self.formula.variant in gate.faultless else gate.misclassified
+        return rung.rays > 0 and rung.misclassified <= few and small
 
     @property
     def worst_index(self) -> float | None:
@@ -99,7 +100,9 @@ def climb(given: Drawn, formula: Formula) -> Climb:
     parts = [np.flatnonzero((given.rungs == i) & grades.counted) for i in range(len(ladder.values))]
     rungs = tuple(_rung(value, grades, part) for value, part in zip(ladder.values, parts, strict=True))
     errors = [_finite(grades.error[part]) for part in parts]
-    slope = fitted(ladder.values, errors, saturated=ladder.saturated, seed=ladder.seed % 2**32)
+    law = ladder.law(formula.name, given.precision)
+    first = law.skip if law else 0
+    slope = fitted(ladder.values[first:], errors[first:], saturated=ladder.saturated, seed=ladder.seed % 2**32)
     return Climb(ladder=ladder, formula=formula, precision=given.precision, rungs=rungs, slope=slope)
 
 

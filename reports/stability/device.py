@@ -8,6 +8,8 @@ import numpy as np
 
 from tracer.arrays import ArrayTypes
 
+ALIGNMENT = 256  # bytes
+
 
 def uploaded(inputs: Mapping[str, np.ndarray], types: ArrayTypes) -> dict[str, Any]:
     """Return inputs (rays,) as floats and (rays, 3) as vectors, in the working precision, which has them exactly."""
@@ -19,8 +21,14 @@ def uploaded(inputs: Mapping[str, np.ndarray], types: ArrayTypes) -> dict[str, A
 
 def number(array: np.ndarray, types: ArrayTypes) -> Any:
     """Return a device array of one component."""
-    wanted = np.float64 if types.precision == "float64" else np.float32
-    return types.Float(np.ascontiguousarray(array, dtype=wanted))
+    wanted = np.dtype(np.float64 if types.precision == "float64" else np.float32)
+    # Dr.Jit takes NumPy's memory as it lies and makes another kernel for every pattern of misaligned inputs: with the
+    # same alignment all ladders share a formula's kernel, which takes a hundred times longer to make than to run.
+    room = np.empty(array.size * wanted.itemsize + ALIGNMENT, dtype=np.uint8)
+    start = -room.ctypes.data % ALIGNMENT
+    aligned = room[start : start + array.size * wanted.itemsize].view(wanted)
+    aligned[:] = array
+    return types.Float(aligned)
 
 
 def downloaded(arrays: Mapping[str, Any], rays: int) -> dict[str, np.ndarray]:

@@ -22,9 +22,9 @@ class Verdict:
 
 def judged(climb: Climb) -> Verdict:
     """Return the verdict: the gate, then the slope, then whether the catalogue said so."""
-    ladder, variant = climb.ladder, climb.formula.variant
-    failure = ladder.failure(variant, climb.precision)
-    law = ladder.law(variant, climb.precision)
+    ladder, name = climb.ladder, climb.formula.name
+    failure = ladder.failure(name, climb.precision)
+    law = ladder.law(name, climb.precision)
     gate, slope = _gate(climb), _slope(climb, law)
     expected = "fail" if failure else "pass"
     surprise = slope

@@ -30,13 +30,22 @@ class Hit:
 class Shape(Protocol):
     """One shape's mathematics."""
 
-    center: str | None  # the input that positions it, or None at the origin
+    @property
+    def center(self) -> str | None:
+        """Return the input that positions it, None at the origin."""
+        ...
 
-    def predicates(self, x: Columns) -> dict[str, Any]: ...
+    def predicates(self, x: Columns) -> dict[str, Any]:
+        """Return the numbers whose signs decide."""
+        ...
 
-    def values(self, x: Columns) -> dict[str, Any]: ...
+    def values(self, x: Columns) -> dict[str, Any]:
+        """Return the t that come into question."""
+        ...
 
-    def decide(self, signs: Signs, values: Mapping[str, Pair], inputs: Mapping[str, np.ndarray]) -> Hit: ...
+    def decide(self, signs: Signs, values: Mapping[str, Pair], inputs: Mapping[str, np.ndarray]) -> Hit:
+        """Return the exact answer."""
+        ...
 
 
 def chosen(options: list[tuple[np.ndarray, Pair]]) -> Pair:

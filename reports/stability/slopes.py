@@ -43,13 +43,13 @@ def fitted(parameters: Sequence[float], errors: Sequence[np.ndarray], *, saturat
     medians = np.array([_resampled(error, generator) for _, error in kept])
     # A value whose medians hardly scatter must not outweigh all others: the line is never that exact.
     weights = 1 / (np.var(medians, axis=1) + 0.02**2)
-    value = float(_line(x, y, weights))
-    slopes = []
-    for i in range(RESAMPLES):
-        chosen = generator.integers(len(x), size=len(x))
-        if len(np.unique(chosen)) >= LEAST_POINTS:
-            slopes.append(_line(x[chosen], medians[chosen, i], weights[chosen]))
-    low, high = np.quantile(slopes, [(1 - LEVEL) / 2, (1 + LEVEL) / 2]) if slopes else (value, value)
+    value = float(_lines(x, y, weights))
+    chosen = generator.integers(len(x), size=(RESAMPLES, len(x)))
+    ordered = np.sort(chosen, axis=1)
+    chosen = chosen[1 + np.sum(ordered[:, 1:] != ordered[:, :-1], axis=1) >= LEAST_POINTS]
+    picked = medians[chosen, np.arange(len(chosen))[:, None]]
+    slopes = _lines(x[chosen], picked, weights[chosen])
+    low, high = np.quantile(slopes, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return Slope(value=value, interval=(float(low), float(high)), used=used)
 
 
@@ -60,6 +60,9 @@ def _resampled(error: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     return np.log10(np.maximum(error[np.minimum(ranks, error.size - 1)], np.finfo(np.float64).tiny))
 
 
-def _line(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> float:
-    x = x - np.average(x, weights=weights)
-    return float(np.sum(weights * x * (y - np.average(y, weights=weights))) / np.sum(weights * x * x))
+def _lines(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the slopes of weighted lines, one per row."""
+    weights = weights / np.sum(weights, axis=-1, keepdims=True)
+    x = x - np.sum(weights * x, axis=-1, keepdims=True)
+    y = y - np.sum(weights * y, axis=-1, keepdims=True)
+    return np.sum(weights * x * y, axis=-1) / np.sum(weights * x * x, axis=-1)

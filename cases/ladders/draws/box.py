@@ -2,19 +2,12 @@
 
 import numpy as np
 
-from cases.ladders.draws import across, directions, rounded
+from cases.ladders.draws import directions, rounded
 from cases.ladders.ladder import Inputs
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-
-
-def _turned(vectors: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """Return vectors with their axes in random order and of random sign, each row its own."""
-    order = np.argsort(generator.random(vectors.shape), axis=1)
-    sign = np.where(generator.random(vectors.shape) < 0.5, -1.0, 1.0)
-    return np.take_along_axis(vectors, order, axis=1) * sign
 
 
 def _orders(count: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -34,7 +27,9 @@ def silhouette(distance: float, count: int, generator: np.random.Generator, prec
     """Return rays at points of edges that bound the cube's outline, from `distance` m."""
     edge = np.stack([np.full(count, 0.5), np.full(count, 0.5), generator.uniform(-0.45, 0.45, count)], axis=1)
     # Seen from between the two faces' own half-spaces, one face is visible and the other not.
-    away = np.stack([generator.uniform(0.1, 1, count), -generator.uniform(0.1, 1, count), generator.normal(size=count) / 2], axis=1)
+    away = np.stack(
+        [generator.uniform(0.1, 1, count), -generator.uniform(0.1, 1, count), generator.normal(size=count) / 2], axis=1
+    )
     origin = rounded(edge + _unit(away) * distance, precision)
     return _placed(origin, _unit(edge - origin), generator, precision)
 
@@ -86,8 +81,13 @@ def leaving(distance: float, count: int, generator: np.random.Generator, precisi
 
 def nearly_parallel(slope: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
     """Return rays that cross the cube with one component of the direction about `slope`."""
-    o = np.concatenate([generator.uniform(-0.7, 0.7, (count, 1)), np.full((count, 1), -3.0), generator.uniform(-0.2, 0.2, (count, 1))], axis=1)
-    d = np.stack([slope * generator.uniform(0.5, 1, count), np.ones(count), generator.uniform(-0.05, 0.05, count)], axis=1)
+    o = np.concatenate(
+        [generator.uniform(-0.7, 0.7, (count, 1)), np.full((count, 1), -3.0), generator.uniform(-0.2, 0.2, (count, 1))],
+        axis=1,
+    )
+    d = np.stack(
+        [slope * generator.uniform(0.5, 1, count), np.ones(count), generator.uniform(-0.05, 0.05, count)], axis=1
+    )
     return _placed(o, d, generator, precision)
 
 
@@ -107,12 +107,15 @@ def beside_edge(margin: float, count: int, generator: np.random.Generator, preci
 
 
 def beside_edge_far(distance: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
-    """Return rays from `distance` m at a face, 1e-6 m (float64: 1e-15 m) from one of its edges."""
-    return _beside(1e-6 if precision == "float32" else 1e-15, distance, count, generator, precision)
+    """Return rays from `distance` m at a face, 1e-6 m (float64: 2e-15 m) from one of its edges."""
+    return _beside(1e-6 if precision == "float32" else 2e-15, distance, count, generator, precision)
 
 
 def _beside(margin: float, distance: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
-    hit = np.stack([np.full(count, 0.5), 0.5 - margin * generator.uniform(0.5, 1.5, count), generator.uniform(-0.45, 0.45, count)], axis=1)
+    hit = np.stack(
+        [np.full(count, 0.5), 0.5 - margin * generator.uniform(0.5, 1.5, count), generator.uniform(-0.45, 0.45, count)],
+        axis=1,
+    )
     away = _unit(np.stack([np.ones(count), *(abs(generator.normal(size=(2, count)))) * 0.6], axis=1))
     origin = rounded(hit + away * distance, precision)
     return _placed(origin, _unit(hit - origin), generator, precision)

@@ -20,7 +20,7 @@ def cameras(
 ) -> Draw:
     """Return a draw of cameras `eye` m from the origin; the value replaces the quantity called `swept`.
 
-    Quantities: eye, near, ratio (far / near), fovy, aspect, lean (the angle between F and up [rad]), flare (180 - fovy).
+    Quantities: eye, near, ratio (far / near), fovy, aspect, lean (between F and up [rad]), flare (180 - fovy).
     """
 
     def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:

@@ -11,9 +11,7 @@ def _slanted(normal: np.ndarray, cosine: np.ndarray, generator: np.random.Genera
     return c * normal + np.sqrt(1 - c * c) * across(normal, generator)
 
 
-def floors(
-    *, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine: float = 0.0, swept: str = ""
-) -> Draw:
+def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine: float = 0.0, swept: str = "") -> Draw:
     """Return a draw of hits on randomly turned planes, seen and lit from random sides; `swept` names what the value is.
 
     A unit of length is `scale`; the blocker is `gap` above; everything is moved by `offset`; a `cosine` of 0 means
@@ -25,9 +23,12 @@ def floors(
         normal = rounded(directions(count, generator), precision)
         unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
         anchor = directions(count, generator)
-        # The plane's own point is not the one hit: an anchor elsewhere in the plane, as in any scene.
-        hit = anchor + across(unit, generator) * generator.uniform(0, 1, (count, 1))
-        slopes = [generator.uniform(0.2, 1, count) if now["cosine"] == 0 else np.full(count, now["cosine"]) for _ in "ab"]
+        # The plane's own point is not the one hit: an anchor elsewhere in the plane, as in any scene. Its distance
+        # is what o + t d is off by.
+        hit = anchor + across(unit, generator) * generator.uniform(0, 4, (count, 1))
+        slopes = [
+            generator.uniform(0.2, 1, count) if now["cosine"] == 0 else np.full(count, now["cosine"]) for _ in "ab"
+        ]
         eye = hit + _slanted(unit, slopes[0], generator) * generator.uniform(2, 4, (count, 1))
         light = hit + _slanted(unit, slopes[1], generator) * generator.uniform(2, 4, (count, 1))
         shift = now["offset"] * directions(1, generator)

@@ -7,7 +7,7 @@ import numpy as np
 from cases.ladders.draws import directions, rotation, rounded
 from cases.ladders.ladder import Draw, Inputs
 
-MATRICES = 4  # per value
+MATRICES = 2  # per value
 Make = Callable[[float, np.random.Generator], np.ndarray]  # (3, 4)
 
 

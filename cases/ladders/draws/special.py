@@ -52,7 +52,8 @@ def dark(kind: float, count: int, generator: np.random.Generator, precision: str
     if kind == 2:
         away = -normal * generator.uniform(0.5, 2, (count, 1))
     if kind == 3:
-        # Swapped components with a changed sign are at a right angle whatever their rounding.
+        # Swapped components with a changed sign, of so few digits that their products are exact: a right angle.
+        normal = generator.integers(1, 9, (count, 3)) / 8.0
         normal[:, 2] = np.where(generator.random(count) < 0.5, -0.0, 0.0)
         away = np.stack([-normal[:, 1], normal[:, 0], generator.normal(size=count)], axis=1)
     return {"flux": np.full(count, 100.0), "normal": normal, "away": rounded(away, precision)}

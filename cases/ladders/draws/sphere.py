@@ -79,7 +79,7 @@ def inside(depth: float, count: int, generator: np.random.Generator, precision: 
 
 
 def perpendicular(distance: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
-    """Return rays with f . d = 0 exactly, f of `distance` radii (a power of two) along an axis, with zeros of both signs."""
+    """Return rays with f . d = 0 exactly, f of `distance` radii along an axis, with zeros of both signs."""
     axis = generator.integers(3, size=count)
     zero = np.where(generator.random((count, 3)) < 0.5, -0.0, 0.0)
     o, d = zero.copy(), np.where(generator.random((count, 3)) < 0.5, -0.0, 0.0)
@@ -92,20 +92,20 @@ def perpendicular(distance: float, count: int, generator: np.random.Generator, p
 
 
 def translated(offset: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
-    """Return a unit sphere and an eye 5 radii away, both moved by `offset` radii."""
+    """Return a unit sphere and an eye 2 radii away, both moved by `offset` radii."""
     impact = generator.uniform(0, 0.9, count)
-    return _towards(count, generator, precision, distance=5.0, impact=impact, offset=offset)
+    return _towards(count, generator, precision, distance=2.0, impact=impact, offset=offset)
 
 
 def scaled(scale: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
-    """Return a sphere of radius `scale` m seen from 5 radii by unit directions."""
-    drawn = _towards(count, generator, precision, distance=5.0, impact=generator.uniform(0, 0.9, count))
+    """Return a sphere of radius `scale` m seen from 2 radii by unit directions."""
+    drawn = _towards(count, generator, precision, distance=2.0, impact=generator.uniform(0, 0.9, count))
     return drawn | {name: rounded(drawn[name] * scale, precision) for name in ("o", "c", "r")}
 
 
 def fast(speed: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
-    """Return a unit sphere seen from 5 radii by directions of length `speed`."""
-    return _towards(count, generator, precision, distance=5.0, impact=generator.uniform(0, 0.9, count), speed=speed)
+    """Return a unit sphere seen from 2 radii by directions of length `speed`."""
+    return _towards(count, generator, precision, distance=2.0, impact=generator.uniform(0, 0.9, count), speed=speed)
 
 
 def behind(distance: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:

@@ -33,7 +33,7 @@ def _aimed(
     return {
         "o": origin,
         "d": rounded(_unit(target - origin), precision),
-        **{name: corner for name, corner in zip("abc", corners, strict=True)},
+        **dict(zip("abc", corners, strict=True)),
     }
 
 
@@ -108,7 +108,10 @@ def plane_far(distance: float, count: int, generator: np.random.Generator, preci
     """Return rays at z = 0 from `distance` m."""
     direction = directions(count, generator)
     direction[:, 2] = -abs(direction[:, 2]) - 0.05
-    return {"o": rounded(generator.uniform(0.5, 1.5, (count, 3)) * distance, precision), "d": rounded(_unit(direction), precision)}
+    return {
+        "o": rounded(generator.uniform(0.5, 1.5, (count, 3)) * distance, precision),
+        "d": rounded(_unit(direction), precision),
+    }
 
 
 def plane_parallel(kind: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
@@ -146,17 +149,19 @@ def sheet(fan: str, *, scaled_by_value: bool) -> Draw:
     return draw
 
 
-def _sheet(
-    fan: str, offset: float, scale: float, count: int, generator: np.random.Generator, precision: str
-) -> Inputs:
+def _sheet(fan: str, offset: float, scale: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
     # Fewer, larger cells far from the origin: a cell must be many float spacings wide.
     rows, columns = np.meshgrid(np.arange(SHEET), np.arange(SHEET), indexing="ij")
-    vertices = np.stack([rows, columns, np.zeros_like(rows)], axis=-1) + generator.uniform(-0.25, 0.25, (SHEET, SHEET, 3))
+    vertices = np.stack([rows, columns, np.zeros_like(rows)], axis=-1) + generator.uniform(
+        -0.25, 0.25, (SHEET, SHEET, 3)
+    )
     turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
     vertices = rounded((vertices @ turn + offset * np.array([0.6, -0.48, 0.64])) * scale, precision)
     if fan == "edge":
         i, j = generator.integers(1, SHEET - 2, (2, count))
-        steps = np.array([[(0, 0), (1, 1), (0, 1), (1, 0)], [(0, 0), (0, 1), (-1, 0), (1, 1)], [(0, 0), (1, 0), (1, 1), (0, -1)]])
+        steps = np.array(
+            [[(0, 0), (1, 1), (0, 1), (1, 0)], [(0, 0), (0, 1), (-1, 0), (1, 1)], [(0, 0), (1, 0), (1, 1), (0, -1)]]
+        )
         step = steps[generator.integers(3, size=count)]
         corners = [vertices[i + step[:, k, 0], j + step[:, k, 1]] for k in range(4)]
         share = generator.uniform(0.05, 0.95, (count, 1))

@@ -22,7 +22,7 @@ Answer = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Witness:
-    """What the second arithmetic said of a sample: values seen and the largest relative distance from the truth used."""
+    """What the second arithmetic said of a sample: values seen, and the largest relative distance from the truth."""
 
     values: int
     worst: float
@@ -53,11 +53,17 @@ class Grades:
 class Question(Protocol):
     """What `QUESTIONS` holds; see the package's docstring."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth: ...
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return the truth about all rays."""
+        ...
 
-    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer: ...
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return what a formula answers."""
+        ...
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades: ...
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return its marks."""
+        ...
 
 
 QUESTIONS: Registry[type[Question]] = Registry("question", package="reports.stability.questions")

@@ -28,7 +28,7 @@ def rescaled(inputs: Inputs, shape: str) -> tuple[Inputs, np.ndarray]:
     """Return inputs of size one, exactly, and the power of two that t was multiplied by. Pairs overflow otherwise."""
     lengths = exponents(inputs, LENGTHS[shape])
     speed = exponents(inputs, ("d",))
-    shifts = {name: -lengths for name in LENGTHS[shape]} | {"d": -speed}
+    shifts = dict.fromkeys(LENGTHS[shape], -lengths) | {"d": -speed}
     moved = {
         name: np.ldexp(array, shifts[name] if array.ndim == 1 else shifts[name][:, None])
         for name, array in inputs.items()

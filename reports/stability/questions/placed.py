@@ -6,6 +6,7 @@ Inputs: matrix (rays, 12), row by row without the last row, the same for a whole
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import drjit as dr
@@ -45,7 +46,7 @@ def blocks(inputs: Inputs) -> list[slice]:
     """Return the runs of rays that share a matrix."""
     change = np.any(inputs["matrix"][1:] != inputs["matrix"][:-1], axis=1)
     edges = [0, *(np.flatnonzero(change) + 1).tolist(), len(inputs["matrix"])]
-    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [slice(a, b) for a, b in pairwise(edges)]
 
 
 def inverse(x: Columns) -> tuple[Any, Any]:
@@ -153,7 +154,8 @@ class PlacedNormal:
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
         """Return angles in degrees, and in K u radians with K = cond(M)."""
-        angle = angles(answer["n"], truth.facts["n"])
+        # A normal that is not a unit vector scales the light: its length counts like an angle.
+        angle = np.maximum(angles(answer["n"], truth.facts["n"]), abs(np.linalg.norm(answer["n"], axis=1) - 1))
         invalid = ~np.isfinite(angle)
         return Grades(
             counted=truth.counted,

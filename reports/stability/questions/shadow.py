@@ -4,8 +4,8 @@ Every ray asks both. Lit: the own surface alone, which a light above the horizon
 from outside and on a plane the own root is divided out by algebra: truth knows no epsilon). Shadowed: a blocker, a
 plane `gap` above the hit along the normal, between the hit and the light; truth is by construction, the gap being far
 larger than the blocker's own rounding.
-Inputs: o, d, point (on the surface), normal, gap, light; curved surfaces also c, r. Acne is a false miss of light, a leak a
-false hit.
+Inputs: o, d, point (on the surface), normal, gap, light; curved surfaces also c, r. Acne is a false miss of light, a
+leak a false hit.
 """
 
 from typing import Any
@@ -15,7 +15,9 @@ import numpy as np
 
 from cases.ladders.ladder import Inputs, Ladder
 from reports.stability.device import downloaded, uploaded
+from reports.stability.exactly import rational, sample, single
 from reports.stability.geometry import ahead, ray_of
+from reports.stability.mathematics import dot, minus
 from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
 from tracer.arrays import ArrayTypes, array_types
 from tracer.catalogue import FORMULAS, Formula
@@ -47,7 +49,7 @@ class Shadow:
         view = np.sum(inputs["normal"] * inputs["d"], axis=1)
         way = inputs["light"] - inputs["point"]
         lit = np.sum(way * inputs["normal"], axis=1)
-        return Truth(counted=(view < 0) & (lit > 2 * inputs["gap"]), facts={}, witness=Witness(0, 0.0))
+        return Truth(counted=(view < 0) & (lit > 2 * inputs["gap"]), facts={}, witness=_witness(inputs, rungs))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return where the own surface, and where the blocker, stops the feeler."""
@@ -122,3 +124,12 @@ class Shadow:
             index=unknown,
             counts={"acne": acne, "leak": leak},
         )
+
+
+def _witness(inputs: Inputs, rungs: np.ndarray) -> Witness:
+    """Confirm by rationals that the blocker stands between the plane of the hit and the light."""
+    rays = [single(inputs, int(ray), rational) for ray in sample(rungs)]
+    wrong = sum(
+        dot(minus(x["light"], x["point"]), x["normal"]) <= x["gap"] * dot(x["normal"], x["normal"]) for x in rays
+    )
+    return Witness(len(rays), float(wrong))

@@ -1,8 +1,9 @@
 """Special values: whatever comes in, what comes out is a valid miss or a flagged invalid, never a plausible number.
 
-A NaN distance is flagged: nothing is nearer than a NaN. Counted as false hits: a finite or negative t of a ray or shape that
-is no number or no finite one, a unit direction from a camera that is none, light that is a plain number, black included, though
-a NaN went in. Zeros of either sign, where nothing else is special, are decided by exact mathematics.
+A NaN distance is flagged: nothing is nearer than a NaN. A subnormal t may be flushed to zero. Counted as false hits: a
+finite or negative t where a number of the ray or shape is none, or no finite one; a unit direction from such a camera;
+light that is a plain number, black included, though a NaN went in. Zeros of either sign, where nothing else is
+special, are decided by exact mathematics.
 """
 
 from typing import Any
@@ -51,7 +52,11 @@ class SpecialDistance:
         exact = Distance().truth(ladder, kept, rungs[plain])
         hit = nothing(len(plain))
         hit[plain] = exact.facts["hit"].hit
-        facts = {"finite": finite(inputs), "plain": plain, "hit": hit}
+        # Where a ray meets z = 0 is a question about heights alone.
+        seen = inputs
+        if ladder.options["shape"] == "plane":
+            seen = {name: array[:, 2] for name, array in inputs.items()}
+        facts = {"finite": finite(seen), "plain": plain, "hit": hit}
         return Truth(counted=~nothing(len(plain)), facts=facts, witness=exact.witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
@@ -62,7 +67,7 @@ class SpecialDistance:
         """Return plausible answers to impossible questions, and wrong ones to questions about zeros."""
         t, facts = answer["t"], truth.facts
         found = np.isfinite(t)
-        negative = t <= 0
+        negative = t < 0
         plausible = (found & ~facts["finite"]) | negative | (found & facts["plain"] & ~facts["hit"])
         return marks(truth.counted, plausible, ~found & facts["hit"], nothing(len(t)))
 

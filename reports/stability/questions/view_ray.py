@@ -86,7 +86,7 @@ class ViewRay:
         types = array_types(precision)
         configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
         columns = uploaded(inputs, types)
-        cameras = SimpleNamespace(**{name: columns[name] for name in ("eye", "target", "up", "near", "far")})
+        cameras: Any = SimpleNamespace(**{name: columns[name] for name in ("eye", "target", "up", "near", "far")})
         half = self._half_sizes(configuration, inputs, types)
         frame = Frames(camera=cameras, configuration=configuration, types=types, half_sizes=half)
         return downloaded({"d": configuration["ray"](frame, columns["sx"], columns["sy"])}, len(inputs["sx"]))

@@ -12,10 +12,10 @@ import numpy as np
 
 from cases.ladders.ladder import Inputs, Ladder
 from reports.stability.device import downloaded, uploaded
+from reports.stability.exactly import rational, sample, single
 from reports.stability.geometry import ahead, ray_of
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from reports.stability.exactly import sample, single, rational
 from reports.stability.mathematics import cross, dot, minus
+from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from tracer.arrays import array_types
 from tracer.catalogue import Formula
 from tracer.geometry import TriangleArrays

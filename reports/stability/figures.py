@@ -1,0 +1,70 @@
+"""One still SVG per ladder: every formula's error, or share of wrong answers, against the parameter.
+
+No date, no random identifiers and text as text: the same numbers make the same file.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from cases.ladders.ladder import Ladder
+
+MARKERS = "os^vD<>ph*Xd"
+STYLE: dict[Any, Any] = {"svg.hashsalt": "rayproof", "svg.fonttype": "none", "font.size": 8.0}
+SMALLEST_SHARE = 1e-6  # where a share of zero is drawn
+
+
+def figure(file: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> None:
+    """Write the figure of one ladder, a panel per precision."""
+    precisions = sorted({one["precision"] for one in records})
+    # Names must keep their colour from panel to panel.
+    formulas = list(dict.fromkeys(one["formula"] for one in records))
+    with mpl.rc_context(STYLE):
+        drawing = Figure(figsize=(4.6 * len(precisions) + 1.8, 3.6), layout="constrained")
+        FigureCanvasSVG(drawing)
+        panels = drawing.subplots(1, len(precisions), squeeze=False)[0]
+        for panel, precision in zip(panels, precisions, strict=True):
+            for one in records:
+                if one["precision"] == precision:
+                    _line(panel, ladder, one, formulas.index(one["formula"]))
+            panel.set(title=precision, xlabel=ladder.parameter, xscale="symlog" if 0.0 in ladder.values else "log")
+            panel.set_yscale("log")
+            if ladder.values[0] > ladder.values[-1]:
+                panel.invert_xaxis()
+            panel.grid(visible=True, linewidth=0.3)
+        panels[0].set_ylabel(f"median error [{ladder.unit}]" if _measures(ladder) else "share of wrong answers")
+        panels[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+        drawing.suptitle(ladder.name)
+        drawing.savefig(file, format="svg", metadata={"Date": None, "Creator": None})
+
+
+def _measures(ladder: Ladder) -> bool:
+    return ladder.kind == "sweep"
+
+
+def _line(panel: Any, ladder: Ladder, one: dict[str, Any], index: int) -> None:
+    points = [(rung["value"], _height(ladder, rung)) for rung in one["values"]]
+    kept = [(value, height) for value, height in points if height is not None and height > 0]
+    label = one["formula"] + (" (expected to fail)" if one["expected"] == "fail" else "")
+    style = "--" if one["expected"] == "fail" else "-"
+    panel.plot(
+        [value for value, _ in kept],
+        [height for _, height in kept],
+        style,
+        marker=MARKERS[index % len(MARKERS)],
+        color=f"C{index % 10}",
+        markersize=3,
+        linewidth=0.8,
+        label=label,
+    )
+
+
+def _height(ladder: Ladder, rung: dict[str, Any]) -> float | None:
+    if _measures(ladder):
+        return rung["median"]
+    wrong = rung["false_hits"] + rung["false_misses"] + rung["invalid"]
+    return max(wrong / rung["rays"], SMALLEST_SHARE) if rung["rays"] else None
