@@ -24,6 +24,7 @@ def parallel_branch(ray: Ray, cube: Any, interval: Interval) -> Any:
         enter, leave = ordered((-cube.half - origin) * factor, (cube.half - origin) * factor)
         enter = dr.select(parallel, dr.select(inside, -dr.inf, dr.inf), enter)
         leave = dr.select(parallel, dr.inf, leave)
-        t_near = dr.select(enter > t_near, enter, t_near)
-        t_far = dr.select(leave < t_far, leave, t_far)
+        # These propagate a NaN; a choice by comparison would drop it and bound the ray by the other slabs alone.
+        t_near = dr.maximum(t_near, enter)
+        t_far = dr.minimum(t_far, leave)
     return dr.select(t_near <= t_far, interval.smallest(t_near, t_far), dr.inf)
