@@ -14,7 +14,8 @@ def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = No
     Parameters
     ----------
     selectors
-        Families, cases or stresses, as for compare. Default: those on which formulas part, and some ordinary ones.
+        Families, cases or stresses, as for compare; ladders, or `ladders` for all of them.
+        Default: those on which formulas part, and some ordinary ones.
     out
         Folder for OUT/tradeoff; that of a report gets a link to it when it is next published.
     json
@@ -31,12 +32,12 @@ def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = No
     from reports.tradeoff.tasks import DEFAULT, QUICK, tasks
 
     with told_in_one_line():
-        formulas, sampled = tasks(selectors or (QUICK if quick else DEFAULT))
+        found = tasks(selectors or (QUICK if quick else DEFAULT))
         writable_folder(out / "tradeoff")
         if json is not None:
             writable_folder(json.parent)
     with console().status("measuring") as status:
-        result = measure(formulas, sampled, repetitions=QUICK_REPETITIONS if quick else REPETITIONS, tell=status.update)
+        result = measure(*found, repetitions=QUICK_REPETITIONS if quick else REPETITIONS, tell=status.update)
     written = write(out, result)
     write_json(json, result)
     rows = [[diagram["name"], len(diagram["points"]), "; ".join(diagram["front"])] for diagram in result["diagrams"]]

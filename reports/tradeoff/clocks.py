@@ -32,10 +32,13 @@ def wall_seconds(run: Callable[[], object]) -> float:
 def interleave(launches: Sequence[Launch], *, repetitions: int, budget: float) -> list[np.ndarray]:
     """Return the seconds of each launch in warm repetitions, all visited in a new order each time.
 
-    A launch that would take longer than `budget` [s] in all is repeated less often, an odd number of times.
+    A launch that would keep us longer than `budget` [s] in all, whatever its own clock says, is repeated less often, an
+    odd number of times.
     """
-    warm = [(launch(), launch())[1] for launch in launches]
-    counts = [max(3, min(repetitions, int(budget / max(seconds, 1e-9)))) | 1 for seconds in warm]
+    for launch in launches:
+        launch()
+    warm = [wall_seconds(launch) for launch in launches]
+    counts = [max(3, min(repetitions, int(budget / seconds))) | 1 for seconds in warm]
     seconds: list[list[float]] = [[] for _ in launches]
     generator = np.random.default_rng(6)
     for repetition in range(max(counts, default=0)):

@@ -32,7 +32,9 @@ def svg(diagram: dict[str, Any]) -> str:
 
 def draw(diagram: dict[str, Any]) -> Figure:
     """Return the diagram as a figure."""
-    figure = Figure(figsize=(8.0, 5.0), layout="constrained")
+    figure = Figure(figsize=(8.0, 5.0))
+    # Room for the legend; working the layout out would cost a second a diagram.
+    figure.subplots_adjust(left=0.1, right=0.68, top=0.94, bottom=0.1)
     axes = figure.add_subplot()
     names = list(dict.fromkeys(_hue(point) for point in diagram["points"]))
     for point in diagram["points"]:

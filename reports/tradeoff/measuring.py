@@ -4,33 +4,43 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from cases.ladders.ladder import Ladder
 from reports.tradeoff.clocks import interleave
 from reports.tradeoff.formulas import Task, entries
+from reports.tradeoff.ladders import LADDER, ladder_entries
 from reports.tradeoff.overall import overall
 from reports.tradeoff.points import Point, front, point_record
 from reports.tradeoff.sampling import sampling_entries
 from reports.tradeoff.tasks import Sampled
 from tracer.versions import versions
 
+KINDS = {"samples": "samples", LADDER: "ladders"}  # the first half of a diagram's name; others are slots
 BUDGET = 0.6  # s of launches per point
 AXES = {
     "formulas": ("ns per ray", "p99 of |dt| / (K u32)"),
+    "ladders": ("ns per ray", "p99 of error / (K u32)"),
     "samples": ("ns per pixel", "RMSE of radiance over its mean"),
 }
 
 
 def measure(
-    formulas: Sequence[Task], sampled: Sequence[Sampled], *, repetitions: int, tell: Callable[[str], None]
+    formulas: Sequence[Task],
+    sampled: Sequence[Sampled],
+    climbed: Sequence[Ladder],
+    *,
+    repetitions: int,
+    tell: Callable[[str], None],
 ) -> dict[str, Any]:
     """Return all points and diagrams as docs/tradeoff.md describes them."""
     start = time.monotonic()
     ready = [entry for task in formulas for entry in entries(task, tell)]
     ready += [entry for one in sampled for entry in sampling_entries(one.diagram, one.scene, tell)]
+    ready += [entry for ladder in climbed for entry in ladder_entries(ladder, tell)]
     tell(f"run times of {len(ready)} points")
     seconds = interleave([entry.launch for entry in ready], repetitions=repetitions, budget=BUDGET)
     points = [entry.timed(times) for entry, times in zip(ready, seconds, strict=True)]
     for group in dict.fromkeys(point.diagram.split("/")[0] for point in points):
-        if len({point.diagram for point in points if point.diagram.split("/")[0] == group}) > 1:
+        if group != LADDER and len({point.diagram for point in points if point.diagram.split("/")[0] == group}) > 1:
             points += overall(points, group)
     return {
         "schema": 1,
@@ -44,7 +54,7 @@ def measure(
 def _diagram(points: Sequence[Point], name: str) -> dict[str, Any]:
     mine = [point for point in points if point.diagram == name]
     ahead = front(mine)
-    kind = "samples" if name.startswith("samples/") else "formulas"
+    kind = KINDS.get(name.split("/")[0], "formulas")
     time_axis, error_axis = AXES[kind]
     return {
         "name": name,

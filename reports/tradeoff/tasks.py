@@ -5,16 +5,18 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from cases.families import select
+from cases.ladders.ladder import Ladder
 from cases.scene import Scene
 from cases.stresses import STRESSES
 from reports.compare.concerned import KINDS, concerned
 from reports.tradeoff.formulas import Task, variants
+from reports.tradeoff.ladders import ladders
 
 DEFAULT = (
     "far_sphere_*", "far_cube_1e3", "far_triangle_1e3", "tangent_sphere", "sliver_*", "grazing_plane",
-    "primitives", "antialiased", "shadows",
+    "primitives", "antialiased", "shadows", "SPH-FAR", "SPH-TAN", "TRI-SLIV", "BOX-FAR", "CAM-NEAR",
 )  # fmt: skip
-QUICK = ("far_sphere_1e3", "antialiased")
+QUICK = ("far_sphere_1e3", "antialiased", "SPH-FAR")
 SLOTS = ("sphere", "cube", "square", "plane", "triangle")
 MOST_SCENES = 2  # of a family in one diagram
 
@@ -27,13 +29,15 @@ class Sampled:
     scene: Scene
 
 
-def tasks(selectors: Sequence[str]) -> tuple[tuple[Task, ...], tuple[Sampled, ...]]:
-    """Return the diagrams of formulas and those of samples per pixel on what `selectors` name.
+def tasks(selectors: Sequence[str]) -> tuple[tuple[Task, ...], tuple[Sampled, ...], tuple[Ladder, ...]]:
+    """Return the diagrams of formulas, of samples per pixel and of ladders that `selectors` name.
 
     Raises:
-        LookupError: a selector names neither a case nor a stress.
+        LookupError: a selector names neither a case nor a stress nor a ladder.
 
     """
+    climbed = ladders(selectors)
+    selectors = [one for one in selectors if not ladders([one])]
     stresses = [name for name in STRESSES if any(fnmatchcase(name, one) for one in selectors)]
     patterns = [one for one in selectors if not any(fnmatchcase(name, one) for name in STRESSES)]
     cases = select(patterns) if patterns else ()
@@ -59,7 +63,7 @@ def tasks(selectors: Sequence[str]) -> tuple[tuple[Task, ...], tuple[Sampled, ..
         lit.sort(key=lambda case: -case.samples)
         if lit:
             sampled.append(Sampled(diagram=f"samples/{name}", scene=lit[0].scene))
-    return tuple(formulas), tuple(sampled)
+    return tuple(formulas), tuple(sampled), climbed
 
 
 def _task(family: str, slot: str, scenes: Sequence[Scene]) -> Task | None:

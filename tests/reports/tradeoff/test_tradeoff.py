@@ -25,9 +25,9 @@ def result() -> dict[str, Any]:
     patch.setattr(sampling, "TRUTH_PER_SIDE", 8)
     patch.setattr(sampling, "SAMPLES_TIMED", 2**10)
     patch.setattr(sampling, "SAMPLES_WALL", 2**10)
-    formulas, _ = tasks(["grazing_plane", "far_sphere_1e3"])
+    formulas, _, climbed = tasks(["grazing_plane", "far_sphere_1e3", "SPH-FAR"])
     sampled = Sampled(diagram="samples/antialiased", scene=select(["antialiased/sphere"])[0].scene)
-    found = measure(formulas, [sampled], repetitions=3, tell=lambda _: None)
+    found = measure(formulas, [sampled], climbed, repetitions=3, tell=lambda _: None)
     patch.undo()
     return found
 
@@ -54,6 +54,13 @@ def test_precision_and_formula_both_buy_digits(result: dict[str, Any]) -> None:
     assert far["textbook, float64"]["error"] < far["haines, float32"]["error"]
     assert far["textbook, float32"]["wrong"] > 0 == far["haines, float32"]["wrong"]
     assert "mitsuba_llvm, float32" in far
+
+
+def test_a_ladder_parts_the_formulas_as_its_scenes_do(result: dict[str, Any]) -> None:
+    far = points(result, "ladder/SPH-FAR")
+
+    assert far["haines, float32"]["error"] <= 4 < far["textbook, float32"]["error"]
+    assert far["textbook, float32"]["wrong"] > far["haines, float32"]["wrong"]
 
 
 def test_more_samples_come_nearer_to_the_coverage_whoever_renders(result: dict[str, Any]) -> None:
@@ -119,11 +126,12 @@ def test_a_folder_without_diagrams_shows_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("selectors", [DEFAULT, QUICK], ids=["default", "quick"])
-def test_the_defaults_name_diagrams_of_both_kinds(selectors: tuple[str, ...]) -> None:
-    formulas, sampled = tasks(selectors)
+def test_the_defaults_name_diagrams_of_every_kind(selectors: tuple[str, ...]) -> None:
+    formulas, sampled, climbed = tasks(selectors)
 
     assert {task.slot for task in formulas} >= {"sphere"}
     assert sampled
+    assert climbed
 
 
 def test_an_unknown_selector_ends_with_2_and_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
