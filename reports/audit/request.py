@@ -10,7 +10,7 @@ class AuditRequest:
 
     out: Path
     only: str
-    quick: bool  # fewer families a fault, fewer grades, survivors not followed up
+    quick: bool  # fewer families a fault at first, and fewer grades
     jobs: int  # worker processes at once
     timeout: float  # s, for one order
     json: Path | None  # where to copy audit.json

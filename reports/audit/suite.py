@@ -33,7 +33,7 @@ FAMILIES, QUICK_FAMILIES = 6, 3  # cases that a fault is put to at first, each o
 GRADED_CASE = "primitives/sphere"
 GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades from 1e-2 to 1e-7, relative
 QUICK_GRADES = GRADES[::2]
-MORE = 12  # further cases a round for what survived
+MORE, QUICK_MORE = 12, 3  # further cases a round for what no case has killed at its own stage
 CHUNK = 30  # faults an order: one that kills a worker must not cost too much
 
 
@@ -118,13 +118,16 @@ class _Audit:
             done = lambda reply, fault=fault: guard_done(fault, reply)  # noqa: E731
             self._submit(GuardOrder(fault=fault), done)
         self._drain()
-        self.at_first = [fault.name for fault in self._survivors(shown)]
-        while not self._request.quick and (survivors := self._survivors(shown)):
+        self.at_first = [fault.name for fault in self._unsettled(shown)]
+        while unsettled := self._unsettled(shown):
             seen = {name: {one.case for one in some} for name, some in self._sightings.items()}
-            more = later_round(survivors, list(self._cases.values()), seen, most=MORE)
+            more = later_round(
+                unsettled, list(self._cases.values()), seen, most=QUICK_MORE if self._request.quick else MORE
+            )
             if not more:
                 break
-            self._console.print(f"{len(survivors)} survive so far: {', '.join(f.name for f in survivors)}")
+            names = ", ".join(fault.name for fault in unsettled)
+            self._console.print(f"not killed at its own stage so far: {names}", soft_wrap=True)
             self._judge_cases(more)
             self._drain()
         return [
@@ -154,12 +157,13 @@ class _Audit:
         self._drain()
         return sorted(reports, key=lambda report: (QUANTITIES.index(report.quantity), report.precision))
 
-    def _survivors(self, faults: Sequence[PlantedFault]) -> list[PlantedFault]:
-        """Return the faults that no case has killed yet, and that are not proven to be right."""
+    def _unsettled(self, faults: Sequence[PlantedFault]) -> list[PlantedFault]:
+        """Return the faults that no case has killed at their own stage yet, and that are not proven to be right."""
         return [
             fault
             for fault in faults
-            if fault.equivalent is None and not any(findings.kills(fault, one) for one in self._sightings[fault.name])
+            if fault.equivalent is None
+            and not any(findings.kills(fault, one) and one.stage is fault.stage for one in self._sightings[fault.name])
         ]
 
     def _judge_cases(self, assignment: Assignment) -> None:

@@ -24,7 +24,7 @@ def audit(
     only
         Faults to plant: a pattern such as `sphere/*`, or one of tracer, reference, loader, judge, run.
     quick
-        Fewer cases a fault and fewer grades; a survivor is not followed up.
+        Fewer cases a fault at first, and fewer grades.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
