@@ -30,7 +30,8 @@ def run(
     resume
         Go on with the run that OUT holds; finished cases are not done again.
     require
-        A reference whose "unsupported" counts as a failure; one that answers on request only is asked. Repeatable.
+        A reference that must have a say: a case about which it can say nothing at all fails; one that answers on
+        request only is asked. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout

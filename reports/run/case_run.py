@@ -134,7 +134,7 @@ class CaseRun:
             "stresses": case.stresses,
             "covers": list(case.covers),
             "planned": len(checks),
-            "reproduce": reproduce(self._folder, case),
+            "reproduce": reproduce(self._folder, case, self.planned.configurations),
             "scene": write_scene(self._folder, case),
             "picture": None,
             "width": case.scene.camera.width,

@@ -83,7 +83,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "stresses": case.stresses,
         "covers": list(case.covers),
         "planned": judged.planned,
-        "reproduce": reproduce(task.folder, case),
+        "reproduce": reproduce(task.folder, case, tuple(candidate.name for candidate in task.candidates)),
         "scene": scene,
         "picture": None,
         "width": case.scene.camera.width,

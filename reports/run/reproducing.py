@@ -6,6 +6,7 @@ from pathlib import Path
 
 from cases.case import Case
 from cases.scene_json import scene_to_json
+from reports.run.plan import DEFAULTS
 from reports.run.scene_case import FAMILY
 
 
@@ -17,8 +18,13 @@ def write_scene(folder: Path, case: Case) -> str:
     return path.as_posix()
 
 
-def reproduce(folder: Path, case: Case) -> str:
-    """Return the command that runs the case alone; a user's scene has no name that would find it, only a file."""
+def reproduce(folder: Path, case: Case, configurations: tuple[str, ...]) -> str:
+    """Return the command that runs the case alone, by the same configurations if they are not the suite's own.
+
+    A user's scene has no name that would find it, only a file.
+    """
+    usual = configurations[: len(DEFAULTS)] == DEFAULTS
+    chosen = "" if usual else "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
     if case.family != FAMILY:
-        return f"rayproof run {case.name}"
-    return f"rayproof run {shlex.quote(str(folder / 'scenes' / f'{case.name}.json'))}"
+        return f"rayproof run {case.name}{chosen}"
+    return f"rayproof run {shlex.quote(str(folder / 'scenes' / f'{case.name}.json'))}{chosen}"

@@ -8,6 +8,7 @@ import pytest
 
 from cases.families import all_cases
 from cases.scene_json import load_scene
+from reports.run.plan import DEFAULTS
 from reports.run.reproducing import reproduce, write_scene
 from reports.run.scene_case import cases_of_files
 
@@ -62,7 +63,7 @@ def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
     folder = tmp_path / "out put"
 
     path = write_scene(folder, case)
-    *command, named = shlex.split(reproduce(folder, case))
+    *command, named = shlex.split(reproduce(folder, case, DEFAULTS))
 
     assert command == ["rayproof", "run"]
     assert Path(named) == folder / path
@@ -72,4 +73,10 @@ def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
 def test_the_command_of_a_case_is_its_name(tmp_path: Path):
     case = all_cases()[0]
 
-    assert reproduce(tmp_path, case) == f"rayproof run {case.name}"
+    assert reproduce(tmp_path, case, DEFAULTS) == f"rayproof run {case.name}"
+
+
+def test_a_configuration_that_was_asked_for_is_asked_for_again(tmp_path):
+    case = all_cases()[0]
+
+    assert reproduce(tmp_path, case, ("float64/sphere=textbook",)).endswith(" --configuration float64/sphere=textbook")
