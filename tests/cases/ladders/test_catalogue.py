@@ -1,0 +1,56 @@
+"""The ladders are data: complete, drawn by seed, and made of numbers that the precision has."""
+
+import numpy as np
+import pytest
+
+from cases.ladders import all_ladders
+from cases.ladders.draws import rounded
+from cases.ladders.ladder import Gate, Ladder
+
+LADDERS = all_ladders()
+GROUPS = {
+    "sphere",
+    "triangle, square, plane",
+    "box",
+    "transforms and normals",
+    "camera",
+    "light and shadow",
+    "values",
+}
+
+
+def test_there_are_at_least_fifty_over_all_groups() -> None:
+    assert len(LADDERS) >= 50
+    assert {ladder.group for ladder in LADDERS} == GROUPS
+
+
+@pytest.mark.parametrize("ladder", LADDERS, ids=lambda ladder: ladder.name)
+def test_a_ladder_says_what_it_predicts(ladder: Ladder) -> None:
+    assert ladder.parameter
+    assert ladder.unit
+    assert ladder.condition
+    assert ladder.first_to_break
+    assert ladder.survivor
+    assert set(ladder.gate.reaches) == {"float32", "float64"}
+
+
+@pytest.mark.parametrize("ladder", LADDERS, ids=lambda ladder: ladder.name)
+def test_inputs_are_seeded_numbers_of_the_precision(ladder: Ladder, precision: str) -> None:
+    value = ladder.values[len(ladder.values) // 2]
+
+    first, again = (ladder.draw(value, 8, np.random.default_rng(ladder.seed), precision) for _ in "ab")
+
+    for name, array in first.items():
+        np.testing.assert_array_equal(array, again[name])
+        if name != "fovy":  # Python's own number, degrees, in every precision
+            np.testing.assert_array_equal(array, rounded(array, precision))
+
+
+def test_a_gate_that_is_no_value_of_the_sweep_is_refused() -> None:
+    some = LADDERS[0]
+
+    with pytest.raises(ValueError, match=r"which is none of"):
+        Ladder(
+            **{name: getattr(some, name) for name in some.__dataclass_fields__ if name != "gate"},
+            gate=Gate(reaches={"float32": -1.0}),
+        )
