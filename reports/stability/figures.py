@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
@@ -32,7 +33,8 @@ def figure(file: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> Non
                 if one["precision"] == precision:
                     _line(panel, ladder, one, formulas.index(one["formula"]))
             panel.set(title=precision, xlabel=ladder.parameter, xscale="symlog" if 0.0 in ladder.values else "log")
-            panel.set_yscale("log")
+            # Exact answers have no error to draw, and nothing is logarithmic then.
+            panel.set_yscale("log" if panel.lines and any(line.get_ydata().size for line in panel.lines) else "linear")
             if ladder.values[0] > ladder.values[-1]:
                 panel.invert_xaxis()
             panel.grid(visible=True, linewidth=0.3)
@@ -52,8 +54,8 @@ def _line(panel: Any, ladder: Ladder, one: dict[str, Any], index: int) -> None:
     label = one["formula"] + (" (expected to fail)" if one["expected"] == "fail" else "")
     style = "--" if one["expected"] == "fail" else "-"
     panel.plot(
-        [value for value, _ in kept],
-        [height for _, height in kept],
+        np.array([value for value, _ in kept]),
+        np.array([height for _, height in kept]),
         style,
         marker=MARKERS[index % len(MARKERS)],
         color=f"C{index % 10}",

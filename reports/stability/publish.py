@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cases.ladders.ladder import Ladder
+from reports.publish.results import plain
 from reports.stability.records import about
 
 FIRST_COLUMNS = ("formula", "precision")
@@ -14,7 +15,6 @@ FIRST_COLUMNS = ("formula", "precision")
 
 def publish(folder: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> None:
     """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
-    from reports.commands.output import plain
     from reports.stability.figures import figure
 
     content = plain(about(ladder) | {"climbs": list(records)})
