@@ -174,5 +174,7 @@ LADDERS = (
         gate=Gate(reaches={"float32": 5.0, "float64": 5.0}),
         first_to_break="cube_normal/greatest",
         survivor="cube_normal/entering_slab",
+        measured="predicted: 7 to 10 % wrong faces by greatest and 1 to 3 % by entering_slab; on the unit cube "
+        "greatest is the better one, 18 % to 22 % at 100 m and 18 % to 41 % at 10 km",
     ),
 )

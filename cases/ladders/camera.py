@@ -94,6 +94,9 @@ LADDERS = (
         ),
         first_to_break="ray/matrix, then reference_point_at_target (C1)",
         survivor="ray/reference_free (C2)",
+        measured="predicted: reference_point (C1) off by u T / len. The default puts its reference point as far "
+        "off as the eye is from the origin and stays flat; reference_point_at_target is the form that "
+        "was predicted for",
         laws=(
             Law(formulas=("reference_point", "reference_free", "rotated"), slope=0.0, because="no eye is left over"),
             Law(formulas=MULTIPLIED, slope=1.0, because="p - eye is left with u T"),
@@ -123,6 +126,8 @@ LADDERS = (
         ),
         first_to_break="all in pixels: the direction is as good as ever, a pixel is smaller",
         survivor="float64",
+        measured="found: Dr.Jit's float64 tangent is off by alpha^2 / 3 below 1e-4, 1 800 K u at fovy 0.01; "
+        "half_extent divides sine by cosine since",
         laws=(Law(formulas=("reference_free",), slope=-1.0, because="the same angle, ever smaller pixels"),),
     ),
     _ladder(

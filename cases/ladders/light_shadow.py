@@ -114,6 +114,8 @@ LADDERS = (
         ),
         first_to_break="feeler/relative_minimum_t, mitsuba",
         survivor="none where u T reaches the gap: the information is gone",
+        measured="predicted: the error bound leaks 4 % at 1e2 and 82 % at 1e3; 0 and 100 % measured, the "
+        "clearance being twice as tight at first and never clipped",
     ),
     _feeler(
         name="SHD-GAP",
@@ -260,6 +262,8 @@ LADDERS = (
         ),
         first_to_break="feeler/none",
         survivor="feeler/error_bound",
+        measured="predicted: reprojection clean up to 1e3; the clearance that a strategy gets does not know of "
+        "it, and leaks all the same at 1e3",
     ),
     _feeler(
         name="SHD-SELF",
@@ -330,6 +334,8 @@ LADDERS = (
         ),
         first_to_break="falloff/inverse_square: r^2 overflows at 1.8e19 in float32",
         survivor="falloff/scaled",
+        measured="predicted: scaled right up to 1e20 as a subnormal. Dr.Jit's worker threads flush subnormals on"
+        " LLVM too: nothing is left beyond 1e19",
     ),
     _light(
         "falloff",

@@ -164,6 +164,7 @@ LADDERS = (
         gate=Gate(reaches={"float32": 1e-8, "float64": 1e-22}),
         first_to_break="sphere/textbook: products of four lengths lose digits to subnormals below 1e-10 in float32",
         survivor="sphere/shift down to 1e-18",
+        measured="predicted: digits fade from 1e-19; from 1e-18 measured, where squares are subnormal and flushed",
     ),
     _ladder(
         name="SPH-FAST",

@@ -45,6 +45,7 @@ LADDERS = (
         gate=Gate(reaches={"float32": 1e2, "float64": 1e7}, index=1e9),
         first_to_break="float32 inverses; the tracer inverts in float64",
         survivor="float64",
+        measured="predicted: 0.5 % misclassified at 1e5; the same, and the median t stays at 0.9 u",
     ),
     _ray(
         "cube",

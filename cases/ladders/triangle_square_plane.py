@@ -81,6 +81,8 @@ LADDERS = (
         ),
         first_to_break="triangle/unsigned_areas, baldwin_weber, moeller_trumbore_epsilon",
         survivor="triangle/woop for t; misclassification is alike",
+        measured="predicted: woop 200 times more accurate than moeller_trumbore at aspect 1e6, 220 times "
+        "measured; woop_kahan has no slope at all (0.8 u at every aspect)",
         laws=(Law(formulas=("moeller_trumbore",), slope=1.0, because="the determinant shrinks with the height"),),
     ),
     _sheet(
@@ -91,6 +93,9 @@ LADDERS = (
         values=(0.0, 1e1, 1e3, 1e5),
         gate=_none(1e5),
         fails=(Failure(formulas=LEAKING, because=UNSHARED),),
+        measured="predicted: 69 000 leaks per million for moeller_trumbore, 164 000 measured. Dr.Jit fuses "
+        "products in dot and cross; the same rays in NumPy, unfused, leak 92 000, and 92 000 to 207 000"
+        " by which corner comes first",
     ),
     _sheet(
         "edge",
@@ -116,6 +121,8 @@ LADDERS = (
         values=(0.0, 1e1, 1e3, 1e5),
         gate=_none(1e5),
         fails=(Failure(formulas=(*LEAKING, "pluecker", "printed_third_row"), because=UNSHARED),),
+        measured="predicted: 51 000 leaks per million for moeller_trumbore and 1 683 for pluecker, 186 000 and "
+        "17 700 measured, for the reason given at TRI-EDGE",
     ),
     _sheet(
         "vertex",

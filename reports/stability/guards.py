@@ -12,6 +12,7 @@ from reports.stability.device import number
 from tracer.arrays import array_types
 
 PRODUCTS = 4096
+LARGE = 65536
 
 
 def _ask(precision: str, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -46,7 +47,11 @@ def broken(precision: str) -> list[str]:
 
 
 def keeps_subnormals(precision: str) -> bool:
-    """Return whether a subnormal product stays what it is; flushed to zero, it is gone."""
+    """Return whether a subnormal product stays what it is; flushed to zero, it is gone.
+
+    Asked in a launch large enough for Dr.Jit's worker threads, which flush on LLVM; a launch of a few numbers runs in
+    the calling thread, which does not.
+    """
     limits = np.finfo(np.float64 if precision == "float64" else np.float32)
-    product, _ = _ask(precision, np.full(8, float(limits.tiny)), np.full(8, 0.25))
+    product, _ = _ask(precision, np.full(LARGE, float(limits.tiny)), np.full(LARGE, 0.25))
     return bool(np.all(product != 0))
