@@ -15,12 +15,22 @@ The camera space of `view` has x right, y up and z forward (depth along F), so t
 """
 
 from collections.abc import Collection
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from cases.scene import Scene
 from cases.stages import Stage
 
 Answers = dict[Stage, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resolution:
+    """How finely a program's output resolves a stage, where that is coarser than its arithmetic."""
+
+    relative: float  # of the value
+    absolute: float  # in the stage's unit: half a step of a 16-bit format, or the like
+    because: str  # which format or setting, in words
 
 
 class Reference(Protocol):
