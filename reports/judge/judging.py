@@ -15,7 +15,7 @@ from reports.judge.ground import ground
 from reports.judge.means import mean_checks
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome, worst
-from reports.judge.parties import Candidate, Witness
+from reports.judge.parties import Candidate, Witness, as_candidate
 from reports.judge.shapes_of_answers import misshapen as misshapen_answers
 from reports.judge.shapes_of_answers import without
 from reports.judge.sufficiency import crowded, only_at_edges, too_little
@@ -103,6 +103,9 @@ def _checks(
     for stage in stages:
         if candidate.answers is None:
             checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, f"{candidate.name}: {candidate.error}"))
+        elif stage in candidate.unsupported:
+            why_not = f"{candidate.name} cannot: {candidate.unsupported[stage]}"
+            checks.append(unmeasured(candidate, witness, stage, Outcome.UNSUPPORTED, why_not))
         elif stage in same:
             checks.append(unmeasured(candidate, witness, stage, Outcome.REFERENCE_SUSPECT, why))
         elif witness.error is not None:
@@ -128,14 +131,7 @@ def _panel(witnesses: Sequence[Witness], truth: Witness, stages: Sequence[Stage]
     for witness in witnesses:
         if witness is truth or witness.error is not None:
             continue
-        as_candidate = Candidate(
-            name=witness.name,
-            precision=witness.precision,
-            items=frozenset(),
-            shadow_epsilon=witness.shadow_epsilon,
-            answers=witness.answers,
-        )
-        at = bench(as_candidate, truth)
+        at = bench(as_candidate(witness), truth)
         for stage in stages:
             if stage in witness.answers:
                 is_camera = stage is Stage.CAMERA

@@ -1,16 +1,17 @@
 """The parties to a case: the renderers under test and the references, with what they answered."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.answers import Answers
+from cases.answers import Answers, Resolution
 from cases.stages import Stage
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A renderer under test: one tracer configuration and its answers, or the error that it ended in."""
+    """A renderer under test, or the error that it ended in: a tracer configuration, a panel's renderer, a stranger."""
 
     name: str
     precision: str
@@ -20,6 +21,9 @@ class Candidate:
     answers: Answers | None
     error: str | None = None
     fine: Answers | None = None  # at the resolution of a case's samples: the tracer's own answers there
+    unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
+    resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
+    ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
 
     @property
     def by_matrices(self) -> bool:
@@ -34,13 +38,31 @@ class Witness:
     name: str
     precision: str
     independent: bool  # shares neither code nor Dr.Jit's compiler with the tracer
-    shadow_epsilon: float  # m
+    shadow_epsilon: float | np.ndarray  # m, one for all or per pixel
     answers: Answers
-    unsupported: dict[Stage, str] = field(default_factory=dict)
+    unsupported: Mapping[Stage, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # where it answers another question than the one asked, in sentences
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered over a case's samples
     error: str | None = None
+    settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
+    resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarse
+    ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
 
     def answers_at(self, stage: Stage) -> bool:
         """Say whether it is asked about this stage: everything that it did not declare unsupported."""
         return stage not in self.unsupported
+
+
+def as_candidate(witness: Witness) -> Candidate:
+    """Return a reference as the one under test: what the panel says of it is judged by the same rules."""
+    return Candidate(
+        name=witness.name,
+        precision=witness.precision,
+        items=frozenset(),
+        shadow_epsilon=witness.shadow_epsilon,
+        answers=None if witness.error is not None else witness.answers,
+        error=witness.error,
+        unsupported=witness.unsupported,
+        resolutions=witness.resolutions,
+        ray_epsilon=witness.ray_epsilon,
+    )

@@ -135,6 +135,17 @@ def test_a_stage_that_was_planned_and_not_given_is_no_pass():
     assert len(of_theirs.checks) == of_theirs.planned
 
 
+def test_a_stage_that_the_candidate_says_it_cannot_do_is_unsupported_even_where_it_answers():
+    ours = replace(candidate(rounded(truth())), unsupported={Stage.NORMAL: "It has no normals."})
+
+    judged = judge_case(CASE, [ours], [witness(truth())], ORACLE, {})
+
+    (check,) = (check for check in judged.checks if check.stage is Stage.NORMAL)
+    assert (judged.outcome, check.outcome) == (Outcome.UNSUPPORTED, Outcome.UNSUPPORTED)
+    assert "It has no normals." in check.reason
+    assert len(judged.checks) == judged.planned
+
+
 def test_a_crashed_renderer_is_an_error_in_every_check_that_was_planned():
     judged = judge_case(CASE, [candidate({}, error="signal SIGSEGV")], [witness(truth())], ORACLE, {})
 
