@@ -20,6 +20,8 @@ def closed_forms(case: Case, candidate: Candidate, bench: Bench) -> list[dict[st
     found = []
     for expectation in case.expectations:
         stage = getattr(expectation, "stage", Stage.VISIBILITY if hasattr(expectation, "form") else Stage.IRRADIANCE)
+        if not _needed(expectation, stage) <= set(candidate.answers):
+            continue  # not every renderer answers every stage
         finding = judge(expectation, case.scene, candidate.answers, _slack(bench, stage))
         outcome = Outcome.MISSING if not finding.used else Outcome.PASS if finding.ratio <= 1 else Outcome.FAIL
         found.append(
@@ -37,6 +39,16 @@ def closed_forms(case: Case, candidate: Candidate, bench: Bench) -> list[dict[st
             }
         )
     return found
+
+
+def _needed(expectation: Any, stage: Stage) -> set[Stage]:
+    """Return the stages that a closed form is read off: pixels are found by their object, an outline by positions."""
+    needed = {stage}
+    if hasattr(expectation, "shape"):
+        needed.add(Stage.OBJECT)
+    if hasattr(expectation, "form"):
+        needed.add(Stage.POSITION)
+    return needed
 
 
 def _slack(bench: Bench, stage: Stage) -> float:

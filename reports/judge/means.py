@@ -21,11 +21,17 @@ def mean_checks(
 ) -> tuple[list[Check], list[tuple[Candidate, Witness, Stage]]]:
     """Judge box-filtered radiance, every candidate before every witness that renders it; return checks and plan."""
     scene = finer(case.scene, case.samples)
-    planned = [(c, w, Stage.RADIANCE) for c in candidates for w in witnesses if w.answers_at(Stage.RADIANCE)]
+    planned = [
+        (c, w, Stage.RADIANCE)
+        for c in candidates
+        if Stage.RADIANCE not in c.unsupported
+        for w in witnesses
+        if w.answers_at(Stage.RADIANCE)
+    ]
     base = ground(scene, stages_of(scene), oracle, known={})
     checks = []
     for candidate, witness, stage in planned:
-        if candidate.fine is None or witness.mean is None:
+        if (candidate.fine is None and candidate.mean is None) or witness.mean is None:
             why = candidate.error or witness.error or "no box-filtered image was given"
             checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, why))
             continue
@@ -38,7 +44,11 @@ def mean_checks(
             ),
             witness=replace(witness, shadow_epsilon=_finer(witness.shadow_epsilon, case.samples)),
         )
-        ours = box_mean(candidate.fine[Stage.RADIANCE], case.samples)
+        if candidate.mean is not None:
+            ours = candidate.mean
+        else:
+            assert candidate.fine is not None
+            ours = box_mean(candidate.fine[Stage.RADIANCE], case.samples)
         checks.append(supersampled_check(fine, ours, witness.mean, case.samples))
     return checks, planned
 

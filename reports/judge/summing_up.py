@@ -70,7 +70,9 @@ def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> s
     """Return the specification item behind a failed check."""
     ours = theirs = -1
     measured = check.continued if check.alone else check.end_to_end
-    if measured is not None and measured.pixel is not None and candidate.answers is not None:
+    known = candidate.answers is not None and Stage.OBJECT in candidate.answers
+    if measured is not None and measured.pixel is not None and known:
+        assert candidate.answers is not None
         column, row = measured.pixel
         ours = int(candidate.answers[Stage.OBJECT][row, column, 0])
         theirs = int(measured.theirs[0]) if check.stage is Stage.OBJECT else ours
