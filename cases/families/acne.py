@@ -1,4 +1,4 @@
-"""Where shadow acne grows: contact, long grazing light, the terminator, and a light exactly on a surface.
+"""Where shadow acne grows: contact, long grazing light, the terminator, and a light on a surface.
 
 A feeler that starts a rounding error below its surface hits that surface. The danger grows with the distance from the
 eye and with the slant of the light; a strategy that starts too far away loses the shadow where things touch.
@@ -54,9 +54,32 @@ def on_the_sphere() -> Case:
     )
 
 
+def on_a_blocker() -> Case:
+    """Return a light on the underside of a turned cube: whether the cube stands before it is for rounding to say."""
+    lamp = compose(translation(0.4, -0.3, 1.9), rotation((0.7, -0.4, 0.5), 25), scaling(0.8, 0.7, 0.5))
+    x, y, z = (0.1 * row[0] - 0.2 * row[1] - 0.5 * row[2] + row[3] for row in lamp[:3])
+    scene = Scene(
+        camera=camera_around((0.2, 0.0, 0.6), distance=5.5, azimuth=-50, elevation=-4, width=96, height=72, fovy=36),
+        shapes=(
+            Sphere(albedo=(0.6, 0.7, 0.5), center=(-0.1, 0.2, 0.0), radius=0.9),
+            Cube(albedo=(0.8, 0.4, 0.3), to_world=lamp),
+        ),
+        lights=(PointLight(position=(x, y, z), flux=(300.0, 200.0, 250.0)),),
+    )
+    return Case(
+        name="acne/light_on_a_blocker",
+        scene=scene,
+        stresses="A light on a cube's underside: points that face it cannot tell whether the cube blocks it.",
+        covers=covering(scene),
+        least_interior=600,
+        # Every point of the sphere that faces the light.
+        most_edge=0.1,
+    )
+
+
 @CASE_FAMILIES.register("acne")
 def acne() -> Iterator[Case]:
-    """Yield contact, grazing light, the terminator, a floor seen from afar, and the light on the sphere."""
+    """Yield contact, grazing light, the terminator, a floor seen from afar, and lights on surfaces."""
     floor = Square(albedo=(0.6, 0.55, 0.7), to_world=compose(TILT, scaling(7, 8, 1)))
     resting: tuple[Shape, ...] = (
         floor,
@@ -114,3 +137,4 @@ def acne() -> Iterator[Case]:
             most_edge=0.05,
         )
     yield on_the_sphere()
+    yield on_a_blocker()

@@ -1,4 +1,4 @@
-"""Nearest of many: crowds of small shapes, thin layers, and solids that pass through each other."""
+"""Nearest of many: crowds of small shapes, thin layers, solids that pass through each other, surfaces that coincide."""
 
 from collections.abc import Iterator
 
@@ -62,6 +62,17 @@ def layers(count: int, gap: float) -> tuple[Shape, ...]:
     )
 
 
+def coincident() -> tuple[Shape, ...]:
+    """Return two squares that share a part of one plane, turned against each other, and a ball on the same plane."""
+    frame = compose(translation(0.1, -0.1, 0.2), rotation((0.6, -0.4, 0.5), 33))
+    turned = compose(frame, translation(0.7, 0.5, 0), rotation((0, 0, 1), 27), scaling(1.1, 0.8, 1))
+    return (
+        Square(albedo=(0.8, 0.4, 0.3), to_world=compose(frame, scaling(2.6, 2.2, 1))),
+        Square(albedo=(0.3, 0.5, 0.8), to_world=turned),
+        Sphere(albedo=(0.4, 0.7, 0.3), to_world=compose(frame, translation(-0.5, -0.4, 0.5), scaling(0.5, 0.5, 0.5))),
+    )
+
+
 def interpenetrating() -> tuple[Shape, ...]:
     """Return two spheres and two cubes around one place."""
     return (
@@ -80,7 +91,7 @@ def interpenetrating() -> tuple[Shape, ...]:
 
 @CASE_FAMILIES.register("nearest")
 def nearest() -> Iterator[Case]:
-    """Yield crowds, layers and intersecting solids; the last crowd is lit."""
+    """Yield crowds, layers, intersecting and coinciding shapes; the last two are lit."""
     camera = camera_around((0.0, 0.0, 0.1), distance=6.0, azimuth=-57, elevation=28, width=96, height=72, fovy=29)
     light = PointLight(position=(2.4, -2.9, 3.2), flux=(500.0, 420.0, 360.0))
     questions: tuple[tuple[str, str, tuple[Shape, ...], tuple[PointLight, ...], tuple[str, ...], int, float], ...] = (
@@ -89,6 +100,7 @@ def nearest() -> Iterator[Case]:
         ("layers", "Six squares a centimetre apart, nearest last.", layers(6, 0.01), (), ("HIT-8",), 1500, 0.03),
         ("interpenetrating", "Spheres and cubes that pass through each other.", interpenetrating(), (), (), 1500, 0.03),
         ("lit_crowd", "Spheres that shade each other.", crowd_of_spheres(14), (light,), ("LIT-2", "LIT-4"), 700, 0.03),
+        ("coincident", "Two squares in one plane: either may be seen.", coincident(), (light,), (), 1500, 0.08),
     )  # fmt: skip
     for name, stresses, shapes, lights, more, least_interior, most_edge in questions:
         scene = Scene(camera=camera, shapes=shapes, lights=lights)

@@ -22,7 +22,7 @@ def visibility(scene: Scene, objects: np.ndarray, positions: np.ndarray, normals
         free = np.ones(len(asked), dtype=bool)
         for index in range(len(scene.shapes)):
             left = np.flatnonzero(free)
-            free[left] = ~_blocked(scene, index, source, objects[asked[left]], positions[asked[left]])
+            free[left] = ~blocked(scene, index, source, objects[asked[left]], positions[asked[left]])
         answer[asked[free], column] = 1
     return answer
 
@@ -32,7 +32,7 @@ def above_horizon(source: np.ndarray, positions: np.ndarray, normals: np.ndarray
     return (normals * (source - positions)).sum(axis=1) > 0
 
 
-def _blocked(scene: Scene, index: int, source: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:
+def blocked(scene: Scene, index: int, source: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Return whether shape `index` lies strictly between the light and points on the given objects, shape (N,)."""
     shape = scene.shapes[index]
     surface = surface_of(shape)

@@ -15,7 +15,7 @@ from reports.judge.ground import Ground
 from reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit
 from reports.judge.measurement import Measurement, measure, ratios
 from reports.judge.parties import Candidate, Witness
-from reports.judge.sides import Sides, excused, sides
+from reports.judge.sides import Sides, excused, sides, with_twins
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
@@ -83,7 +83,9 @@ class Bench:
         """Return the oracle's answers around every edge pixel."""
         assert self.candidate.answers is not None
         stages = tuple(stage for stage in GEOMETRY if stage in self.candidate.answers and stage in self.truth)
-        return sides(self.ground.oracle, self.scene, stages, self.classes.outline, self.classes.reach)
+        oracle, classes = self.ground.oracle, self.classes
+        around = sides(oracle, self.scene, stages, classes.outline, classes.reach)
+        return with_twins(around, oracle, self.scene, self.truth, self.candidate.answers, classes.depth)
 
     def _excused(
         self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool

@@ -2,9 +2,11 @@
 
 The oracle gives a sound lower bound on each pixel's distance to the nearest outline, shadow edge and terminator. A
 pixel is `edge` if that distance is within what rounding can shift the edge by, which is derived here, in pixels.
+So is one where rounding decides which of two surfaces is nearer, or on which side of a blocker its light lies.
 Everything else is interior and judged strictly.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,9 +15,19 @@ import numpy as np
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.conditioning import Conditioning
+from reports.judge.conditioning import Conditioning, surface_error
 from reports.judge.limits import HIT, Limits, Roundoff
 from reports.judge.sides import widest_near
+
+
+class LightEnd(Protocol):
+    """A light near a shape's surface, and the pixels whose view of it hangs on which side of the surface it lies."""
+
+    light: int
+    shape: int
+    face: int
+    gap: float  # m
+    pixels: np.ndarray  # (height, width)
 
 
 class Edges(Protocol):
@@ -24,6 +36,9 @@ class Edges(Protocol):
     silhouette: np.ndarray  # (height, width)
     shadow: np.ndarray  # (height, width, lights)
     terminator: np.ndarray  # (height, width, lights)
+    gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface
+    behind: np.ndarray  # (height, width): that surface's shape, -1 without one
+    light_ends: Sequence[LightEnd]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +48,9 @@ class Classes:
     outline: np.ndarray  # (height, width)
     light: np.ndarray  # (height, width, lights)
     reach: np.ndarray  # (height, width) px
+    depth: np.ndarray  # (height, width) m: surfaces no farther apart than this along the ray are not told apart
     flagged: np.ndarray  # (height, width): a light lies on the surface here, within rounding
+    notes: tuple[str, ...]  # why whole areas are undecided, in sentences
 
     def edge(self, stage: Stage) -> np.ndarray:
         """Return the pixels (height, width) that may differ at `stage` end to end."""
@@ -67,11 +84,15 @@ def classify(
         seen = widest_near(np.where(c.hit, c.point / c.distance, 0.0))
         seen = np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
         reach = (limits.end_to_end[Stage.RAY] + g(HIT) * seen) / c.pixel_angle
-    outline = edges.silhouette <= reach
+    depth = _indistinct_depth(scene, truth, edges, c, limits, g)
+    outline = (edges.silhouette <= reach) | (edges.gap <= depth)
     light = np.zeros((*c.hit.shape, lights), dtype=bool)
     flagged = np.zeros(c.hit.shape, dtype=bool)
+    notes = []
     if lights and Stage.VISIBILITY in truth:
         blocker = _typical_point(truth, c)
+        # A surface that close to the hit a strategy may leave out, or start its feelers beyond.
+        touching = edges.gap <= depth + 2 * shadow_epsilon / c.cosine
         for index, one in enumerate(scene.lights):
             toward = np.asarray(one.position) - truth[Stage.POSITION]
             r = np.linalg.norm(toward, axis=-1)
@@ -83,9 +104,30 @@ def classify(
                 shadow = edges.shadow[..., index]
                 near = np.isfinite(shadow) & (shadow <= shift / (c.distance * c.pixel_angle))
                 undecided = (cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach)
-            light[..., index] = c.hit & (near | undecided)
+            light[..., index] = c.hit & (near | undecided | touching)
             flagged |= c.hit & (r <= 4 * limits.position)
-    return Classes(outline=outline, light=light, reach=reach, flagged=flagged)
+        for end in edges.light_ends:
+            position = np.asarray(scene.lights[end.light].position, dtype=np.float64)
+            error = g(HIT) * surface_error(scene.shapes[end.shape], truth[Stage.POSITION], position, face=end.face)
+            undecided = end.pixels & (end.gap <= error + 2 * shadow_epsilon)
+            light[..., end.light] |= undecided
+            if np.any(undecided):
+                notes.append(f"light {end.light} lies on shape {end.shape}, within rounding: either it blocks or not")
+    return Classes(outline=outline, light=light, reach=reach, depth=depth, flagged=flagged, notes=tuple(notes))
+
+
+def _indistinct_depth(
+    scene: Scene, truth: Answers, edges: Edges, c: Conditioning, limits: Limits, g: Roundoff
+) -> np.ndarray:
+    """Return how far apart [m] along the ray two surfaces may seem for rounding alone: the errors of both distances."""
+    depth = limits.end_to_end[Stage.DISTANCE].copy()
+    eye = np.asarray(scene.camera.eye, dtype=np.float64)
+    for index in np.unique(edges.behind[c.hit & (edges.behind >= 0)]):
+        here = c.hit & (edges.behind == index)
+        other = surface_error(scene.shapes[int(index)], eye, truth[Stage.POSITION][here])
+        # Where the two come so near each other, they look along one normal, or an outline between them is near.
+        depth[here] += g(HIT) * (other / c.cosine[here] + c.distance[here])
+    return depth
 
 
 def _typical_point(truth: Answers, c: Conditioning) -> float:

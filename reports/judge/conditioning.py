@@ -112,9 +112,7 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
         point = np.linalg.norm(eye + position, axis=-1) + reach
         moved = 0.0 if shape.to_world == IDENTITY else np.linalg.norm(position, axis=-1) / _least_height(faces)
         return {"surface": surface, "point": point, "matrix": number * _aspect(faces), "baking": moved}
-    moved = (eye + shift + position) @ np.abs(inverse).T
-    own = np.abs(np.asarray(shape.center)) + shape.radius if isinstance(shape, Sphere) else np.full(3, 0.5)
-    carried = (moved + own) @ np.abs(linear).T + shift + position
+    carried = _carried(shape, eye, position)
     factors = {"surface": np.sum(normal * carried, axis=-1), "point": np.linalg.norm(carried, axis=-1)}
     factors["matrix"] = np.full(len(normal), number)
     if isinstance(shape, Sphere):
@@ -122,6 +120,29 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
         factors["local"] = np.linalg.norm(arrived, axis=-1) / shape.radius
         factors["curvature"] = singular[0] / (singular[2] ** 2 * shape.radius)
     return factors
+
+
+def _carried(shape: Shape, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the error per roundoff [m] (n, 3) of points `end`, found along rays from `start`, through the matrix."""
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    linear, shift = np.abs(matrix[:3, :3]), np.abs(matrix[:3, 3])
+    moved = (np.abs(start) + shift + np.abs(end)) @ np.abs(np.linalg.inv(matrix[:3, :3])).T
+    own = np.abs(np.asarray(shape.center)) + shape.radius if isinstance(shape, Sphere) else np.full(3, 0.5)
+    return (moved + own) @ linear.T + shift + np.abs(end)
+
+
+def surface_error(shape: Shape, start: np.ndarray, end: np.ndarray, *, face: int | None = None) -> np.ndarray:
+    """Return how far [m per roundoff] (...) a shape's surface may seem off where rays from `start` find it at `end`.
+
+    Both (..., 3) [m]. Of a mesh only `face` is asked, or without one its middling triangle.
+    """
+    if isinstance(shape, Triangle | Mesh):
+        corners = world_triangles(shape).astype(np.float64)
+        faces = corners if face is None else corners[face : face + 1]
+        reach = np.linalg.norm(end - start, axis=-1) + float(np.median(_longest_edge(faces)))
+        aspect = float(np.median(_aspect(faces)))
+        return np.linalg.norm(np.abs(start) + np.abs(end), axis=-1) + reach * aspect
+    return np.linalg.norm(_carried(shape, start, end), axis=-1)
 
 
 def _longest_edge(faces: np.ndarray) -> np.ndarray:

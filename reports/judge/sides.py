@@ -27,6 +27,10 @@ class Oracle(Protocol):
         """Answer at image points (n, 2)."""
         ...
 
+    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+        """Return the stage computed from the given previous ones."""
+        ...
+
 
 @dataclass(frozen=True, kw_only=True)
 class Sides:
@@ -53,6 +57,28 @@ def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.nda
         columns=columns,
         answers={stage: np.asarray(found[stage]).reshape(*shape, -1) for stage in stages if stage in found},
     )
+
+
+def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours: Answers, depth: np.ndarray) -> Sides:
+    """Return the sides with one more sample: the object that was answered, where it lies as deep as what is seen.
+
+    Of surfaces that coincide the oracle names one and rounding another. What the oracle says of that other one is
+    another value that an edge pixel may have, if the two are no farther apart than `depth` [m].
+    """
+    differ = np.any(ours[Stage.OBJECT] != truth[Stage.OBJECT], axis=-1)
+    if not np.any(differ[around.rows, around.columns]):
+        return around
+    given = {Stage.RAY: truth[Stage.RAY], Stage.OBJECT: ours[Stage.OBJECT]}
+    for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
+        given[stage] = oracle.continue_from(scene, stage, given)
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(given[Stage.DISTANCE] - truth[Stage.DISTANCE])[..., 0]
+        twin = (differ & (apart <= depth))[around.rows, around.columns]
+    answers = {}
+    for stage, samples in around.answers.items():
+        more = np.where(twin[:, np.newaxis], given[stage][around.rows, around.columns], samples[:, 0])
+        answers[stage] = np.concatenate([samples, more[:, np.newaxis]], axis=1)
+    return Sides(rows=around.rows, columns=around.columns, answers=answers)
 
 
 def widest_near(image: np.ndarray) -> np.ndarray:

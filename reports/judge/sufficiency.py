@@ -14,11 +14,12 @@ def too_little(case: Case, candidate: Candidate, bench: Bench) -> list[str]:
     last = Stage.RADIANCE if case.scene.lights else Stage.NORMAL
     edge = bench.classes.edge(last)
     interior = int(np.count_nonzero(bench.conditioning.hit & ~edge))
+    why = "".join(f"; {note}" for note in bench.classes.notes)
     share = np.count_nonzero(edge) / edge.size
     if interior < case.least_interior:
-        return [f"{candidate.name}: {interior} interior pixels, the case asks for {case.least_interior}"]
+        return [f"{candidate.name}: {interior} interior pixels, the case asks for {case.least_interior}{why}"]
     if share > case.most_edge:
-        return [f"{candidate.name}: {share:.4f} of the pixels are edge, the case allows {case.most_edge}"]
+        return [f"{candidate.name}: {share:.4f} of the pixels are edge, the case allows {case.most_edge}{why}"]
     if not interior and np.any(bench.conditioning.hit):
         return [f"{candidate.name}: no pixel that hits something lies clear of every edge"]
     return []

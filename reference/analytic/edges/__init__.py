@@ -11,6 +11,8 @@ from cases.scene import Scene
 from reference.analytic.edges.borders import borders_of
 from reference.analytic.edges.crossings import crossing_distances
 from reference.analytic.edges.hits import Hits, hits_of
+from reference.analytic.edges.lamps import LightEnd, light_ends
+from reference.analytic.edges.meetings import meetings_of, next_depths, undecided_depths
 from reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
 from reference.analytic.edges.screens import Screens
 from reference.analytic.edges.shadows import shadow_distances, terminator_distances
@@ -31,11 +33,17 @@ class Edges:
     a pixel shows is constant within the least of the three. Bounds may be less than the distance, and near many edges
     or on a curved surface they are no more than a few pixels; they tend to the distance as it tends to zero, but for
     edges that something else hides.
+
+    What no distance in the image can say stands beside them: two surfaces that follow each other so closely that
+    rounding decides which is nearer, and lights so near to a surface that rounding decides which side they are on.
     """
 
     silhouette: np.ndarray  # (height, width): the object or face index, or a cube's face, changes
     shadow: np.ndarray  # (height, width, lights): a blocker begins or ends to hide the light
     terminator: np.ndarray  # (height, width, lights): dot(N, L) changes sign
+    gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface; inf without one
+    behind: np.ndarray  # (height, width): that surface's shape, -1 without one
+    light_ends: tuple[LightEnd, ...]
 
 
 def edges_of(scene: Scene) -> Edges:
@@ -47,9 +55,17 @@ def edges_of(scene: Scene) -> Edges:
         shadow[..., column] = shadow_distances(hits, light).reshape(size)
         terminator[..., column] = terminator_distances(hits, light).reshape(size)
     screens = hits.screens(hits.view.eye, np.arange(len(hits.directions)), from_eye=True)
-    silhouette = np.minimum(_outline_distances(hits, screens), crossing_distances(hits, screens))
+    meetings = meetings_of(hits)
+    silhouette = np.minimum(_outline_distances(hits, screens), crossing_distances(hits, screens, meetings))
+    gap, behind = next_depths(hits, meetings)
+    silhouette = np.where(undecided_depths(hits, gap), 0, silhouette)
     return Edges(
-        silhouette=_lowered(silhouette.reshape(size)), shadow=_lowered(shadow), terminator=_lowered(terminator)
+        silhouette=_lowered(silhouette.reshape(size)),
+        shadow=_lowered(shadow),
+        terminator=_lowered(terminator),
+        gap=gap.reshape(size),
+        behind=behind.reshape(size),
+        light_ends=light_ends(hits),
     )
 
 

@@ -181,3 +181,77 @@ def test_reach_solves_the_quadratic_and_stays_within_its_radius(value, slope, be
     found = reach(*(np.array([number]) for number in (value, slope, bend, 5.0)))
 
     assert found[0] == pytest.approx(expected)
+
+
+def test_of_two_squares_in_one_plane_either_may_be_seen():
+    turned = np.array([[np.cos(0.4), -np.sin(0.4), 0], [np.sin(0.4), np.cos(0.4), 0], [0, 0, 1]])
+    shapes = (Square(albedo=GREY), Square(albedo=GREY, to_world=matrix(turned * 0.4, (0.1, 0, 0))))
+    scene = Scene(camera=looking_down(2, width=41, height=41), shapes=shapes)
+
+    edges = ORACLE.edges(scene)
+
+    assert edges.gap[20, 20] <= 1e-15
+    assert edges.behind[20, 20] == 1
+    assert edges.silhouette[20, 20] == 0
+    # Towards a corner of the greater one there is no second surface.
+    assert np.isinf(edges.gap[13, 13])
+    assert edges.behind[13, 13] == -1
+
+
+def test_the_gap_to_the_next_surface_is_measured_along_the_ray():
+    shapes = (Square(albedo=GREY), Sphere(albedo=GREY, center=(0, 0, -1.5), radius=0.5))
+    scene = Scene(camera=looking_down(2, width=5, height=5), shapes=shapes)
+
+    edges = ORACLE.edges(scene)
+
+    assert edges.gap[2, 2] == pytest.approx(1, abs=1e-12)
+    assert edges.behind[2, 2] == 1
+
+
+LAMPS = {
+    "square": Square(albedo=GREY, to_world=matrix(np.eye(3), (0, 0, 1.5))),
+    "cube": Cube(albedo=GREY, to_world=matrix(np.eye(3), (0, 0, 2))),
+    "sphere": Sphere(albedo=GREY, center=(0, 0, 2), radius=0.5),
+    "mesh": icosphere(1, to_world=matrix(np.eye(3) * 0.5, (0, 0, 2))),
+}
+
+
+@pytest.mark.parametrize("name", LAMPS)
+@pytest.mark.parametrize("beside", [0.0, 1e-7, -1e-7])
+def test_a_light_on_a_blocker_is_told_with_all_the_points_that_hang_on_it(name, beside):
+    """The light stands 1.5 m over a floor's middle, on the underside of what hangs there; a ball hides it in part."""
+    ball = Sphere(albedo=GREY, center=(0.6, 0, 0.5), radius=0.2)
+    light = PointLight(position=(0, 0, 1.5 + beside), flux=(1, 1, 1))
+    view = looking_down(1.2, fovy=90, width=21, height=15)
+    scene = Scene(
+        camera=view, shapes=(Square(albedo=GREY, to_world=matrix(4 * np.eye(3))), LAMPS[name], ball), lights=(light,)
+    )
+    without = Scene(camera=view, shapes=(scene.shapes[0], ball), lights=(light,))
+    seen = ORACLE.render(without, [Stage.VISIBILITY])[Stage.VISIBILITY][..., 0] > 0
+
+    (end,) = ORACLE.edges(scene).light_ends
+
+    assert (end.light, end.shape) == (0, 1)
+    # A lower bound: the mesh's faces slope away from the corner that the light is next to.
+    assert 0.9 * abs(beside) <= end.gap + 1e-15 <= abs(beside) + 1e-14
+    assert np.array_equal(end.pixels, seen)
+    assert 0 < seen.sum() < seen.size
+
+
+def test_a_light_that_something_else_hides_hangs_on_nothing():
+    """On a cube's upper side, looked at from below: its lower side blocks whatever its upper one does."""
+    cube = Cube(albedo=GREY, to_world=matrix(np.eye(3), (0, 0, 2)))
+    light = PointLight(position=(0.1, 0, 2.5), flux=(1, 1, 1))
+    view = looking_down(1.2, width=11, height=9)
+    scene = Scene(camera=view, shapes=(Square(albedo=GREY, to_world=matrix(np.eye(3) * 0.9)), cube), lights=(light,))
+
+    (end,) = ORACLE.edges(scene).light_ends
+
+    assert not end.pixels.any()
+
+
+def test_a_light_in_the_open_is_near_nothing():
+    light = PointLight(position=(0.1, 0, 2.5), flux=(1, 1, 1))
+    scene = Scene(camera=looking_down(2), shapes=(Square(albedo=GREY), LAMPS["sphere"]), lights=(light,))
+
+    assert ORACLE.edges(scene).light_ends == ()

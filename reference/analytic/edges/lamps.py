@@ -1,0 +1,111 @@
+"""Lights that lie on a surface, or nearly: whether it stands before them is for rounding to say.
+
+The own root is divided out at a feeler's start and not at its end: a light on a blocker's surface is an input that no
+algebra excuses. How near it is can be said exactly; what that means to a renderer's precision is the judge's to say.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cases.scene import Cube
+from cases.stages import Stage
+from reference.analytic.edges.hits import Hits
+from reference.analytic.ellipsoids import Ellipsoid
+from reference.analytic.feelers import above_horizon, blocked
+from reference.analytic.planes import Flat
+from reference.analytic.polygons import Polygons
+from reference.analytic.surfaces import Surface, surface_of
+
+# Of the coordinates: lights farther from a surface than this are told apart by whatever renderer is worth judging.
+NEAR = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class LightEnd:
+    """A light near a shape's surface, and the pixels whose view of it hangs on which side of the surface it lies."""
+
+    light: int
+    shape: int
+    face: int  # the nearest face's number; 0 where the shape has none
+    gap: float  # m, a lower bound of the distance between light and surface
+    pixels: np.ndarray  # (height, width) bool
+
+
+def light_ends(hits: Hits) -> tuple[LightEnd, ...]:
+    """Return the lights near surfaces; a pixel is left out where something else blocks the light anyhow."""
+    ends = []
+    size = (hits.scene.camera.height, hits.scene.camera.width)
+    for column, light in enumerate(hits.scene.lights):
+        source = np.asarray(light.position, dtype=np.float64)
+        surfaces = [surface_of(shape) for shape in hits.scene.shapes]
+        gaps = [_gaps(surface, source) for surface in surfaces]
+        limits = [NEAR * (float(np.abs(source).max()) + _extent(surface)) for surface in surfaces]
+        near = [index for index, gap in enumerate(gaps) if gap.min(initial=np.inf) <= limits[index]]
+        if not near:
+            continue
+        open_pixels = _open(hits, source, {index: gaps[index] <= limits[index] for index in near}).reshape(size)
+        for index in near:
+            surface, face = surfaces[index], int(gaps[index].argmin())
+            number = int(surface.numbers[face]) if isinstance(surface, Polygons) else 0
+            gap = float(gaps[index][face])
+            ends.append(LightEnd(light=column, shape=index, face=number, gap=gap, pixels=open_pixels))
+    return tuple(ends)
+
+
+def _open(hits: Hits, source: np.ndarray, near: dict[int, np.ndarray]) -> np.ndarray:
+    """Return the rays (N,) whose light is above the horizon and blocked by nothing but the faces `near` it."""
+    rows = hits.rows
+    found = (rows[Stage.OBJECT][:, 0] >= 0) & above_horizon(source, rows[Stage.POSITION], rows[Stage.NORMAL])
+    for index, shape in enumerate(hits.scene.shapes):
+        asked = np.flatnonzero(found)
+        objects, positions = rows[Stage.OBJECT][asked], rows[Stage.POSITION][asked]
+        if index not in near:
+            found[asked] = ~blocked(hits.scene, index, source, objects, positions)
+            continue
+        surface, own = surface_of(shape), objects[:, 0] == index
+        hidden = _blocked_by_the_rest(surface, near[index], source, positions - source)
+        # A convex shape's point has no other side between it and a light on the same shape.
+        one_sided = isinstance(surface, Ellipsoid | Flat) or isinstance(shape, Cube) or len(near[index]) == 1
+        found[asked] = ~np.where(own & one_sided, False, hidden)
+    return found
+
+
+def _blocked_by_the_rest(surface: Surface, near: np.ndarray, source: np.ndarray, segments: np.ndarray) -> np.ndarray:
+    """Return which segments (N, 3) from the light meet the surface elsewhere than beside the light itself."""
+    if isinstance(surface, Flat):
+        return np.zeros(len(segments), dtype=bool)
+    if isinstance(surface, Ellipsoid):
+        roots = surface.crossings(source, segments)
+        with np.errstate(invalid="ignore"):
+            farther = np.where(np.abs(roots[:, 0]) < np.abs(roots[:, 1]), roots[:, 1], roots[:, 0])
+            return (farther > 0) & (farther < 1)
+    rest = Polygons(corners=surface.corners[~near], numbers=surface.numbers[~near], closed=surface.closed)
+    # A segment that ends on one of these faces ends a rounding before or behind it.
+    return rest.blocks(source, segments * (1 - NEAR)) if len(rest.corners) else np.zeros(len(segments), dtype=bool)
+
+
+def _gaps(surface: Surface, point: np.ndarray) -> np.ndarray:
+    """Return lower bounds [m] of the distance of a point from each face, shape (faces,)."""
+    if isinstance(surface, Flat):
+        return np.abs([surface.normal @ (point - surface.point)])
+    if isinstance(surface, Ellipsoid):
+        # |to_unit (x - center)| changes by at most the map's norm per metre.
+        height = np.linalg.norm(surface.to_unit @ (point - surface.center)) - 1
+        return np.abs([height]) / np.linalg.norm(surface.to_unit, 2)
+    units = surface.normals / np.linalg.norm(surface.normals, axis=1, keepdims=True)
+    height = ((point - surface.corners[:, 0]) * units).sum(axis=1)
+    along = np.roll(surface.corners, -1, axis=1) - surface.corners
+    outward = np.cross(along, units[:, np.newaxis])
+    outward = outward / np.linalg.norm(outward, axis=2, keepdims=True)
+    outside = ((point - surface.corners) * outward).sum(axis=2).max(axis=1, initial=0)
+    return np.hypot(height, outside)
+
+
+def _extent(surface: Surface) -> float:
+    """Return the size of a surface's coordinates [m]."""
+    if isinstance(surface, Flat):
+        return float(np.abs(surface.point).max())
+    if isinstance(surface, Ellipsoid):
+        return float(np.abs(surface.center).max() + np.linalg.norm(surface.axes, 2))
+    return float(np.abs(surface.corners).max(initial=0))

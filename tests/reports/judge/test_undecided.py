@@ -1,0 +1,130 @@
+"""Where the scene itself leaves an answer to rounding, either answer is right and a third one is wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cases.case import Case
+from cases.families import CASE_FAMILIES
+from cases.stages import Stage
+from reports.judge.judging import judge_case
+from reports.judge.oracle import stages_of
+from reports.judge.outcomes import Outcome
+from reports.judge.summing_up import Judged
+from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
+
+
+def case_named(name: str) -> Case:
+    """Return a case of the suite."""
+    return next(case for case in CASE_FAMILIES[name.split("/")[0]]() if case.name == name)
+
+
+TWINS, LAMP = case_named("nearest/coincident"), case_named("acne/light_on_a_blocker")
+
+
+def truth_of(case: Case) -> dict:
+    """Return the oracle's answers."""
+    return ORACLE.render(case.scene, stages_of(case.scene))
+
+
+def judged(case: Case, ours: dict, truth: dict) -> Judged:
+    """Judge a float32 candidate before the oracle."""
+    return judge_case(case, [candidate(ours)], [witness(truth)], ORACLE, {})
+
+
+def answered(case: Case, truth: dict, stage: Stage, image: np.ndarray) -> dict:
+    """Return a float32 renderer's answers that has `image` at one stage, and what follows from it."""
+    ours = dict(truth) | {stage: image}
+    stages = list(Stage)
+    for later in stages[stages.index(stage) + 1 :]:
+        ours[later] = ORACLE.continue_from(case.scene, later, ours)
+    return rounded(ours)
+
+
+def overlap(truth: dict) -> np.ndarray:
+    """Return the pixels (height, width) that see both squares at once."""
+    edges = ORACLE.edges(TWINS.scene)
+    return (truth[Stage.OBJECT][..., 0] == 0) & (edges.gap < 1e-9) & (edges.behind == 1)
+
+
+def test_of_coincident_squares_either_may_be_answered():
+    truth = truth_of(TWINS)
+    both = overlap(truth)
+    objects = truth[Stage.OBJECT].copy()
+    objects[both & (np.indices(both.shape).sum(axis=0) % 2 == 0), 0] = 1
+
+    result = judged(TWINS, answered(TWINS, truth, Stage.OBJECT, objects), truth)
+
+    assert both.sum() > 200
+    assert result.outcome is Outcome.PASS, result.reason
+
+
+@pytest.mark.parametrize("wrong", [2.0, -1.0], ids=["the-ball", "a-miss"])
+def test_of_coincident_squares_nothing_else_may_be_answered(wrong):
+    truth = truth_of(TWINS)
+    ours = rounded(truth)
+    row, column = np.argwhere(overlap(truth))[100]
+    ours[Stage.OBJECT][row, column, 0] = wrong
+
+    result = judged(TWINS, ours, truth)
+
+    assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.OBJECT)
+
+
+def test_squares_that_do_not_coincide_may_not_be_taken_for_each_other():
+    apart = replace(TWINS.scene.shapes[1], to_world=lifted(TWINS.scene.shapes[1].to_world, -1e-3))
+    case = replace(TWINS, scene=replace(TWINS.scene, shapes=(TWINS.scene.shapes[0], apart, TWINS.scene.shapes[2])))
+    truth = truth_of(case)
+    ours = rounded(truth)
+    row, column = np.argwhere(overlap(truth_of(TWINS)))[100]
+    ours[Stage.OBJECT][row, column, 0] = 1 - truth[Stage.OBJECT][row, column, 0]
+
+    result = judged(case, ours, truth)
+
+    assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.OBJECT)
+
+
+def lifted(to_world, height: float):
+    """Return a matrix moved by `height` [m] along its own z axis."""
+    rows = np.array(to_world)
+    rows[:3, 3] += height * rows[:3, 2] / np.linalg.norm(rows[:3, 2])
+    return tuple(tuple(map(float, row)) for row in rows)
+
+
+def test_a_light_on_a_blocker_may_be_blocked_or_not():
+    truth = truth_of(LAMP)
+    (end,) = ORACLE.edges(LAMP.scene).light_ends
+    visible = truth[Stage.VISIBILITY].copy()
+    visible[end.pixels, 0] = np.arange(end.pixels.sum()) % 2
+
+    result = judged(LAMP, answered(LAMP, truth, Stage.VISIBILITY, visible), truth)
+
+    assert end.pixels.sum() > 200
+    assert result.outcome is Outcome.PASS, result.reason
+
+
+def test_a_light_on_a_blocker_excuses_nothing_below_its_horizon():
+    truth = truth_of(LAMP)
+    (end,) = ORACLE.edges(LAMP.scene).light_ends
+    row, column = np.argwhere((truth[Stage.OBJECT][..., 0] == 0) & ~end.pixels)[-1]
+    visible = truth[Stage.VISIBILITY].copy()
+    visible[row, column, 0] = 1
+
+    result = judged(LAMP, answered(LAMP, truth, Stage.VISIBILITY, visible), truth)
+
+    assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.VISIBILITY)
+
+
+def test_a_light_a_millimetre_below_a_blocker_excuses_nothing():
+    light = LAMP.scene.lights[0]
+    x, y, z = light.position
+    case = replace(LAMP, scene=replace(LAMP.scene, lights=(replace(light, position=(x, y, z - 1e-3)),)))
+    truth = truth_of(case)
+    row, column = np.argwhere(truth[Stage.VISIBILITY][..., 0] == 1)[100]
+    visible = truth[Stage.VISIBILITY].copy()
+    visible[row, column, 0] = 0
+
+    result = judged(case, answered(case, truth, Stage.VISIBILITY, visible), truth)
+
+    assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.VISIBILITY)
