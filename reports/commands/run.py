@@ -3,9 +3,15 @@
 import errno
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from reports.commands.lookup import Repeated, configurations, references_named
 from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from reports.subjects import Subject
+
+TRACER = "tracer"
 
 
 def run(
@@ -17,9 +23,13 @@ def run(
     timeout: float = 120.0,
     configuration: Repeated = (),
     formula: Repeated = (),
+    subject: str = "tracer",
+    memory: float = 8.0,
+    cache: bool = True,
+    full: bool = False,
     json: Path | None = None,
 ) -> int:
-    """Judge the tracer on cases or scene files and write a report.
+    """Judge the tracer, or another renderer, on cases or scene files and write a report.
 
     Parameters
     ----------
@@ -30,8 +40,8 @@ def run(
     resume
         Go on with the run that OUT holds; finished cases are not done again.
     require
-        A reference that must have a say: a case about which it can say nothing at all fails; one that answers on
-        request only is asked. Repeatable.
+        A reference that must have a say, or several with commas: a case about which it can say nothing at all fails;
+        one that answers on request only is asked; one that is not installed ends the run. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
@@ -40,17 +50,34 @@ def run(
         A tracer configuration, such as float32/triangle=signed_areas. Repeatable. Default: the suite's own list.
     formula
         A formula for every configuration, such as triangle=signed_areas. Repeatable.
+    subject
+        Who is under test instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
+    memory
+        GiB of address space that a program under test may have.
+    cache
+        Take references' renders of earlier runs from the cache.
+    full
+        Keep every renderer's images of every case, as EXR. Default: of a case that passed ours and the independent
+        references' in one compact file, without loss; of any other everything.
     json
         Also write results.json to this file.
 
     """
+    from reports.run.panel import panel
     from reports.run.request import RunRequest
 
     if not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     if jobs is not None and jobs < 1:
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
-    references_named(require)
+    required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
+    references_named(required)
+    if not memory > 0:
+        raise UsageError(f"--memory must be positive, got {memory} GiB")
+    if subject != TRACER and (configuration or formula):
+        raise UsageError(
+            "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
+        )
     with told_in_one_line():
         check_selectors(selectors)
         chosen = configurations(configuration, formula)
@@ -59,19 +86,35 @@ def run(
             writable_folder(json.parent)
             if json.is_dir():
                 raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(json))
+        tested = under_test(subject, seconds=timeout, memory=memory)
+        panel(required, tested)
     request = RunRequest(
         selectors=selectors,
         out=out,
         resume=resume,
-        require=require,
+        require=required,
+        subject=tested,
+        cached=cache,
         jobs=jobs or os.cpu_count() or 1,
         timeout=timeout,
         configurations=tuple(one.name for one in chosen),
         json=json,
+        full=full,
     )
     from reports.run.suite import run as run_suite
 
     return run_suite(request)
+
+
+def under_test(subject: str, *, seconds: float, memory: float) -> "Subject":
+    """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test."""
+    from reports.run.asked import ask
+    from reports.subjects import THE_TRACER
+    from reports.subjects.choosing import chosen
+
+    if subject == TRACER:
+        return THE_TRACER
+    return chosen(subject, seconds=seconds, memory=int(memory * 2**30), ask=ask)
 
 
 def check_selectors(selectors: tuple[str, ...]) -> None:

@@ -16,11 +16,12 @@ from reports.judge.oracle import FullOracle
 
 
 class Remembering:
-    """An oracle for one scene at a time that remembers `continue_from`."""
+    """An oracle for one scene at a time that remembers `continue_from` and `edges`."""
 
     def __init__(self, oracle: FullOracle) -> None:
         self._oracle = oracle
         self._known: dict[tuple[Stage, str], np.ndarray] = {}
+        self._edges: tuple[Scene, Any] | None = None
         # By identity, holding the image so that its identity is not given away: hashing is what takes the time.
         self._digests: dict[int, tuple[np.ndarray, bytes]] = {}
 
@@ -33,8 +34,10 @@ class Remembering:
         return self._oracle.at(scene, stages, points)
 
     def edges(self, scene: Scene) -> Any:
-        """Answer as the oracle does."""
-        return self._oracle.edges(scene)
+        """Answer as the oracle does, from memory if it is the scene of the last time."""
+        if self._edges is None or self._edges[0] is not scene:
+            self._edges = (scene, self._oracle.edges(scene))
+        return self._edges[1]
 
     def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
         """Return what the oracle continues, from memory if the stages before `stage` are the same to the last bit."""

@@ -1,43 +1,40 @@
-"""One case as a script: its record of results.json and the floats of its EXR images, loaded when it is opened."""
+"""One case as scripts: its record of results.json, and its pixels, each loaded when it is looked at."""
 
 import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from cases.stages import Stage, exr_channels
+from reports.judge.masks import NAMES
 from reports.publish.atomic import write_text
-from reports.publish.encoding import encode, pack_text
-from reports.publish.exr import read_answers
-from reports.publish.pictures import inside, picture_path
+from reports.publish.encoding import pack_text
+from reports.publish.kept import inside, kept_images
+from reports.publish.pictures import picture_path
+from reports.publish.pixels import script, write_pixels
 from reports.publish.results import plain
 
-# The renderer against which the others are stored: the one they should all be close to.
-BASE = "analytic"
 
-
-def write_case_data(folder: Path, path: Path, number: int, case: dict[str, Any]) -> Path:
-    """Write the script that hands case `number` to the page, and return its path."""
-    images, notes = _images(folder, case)
-    base = BASE if BASE in images else next(iter(images), None)
-    lights = max(
-        (image[Stage.VISIBILITY].shape[-1] for image in images.values() if Stage.VISIBILITY in image), default=0
-    )
+def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path]:
+    """Write the script that hands `case` to the page and, where the run did not, one with its pixels; return paths."""
+    written, notes, pixels = [], [], case.get("pixels")
+    if not (isinstance(pixels, str) and inside(folder, pixels)):
+        renders, notes = kept_images(folder, case)
+        images = path.with_name(f"{path.stem}.pixels.js")
+        pixels = images.relative_to(folder).as_posix() if renders else None
+        if pixels is not None:
+            written.append(write_pixels(images, pixels, renders, _eye(folder, case)))
+    lights = case.get("lights")
+    lights = lights if isinstance(lights, int) and 0 <= lights < 1000 else 0
     record = {
         **case,
+        "pixels": pixels,
         "picture": picture_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
-        "base": base,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
-    }
-    encoded = {
-        renderer: {stage.value: _encode(image, images, base, renderer, stage) for stage, image in stages.items()}
-        for renderer, stages in images.items()
+        "mask_names": {str(bit): name for bit, name in NAMES.items()},
     }
     text = pack_text(json.dumps(plain(record), allow_nan=False))
-    # Renderers are named by the user's plug-ins too, so they go in as JSON strings; the rest is base64.
-    return write_text(path, f"rayproof.receive({number},{json.dumps(text)},{json.dumps(encoded)});\n")
+    return [write_text(path, script(path.relative_to(folder).as_posix(), text)), *written]
 
 
 def picture_of(folder: Path, case: dict[str, Any]) -> str | None:
@@ -46,32 +43,16 @@ def picture_of(folder: Path, case: dict[str, Any]) -> str | None:
     return picture if picture and inside(folder, picture) else None
 
 
-def _images(folder: Path, case: dict[str, Any]) -> tuple[dict[str, dict[Stage, np.ndarray]], list[str]]:
-    """Return the images by renderer, and a note for each that cannot be shown."""
-    images: dict[str, dict[Stage, np.ndarray]] = {}
-    notes = []
-    for render in case.get("renders", []):
-        name, image = str(render.get("renderer")), render.get("image")
-        if not image:
-            continue
-        if not inside(folder, image):
-            notes.append(f"{name}: {image} is not in the results folder")
-            continue
+def _eye(folder: Path, case: dict[str, Any]) -> tuple[float, float, float]:
+    """Return the camera's place [m], or the origin where the scene cannot be read: it only helps to store less."""
+    scene = case.get("scene")
+    if isinstance(scene, str) and inside(folder, scene):
         try:
-            images[name] = read_answers(folder / image)
-        except ValueError as error:
-            notes.append(f"{name}: {error}")
-    return images, notes
-
-
-def _encode(
-    image: np.ndarray, images: dict[str, dict[Stage, np.ndarray]], base: str | None, renderer: str, stage: Stage
-) -> dict[str, Any]:
-    against = images[base].get(stage) if base is not None and base != renderer else None
-    if against is not None and against.shape != image.shape:
-        against = None
-    height, width, _ = image.shape
-    return {"width": width, "height": height, **encode(image, against)}
+            x, y, z = map(float, json.loads((folder / scene).read_text(encoding="utf-8"))["camera"]["eye"])
+            return x, y, z
+        except (OSError, ValueError, KeyError, TypeError):
+            pass
+    return 0.0, 0.0, 0.0
 
 
 def _short(channel: str) -> str:

@@ -8,7 +8,6 @@ hash: no request leaves the folder, and markup smuggled in by a scene's name cou
 import base64
 import hashlib
 import html
-import json
 import os
 from concurrent.futures import ProcessPoolExecutor
 from importlib.resources import files
@@ -23,13 +22,14 @@ from reports.publish.audit import front, load_audit
 from reports.publish.case_data import picture_of, write_case_data
 from reports.publish.headline import blame, headline, shouts, worst_first, worst_ratio
 from reports.publish.items import TITLES
+from reports.publish.pixels import inert
 from reports.publish.results import LEDGER, plain
 from reports.publish.tradeoff import diagrams
 
 # In the order in which they build on each other.
 SCRIPTS = (
-    "elements", "numbers", "verdicts", "address", "decode", "load", "colors", "paint", "difference", "front", "audit",
-    "coverage", "cases", "inspector", "figures", "checks", "case", "start",
+    "elements", "numbers", "verdicts", "address", "predict", "decode", "load", "colors", "paint",
+    "difference", "front", "audit", "coverage", "cases", "inspector", "figures", "checks", "case", "start",
 )  # fmt: skip
 
 FEW = 16  # cases that one process writes sooner than another one starts
@@ -82,12 +82,15 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
 
 def _write_all(folder: Path, ordered: list[tuple[int, dict[str, Any]]]) -> list[Path]:
     """Write every case's data, on every processor where there are many: compressing images is what takes the time."""
-    jobs = [(folder, folder / "data" / f"{number:04}.js", number, case) for number, case in ordered]
-    workers = min(os.cpu_count() or 1, len(jobs) // FEW)
+    jobs = [(folder, folder / "data" / f"{number:04}.js", case) for number, case in ordered]
+    heavy = sum(1 for *_, case in jobs if not case.get("pixels"))
+    workers = min(os.cpu_count() or 1, heavy // FEW)
     if workers < 2:
-        return [write_case_data(*job) for job in jobs]
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        return list(pool.map(write_case_data, *zip(*jobs, strict=True), chunksize=4))
+        written = [write_case_data(*job) for job in jobs]
+    else:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            written = list(pool.map(write_case_data, *zip(*jobs, strict=True), chunksize=4))
+    return [path for paths in written for path in paths]
 
 
 def policy(script: str, style: str) -> str:
@@ -100,7 +103,7 @@ def policy(script: str, style: str) -> str:
 
 def script_safe(data: Any) -> str:
     """Return JSON that can stand inside a script element whatever strings it holds."""
-    return json.dumps(plain(data), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    return inert(plain(data))
 
 
 def _digest(text: str) -> str:
@@ -146,7 +149,6 @@ def _row(folder: Path, number: int, case: dict[str, Any]) -> dict[str, Any]:
     return {
         **{key: case.get(key) for key in keys},
         "file": f"data/{number:04}.js",
-        "number": number,
         "blame": blame(case),
         "ratio": worst_ratio(case),
         "cells": cells,

@@ -13,7 +13,7 @@ from typing import Any
 def main() -> None:
     """Draw every job of stdin."""
     from cases.scene_json import load_scene
-    from reports.publish.exr import read_answers
+    from reports.publish.kept import kept_images
     from reports.publish.picture_scene import draw, new_plotter
 
     plotter = new_plotter()
@@ -22,7 +22,8 @@ def main() -> None:
         _say(state="started", name=job["name"])
         try:
             scene = load_scene(Path(job["scene"]))
-            ours, theirs = (read_answers(Path(job[key])) if job[key] else None for key in ("ours", "theirs"))
+            images, _ = kept_images(Path(job["folder"]), job["case"])
+            ours, theirs = images.get(job["ours"]), images.get(job["theirs"])
             draw(plotter, Path(job["picture"]), scene, ours=ours, theirs=theirs, stage=job["stage"])
         except (OSError, ValueError) as error:
             _say(state="failed", name=job["name"], why=str(error))

@@ -11,6 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
 from reports.publish import gl
+from reports.publish.kept import inside
 
 OURS, THEIRS = "tracer-float32", "analytic"
 
@@ -141,31 +142,18 @@ def picture_path(case: dict[str, Any]) -> str | None:
     return PurePosixPath("pictures", *parts[1:]).with_suffix(".png").as_posix()
 
 
-def inside(folder: Path, relative: str) -> bool:
-    """Return whether `relative` names a file below `folder`; results.json may come from anywhere."""
-    try:
-        path = (folder / relative).resolve()
-        return path.is_relative_to(folder.resolve()) and path.is_file()
-    except (OSError, ValueError):
-        return False
-
-
 def _job(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
     """Return what the child must know to draw a case, or None if the run kept no scene of it."""
     scene = case.get("scene")
     if not scene or not inside(folder, scene) or picture_path(case) is None:
         return None
-    images = {render.get("renderer"): render.get("image") for render in case.get("renders", [])}
-
-    def answers(renderer: str) -> str | None:
-        image = images.get(renderer)
-        return str((folder / image).resolve()) if image and inside(folder, image) else None
-
     return {
         "name": case["name"],
         "scene": str((folder / scene).resolve()),
-        "ours": answers(OURS),
-        "theirs": answers(THEIRS),
+        "folder": str(folder.resolve()),
+        "case": {key: case.get(key) for key in ("renders", "pixels")},
+        "ours": OURS,
+        "theirs": THEIRS,
         "stage": case.get("stage"),
         "picture": str((folder / str(picture_path(case))).resolve()),
     }

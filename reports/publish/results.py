@@ -48,7 +48,14 @@ def save_results(folder: Path, results: Mapping[str, Any]) -> Path:
     problem = shape_problem(results)
     if problem:
         raise ResultsError(f"{folder / NAME}: {problem}")
-    return write_text(folder / NAME, json.dumps(plain(results), allow_nan=False, indent=1) + "\n")
+    return write_text(folder / NAME, _a_case_a_line(plain(results)))
+
+
+def _a_case_a_line(results: dict[str, Any]) -> str:
+    """Return JSON that can be read by eye at the top and compared by line below; half the size of an indented one."""
+    cases = ",\n".join(json.dumps(case, allow_nan=False, separators=(",", ":")) for case in results["cases"])
+    rest = {key: value for key, value in results.items() if key != "cases"}
+    return json.dumps(rest, allow_nan=False, indent=1)[:-2] + f',\n "cases": [\n{cases}\n ]\n}}\n'
 
 
 def plain(value: Any) -> Any:

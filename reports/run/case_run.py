@@ -7,11 +7,13 @@ from typing import Any
 from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
-from reports.run.orders import JudgeTask, ReferenceTask, TracerTask
+from reports.run.orders import JudgeTask, ReferenceTask, SubjectTask, TracerTask
 from reports.run.plan import PlannedCase
 from reports.run.pool import Pool
 from reports.run.reproducing import reproduce, write_scene
+from reports.run.tasks import UNDER_TEST
 from reports.run.worker import Reply
+from reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
 
 
 class CaseRun:
@@ -25,6 +27,9 @@ class CaseRun:
         *,
         folder: Path,
         require: tuple[str, ...],
+        subject: Subject = THE_TRACER,
+        cached: bool = True,
+        full: bool = False,
         finished: Callable[["CaseRun", dict[str, Any]], None],
     ) -> None:
         self.planned = planned
@@ -33,6 +38,10 @@ class CaseRun:
         self._pool = pool
         self._folder = folder
         self._require = require
+        self._subject = subject
+        self._cached = cached
+        self._notes: tuple[str, ...] = ()
+        self._full = full
         self._finished = finished
         self._candidates: dict[str, Candidate] = {}
         self._witnesses: dict[str, Witness] = {}
@@ -42,27 +51,35 @@ class CaseRun:
         """Submit every render of the case."""
         case = self.planned.case
         for name in self.planned.configurations:
-            task = TracerTask(scene=case.scene, configuration=name, samples=case.samples)
-            self._pool.submit("tracer", task, lambda reply, name=name: self._traced(name, reply))
+            kind, task = self._task(name)
+            self._pool.submit(kind, task, lambda reply, name=name: self._traced(name, reply))
         for name in self._references:
-            task = ReferenceTask(scene=case.scene, samples=case.samples)
+            task = ReferenceTask(scene=case.scene, samples=case.samples, cached=self._cached)
             self._pool.submit(f"reference:{name}", task, lambda reply, name=name: self._referred(name, reply))
+
+    def _task(self, configuration: str) -> tuple[str, TracerTask | SubjectTask]:
+        """Return the kind of worker that renders for the subject, and its task."""
+        case = self.planned.case
+        if self._subject.is_tracer:
+            return TRACER, TracerTask(scene=case.scene, configuration=configuration, samples=case.samples)
+        task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=self._subject)
+        return self._subject.name if self._subject.name == PROGRAM else f"{UNDER_TEST}{self._subject.name}", task
 
     def _traced(self, name: str, reply: Reply) -> None:
         if reply.error is None:
-            self._candidates[name], versions = reply.value
+            self._candidates[name], versions, *notes = reply.value
+            self._notes = notes[0] if notes else ()
             self.versions |= versions
         else:
-            precision = name.split("/")[0]
             self._candidates[name] = Candidate(
                 name=name,
-                precision=precision,
+                precision=name.split("/")[0] if self._subject.is_tracer else "float32",
                 items=frozenset(),
                 shadow_epsilon=0.0,
                 answers=None,
                 error=reply.error,
             )
-        self._note(f"tracer-{name}", reply)
+        self._note(self._subject.renderer(name), reply)
 
     def _referred(self, name: str, reply: Reply) -> None:
         if reply.error is None:
@@ -89,6 +106,9 @@ class CaseRun:
                 versions=self.versions,
                 folder=self._folder,
                 require=self._require,
+                subject=self._subject,
+                notes=self._notes,
+                full=self._full,
             )
             # Judged before anything else is rendered: finished cases leave memory.
             self._pool.submit("judge", task, self._judged, first=True)
@@ -134,7 +154,7 @@ class CaseRun:
             "stresses": case.stresses,
             "covers": list(case.covers),
             "planned": len(checks),
-            "reproduce": reproduce(self._folder, case, self.planned.configurations),
+            "reproduce": reproduce(self._folder, case, self.planned.configurations, self._subject),
             "scene": write_scene(self._folder, case),
             "picture": None,
             "width": case.scene.camera.width,

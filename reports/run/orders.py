@@ -6,6 +6,7 @@ from pathlib import Path
 from cases.case import Case
 from cases.scene import Scene
 from reports.judge.parties import Candidate, Witness
+from reports.subjects import THE_TRACER, Subject
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +24,25 @@ class ReferenceTask:
 
     scene: Scene
     samples: int
+    cached: bool = False  # what was rendered before may be taken from the cache
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubjectTask:
+    """Render a scene by the subject; the answer is a Candidate with its version and notes."""
+
+    scene: Scene
+    samples: int
+    case: str
+    subject: Subject
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuestionTask:
+    """Put `--capabilities` to a program; the answer is its Capabilities, or the sentence that says what is wrong."""
+
+    subject: Subject
+    seconds: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,3 +55,6 @@ class JudgeTask:
     versions: dict[str, str]
     folder: Path
     require: tuple[str, ...]
+    subject: Subject = THE_TRACER
+    notes: tuple[str, ...] = ()  # what the subject says of its answers
+    full: bool = False  # keep every image of every case

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from reports.subjects import THE_TRACER, Subject
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunRequest:
@@ -16,3 +18,6 @@ class RunRequest:
     timeout: float  # s, for one render or one judgement
     configurations: tuple[str, ...]
     json: Path | None  # where to copy results.json
+    subject: Subject = THE_TRACER  # who is under test
+    cached: bool = True  # take references' renders from the cache
+    full: bool = False  # keep every renderer's images of every case, as EXR

@@ -14,7 +14,6 @@ from rich.console import Console
 
 from cases.case import Case
 from cases.families import all_cases, select
-from reports.judge.adjudicate import ORACLE
 from reports.judge.outcomes import Outcome, exit_code
 from reports.publish.pictures import Drawing
 from reports.run import assemble
@@ -23,10 +22,13 @@ from reports.run.guards import stand_guards
 from reports.run.journal import NAME as JOURNAL
 from reports.run.journal import Journal
 from reports.run.llvm import choose_packaged_llvm
+from reports.run.panel import Panel, panel
 from reports.run.plan import PlannedCase, key, plan
 from reports.run.pool import Pool
 from reports.run.progress import CaseProgress, worst_first
 from reports.run.request import RunRequest
+from reports.run.supported import concerning
+from reports.subjects import PROGRAM, Subject
 
 INTERRUPTED = 130
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
@@ -45,26 +47,30 @@ def run(request: RunRequest) -> int:
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=LOG_WIDTH)
-    planned = plan(_cases(request.selectors), request.configurations)
-    references = _references(request.require)
+    subject = request.subject
+    names = request.configurations if subject.is_tracer else (subject.name,)
+    planned = plan(_cases(request.selectors), names, subject)
+    heard = panel(request.require, subject)
     request.out.mkdir(parents=True, exist_ok=True)
     if not request.resume:
         _clear(request.out)
-    faults = _faults(planned)
+    faults = _faults(planned) if subject.is_tracer else []
     if faults:
         console.print(f"[bold red]PLANTED FAULT in this run: {', '.join(faults)}; it must fail[/]")
-    console.print(f"{len(planned)} cases against {', '.join(references)}; results in {request.out}", soft_wrap=True)
+    who = "" if subject.is_tracer else f"{subject.title}: "
+    line = f"{who}{len(planned)} cases against {', '.join(heard.names)}; results in {request.out}"
+    console.print(line, soft_wrap=True, markup=False)
     start, started = time.perf_counter(), datetime.now(UTC)
     with Drawing(request.out) as drawing:
-        records, interrupted = _render_and_judge(request, planned, references, console, drawing)
-    results = _results(planned, records, references, faults, started)
+        records, interrupted = _render_and_judge(request, planned, heard.names, console, drawing)
+    results = _results(planned, records, heard, faults, started, subject)
     results["finished"] = not interrupted
     results["seconds"] = round(time.perf_counter() - start, 3)
     _publish(request, results, drawing.reason, console)
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
-    return exit_code(Outcome(record["verdict"]) for record in records)
+    return exit_code(concerning((Outcome(record["verdict"]) for record in records), tracer=subject.is_tracer))
 
 
 def _cases(selectors: tuple[str, ...]) -> tuple[Case, ...]:
@@ -89,21 +95,6 @@ def _clear(folder: Path) -> None:
             shutil.rmtree(folder / name, ignore_errors=True)
 
 
-def _references(require: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the references of the run, the oracle first: all but those that answer on request only, and the required.
-
-    Raises:
-        LookupError: a required reference is not known.
-
-    """
-    from reference import REFERENCES
-
-    usual = [name for name in REFERENCES if not REFERENCES.about(name).get("on_request", False)]
-    for name in require:
-        REFERENCES[name]
-    return tuple(sorted({*usual, *require}, key=lambda name: (name != ORACLE, name)))
-
-
 def _faults(planned: tuple[PlannedCase, ...]) -> list[str]:
     """Return the planted faults, and the wrong forms printed in the lecture, that any configuration uses."""
     from tracer.configuration import Configuration
@@ -122,10 +113,19 @@ def _render_and_judge(
 ) -> tuple[list[dict[str, Any]], bool]:
     """Return the records in the plan's order, and whether the user interrupted."""
     # Judging is the longest part and shares nothing: it may take every processor.
-    pool = Pool(jobs=request.jobs, timeout=request.timeout, copies={"judge": request.jobs})
+    subject = request.subject
+    pool = Pool(
+        jobs=request.jobs,
+        timeout=request.timeout,
+        copies={"judge": request.jobs, PROGRAM: request.jobs},
+        # A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
+        timeouts={PROGRAM: 2 * subject.seconds + request.timeout},
+    )
     records: dict[str, dict[str, Any]] = {}
     # What must be answered is part of the question: a verdict of a run that did not require it is not taken up.
     asked = (*references, *(f"required: {name}" for name in sorted(set(request.require))))
+    if not subject.is_tracer:
+        asked = (*asked, f"under test: {subject.title}", *subject.identity)
     keys = {one.case.name: key(one, asked) for one in planned}
     interrupted = False
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
@@ -152,7 +152,15 @@ def _render_and_judge(
             while len(records) < len(planned):
                 while started - (len(records) - before) < AHEAD and (one := next(pending, None)) is not None:
                     case_run = CaseRun(
-                        one, references, pool, folder=request.out, require=request.require, finished=finished
+                        one,
+                        references,
+                        pool,
+                        folder=request.out,
+                        require=request.require,
+                        subject=subject,
+                        cached=request.cached,
+                        full=request.full,
+                        finished=finished,
                     )
                     case_run.start()
                     started += 1
@@ -167,9 +175,10 @@ def _render_and_judge(
 def _results(
     planned: tuple[PlannedCase, ...],
     records: list[dict[str, Any]],
-    references: tuple[str, ...],
+    heard: Panel,
     faults: list[str],
     started: datetime,
+    subject: Subject,
 ) -> dict[str, Any]:
     """Return results.json's content, as docs/results.md describes it."""
     from reference import REFERENCES
@@ -184,9 +193,10 @@ def _results(
         "rayproof": version("rayproof"),
         "command": " ".join(["rayproof", *sys.argv[1:]]),
         "started": started.isoformat(timespec="seconds"),
-        "verdict": assemble.verdict(records, planned=len(planned)).value,
+        "verdict": assemble.verdict(records, planned=len(planned), tracer=subject.is_tracer).value,
+        "subject": subject.title,
         "faults": faults,
-        "environment": environment | {name: text for name, text in versions.items() if name not in references},
+        "environment": environment | {name: text for name, text in versions.items() if name not in heard.names},
         "configurations": sorted({name for one in planned for name in one.configurations}),
         "references": {
             name: {
@@ -194,8 +204,9 @@ def _results(
                 "precision": REFERENCES[name].precision,
                 "independent": bool(REFERENCES.about(name).get("independent", False)),
             }
-            for name in references
+            for name in heard.names
         },
+        "absent": heard.absent,
         "summary": assemble.case_ledger(records, planned=len(planned)),
         "checks": assemble.check_ledger(records),
         "coverage": {item: entry["cases"] for item, entry in detail.items()},

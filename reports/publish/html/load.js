@@ -1,4 +1,5 @@
-// A case's data: a script added when the case is opened, since browsers refuse fetch() on file://.
+// A case's data: scripts added when the case is opened, since browsers refuse fetch() on file://; in a page that is a
+// single file they are inert elements instead, named by their path.
 (function (rayproof) {
   "use strict";
 
@@ -6,49 +7,54 @@
   const waiting = new Map();
   const loaded = new Map();
 
-  rayproof.receive = function (number, record, images) {
-    waiting.get(number)?.({ record, images });
-  };
+  rayproof.receive = (path, content) => waiting.get(path)?.(content);
 
-  function request(row) {
+  // Where a file of the results folder is, for src and href. No segment of a path is markup or a scheme.
+  rayproof.place = (path) => `./${path.split("/").map(encodeURIComponent).join("/")}`;
+
+  // -> Promise of the content that the script at `path` hands over
+  rayproof.request = function (path) {
+    const inlined = document.querySelector(`script[type="application/json"][data-path="${CSS.escape(path)}"]`);
+    if (inlined) return Promise.resolve(JSON.parse(inlined.textContent));
     return new Promise((resolve, reject) => {
       const script = document.createElement("script");
-      const finish = (act, value) => { waiting.delete(row.number); script.remove(); act(value); };
-      waiting.set(row.number, (data) => finish(resolve, data));
-      script.onerror = () => finish(reject, new Error(`${row.file} is missing beside index.html`));
-      script.src = row.file;
+      const finish = (act, value) => { waiting.delete(path); script.remove(); act(value); };
+      waiting.set(path, (content) => finish(resolve, content));
+      script.onerror = () => finish(reject, new Error(`${path} is missing beside index.html`));
+      script.src = rayproof.place(path);
       document.head.append(script);
     });
-  }
+  };
 
   async function open(row) {
-    const { record, images } = await request(row);
-    const data = JSON.parse(await rayproof.inflateText(record));
+    const data = JSON.parse(await rayproof.inflateText(await rayproof.request(row.file)));
+    const { base, renderers: images } = data.pixels ? await rayproof.request(data.pixels) : { base: null, renderers: {} };
     const decoded = new Map();
+    const has = (renderer, stage) => Object.hasOwn(images, renderer) && Object.hasOwn(images[renderer], stage);
     const image = (renderer, stage) => {
-      const key = `${renderer}\n${stage}`;
-      const stored = Object.hasOwn(images, renderer) ? images[renderer][stage] : undefined;
-      if (!stored) return Promise.resolve(null);
+      if (!has(renderer, stage)) return Promise.resolve(null);
+      const key = JSON.stringify([renderer, stage]);
       if (!decoded.has(key)) {
         decoded.set(key, (async () => {
-          const base = stored.against ? await image(data.base, stage) : null;
-          return { width: stored.width, height: stored.height, channels: stored.channels,
-            values: await rayproof.floats(stored, base && base.values) };
+          const stored = images[renderer][stage];
+          const { width, height, channels } = stored;
+          const prediction = await rayproof.predict(stored, stage, renderer, base, image);
+          return { width, height, channels, values: await rayproof.floats(stored, prediction) };
         })());
       }
       return decoded.get(key);
     };
-    return { ...data, renderers: Object.keys(images), image,
-      has: (renderer, stage) => Object.hasOwn(images, renderer) && Object.hasOwn(images[renderer], stage) };
+    const mask = data.masks ? await rayproof.inflate(data.masks.data) : null;
+    return { ...data, renderers: Object.keys(images), image, has, mask };
   }
 
-  // -> Promise of the case's record, with image(renderer, stage) -> Promise of an image or null.
+  // -> Promise of the case's record, with image(renderer, stage) -> Promise of an image or null, and mask: Uint8Array.
   rayproof.load = function (row) {
-    if (!loaded.has(row.number)) {
-      loaded.set(row.number, open(row));
-      loaded.get(row.number).catch(() => loaded.delete(row.number));
+    if (!loaded.has(row.file)) {
+      loaded.set(row.file, open(row));
+      loaded.get(row.file).catch(() => loaded.delete(row.file));
       if (loaded.size > MOST_KEPT) loaded.delete(loaded.keys().next().value);
     }
-    return loaded.get(row.number);
+    return loaded.get(row.file);
   };
 })(window.rayproof);

@@ -1,0 +1,83 @@
+"""A case's images of every renderer in one script, every bit of every float: what a browser loads from disk.
+
+Browsers refuse fetch() on file://, so this is a call with JSON in it: the first line is the call, the second the JSON.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.stages import IMAGE_STAGES, Stage
+from reports.publish.atomic import write_text
+from reports.publish.encoding import decode, encode
+from reports.publish.predicting import predicted, predictions
+
+# The renderer against which the others are stored: the one they should all be close to.
+BASE = "analytic"
+
+Renders = dict[str, dict[Stage, np.ndarray]]  # by renderer: float32 (height, width, channels) of each stage
+
+
+def write_pixels(path: Path, name: str, renders: Mapping[str, Mapping[Stage, np.ndarray]], eye: Any) -> Path:
+    """Write the script that hands `renders`, rounded to float32 once, to the page as `name`; return `path`.
+
+    `eye` is the camera's (3), m: hit points are foretold from it.
+    """
+    with np.errstate(over="ignore"):
+        images = {
+            str(renderer): {stage: np.asarray(answers[stage], np.float32) for stage in IMAGE_STAGES if stage in answers}
+            for renderer, answers in renders.items()
+        }
+    base = BASE if BASE in images else next(iter(images), None)
+    start = (float(eye[0]), float(eye[1]), float(eye[2]))
+    encoded = {
+        renderer: {
+            stage.value: {
+                "height": image.shape[0],
+                "width": image.shape[1],
+                **encode(image, predictions(stage, own, images[base] if base and base != renderer else None, start)),
+            }
+            for stage, image in own.items()
+            if image.ndim == 3 and image.size
+        }
+        for renderer, own in images.items()
+    }
+    return write_text(path, script(name, {"base": base, "renderers": encoded}))
+
+
+def read_pixels(path: Path) -> Renders:
+    """Return what `write_pixels` wrote.
+
+    Raises:
+        OSError: there is no such file.
+        ValueError: it is no such script.
+
+    """
+    try:
+        stored = json.loads(path.read_text(encoding="utf-8").splitlines()[1])
+        base, renderers = stored["base"], stored["renderers"]
+        order = sorted(renderers, key=lambda name: name != base)
+        renders: Renders = {}
+        for name in order:
+            own = renders[name] = {}
+            # In the order of the stages, which is that of the predictions.
+            for stage in IMAGE_STAGES:
+                if (one := renderers[name].get(stage.value)) is not None:
+                    foretold = predicted(one, stage, own, renders.get(base))
+                    own[stage] = decode(one, one["height"], one["width"], foretold)
+    except (IndexError, KeyError, TypeError, AttributeError, UnicodeDecodeError, ValueError) as error:
+        raise ValueError(f"{path} holds no images: {error!r}") from error
+    return {name: renders[name] for name in renderers}
+
+
+def script(name: str, content: Any) -> str:
+    """Return a script that hands `content` to the page under `name`, inert wherever it may be put."""
+    return f"rayproof.receive({inert(name)},\n{inert(content)}\n);\n"
+
+
+def inert(content: Any) -> str:
+    """Return JSON on one line that can stand inside a script element whatever strings it holds."""
+    return json.dumps(content, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")

@@ -1,0 +1,87 @@
+"""What an image's floats are foretold to be, from what a reader has already: only the difference needs storing.
+
+Each prediction is float32, computed by IEEE operations that Python and JavaScript round alike (html/predict.js is the
+same file for browsers), so that adding the stored difference of bits gives back every bit. Where a prediction is not
+finite it is 0: a NaN made by arithmetic has no bits of its own that both would agree on.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from cases.stages import Stage
+
+Images = Mapping[Stage, np.ndarray]  # of one renderer, float32 (height, width, channels)
+
+# A stage that is an earlier one times a constant per object: M = albedo E, L = M / pi.
+TIMES = {Stage.EXITANCE: Stage.IRRADIANCE, Stage.RADIANCE: Stage.EXITANCE}
+
+
+def predictions(
+    stage: Stage, own: Images, base: Images | None, eye: tuple[float, float, float]
+) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
+    """Yield each way to foretell `own[stage]`: how, as plain JSON data, and the float32 prediction.
+
+    `own` holds the renderer's stages, `base` those of the renderer that all are compared with, if it is another one.
+    """
+    image = own[stage]
+    yield {"by": "nothing"}, np.zeros_like(image)
+    if base is not None and stage in base and base[stage].shape == image.shape:
+        yield {"by": "base"}, base[stage]
+    source = TIMES.get(stage)
+    if source is not None and source in own and Stage.OBJECT in own and own[source].shape == image.shape:
+        table = factors(image, own[source], own[Stage.OBJECT])
+        yield {"by": "factors", "of": source.value, "factors": table}, times(own[source], own[Stage.OBJECT], table)
+    if stage is Stage.POSITION and {Stage.RAY, Stage.DISTANCE} <= set(own):
+        yield {"by": "ray", "eye": list(eye)}, along(own[Stage.RAY], own[Stage.DISTANCE], eye)
+
+
+def predicted(how: Mapping[str, Any], stage: Stage, own: Images, base: Images | None) -> np.ndarray | None:
+    """Return the prediction that `how` names, or None where it is 0 everywhere."""
+    if how["by"] == "base":
+        assert base is not None
+        return base[stage]
+    if how["by"] == "factors":
+        return times(own[Stage(how["of"])], own[Stage.OBJECT], how["factors"])
+    return along(own[Stage.RAY], own[Stage.DISTANCE], how["eye"]) if how["by"] == "ray" else None
+
+
+def factors(image: np.ndarray, source: np.ndarray, objects: np.ndarray) -> dict[str, list[float]]:
+    """Return the median of image / source of each object by channel, float32: the albedo, or 1 / pi."""
+    table: dict[str, list[float]] = {}
+    for index in np.unique(objects[..., 0]):
+        here = objects[..., 0] == index
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            ratio = image[here].astype(np.float64) / source[here]
+        known = [column[np.isfinite(column)] for column in ratio.T]
+        medians = [np.median(column) if len(column) else 0.0 for column in known]
+        with np.errstate(over="ignore"):
+            rounded = np.nan_to_num(np.asarray(medians).astype(np.float32), posinf=0.0, neginf=0.0)
+        table[_key(index)] = [float(value) for value in rounded]
+    return table
+
+
+def times(source: np.ndarray, objects: np.ndarray, table: Mapping[str, list[float]]) -> np.ndarray:
+    """Return source times its object's factors, rounded to float32 once."""
+    scale = np.zeros(source.shape, np.float64)
+    for index in np.unique(objects[..., 0]):
+        scale[objects[..., 0] == index] = table.get(_key(index), [0.0] * source.shape[-1])
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _finite((source.astype(np.float64) * scale).astype(np.float32))
+
+
+def along(ray: np.ndarray, distance: np.ndarray, eye: Any) -> np.ndarray:
+    """Return eye + t d, in float64 rounded to float32 once; 0 where the ray hits nothing."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        point = np.asarray(eye, np.float64) + distance.astype(np.float64) * ray.astype(np.float64)
+        return _finite(point.astype(np.float32))
+
+
+def _finite(image: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(image), image, np.float32(0))
+
+
+def _key(index: float) -> str:
+    """Return an object index as text: JavaScript's text of the same number, where it is one."""
+    return str(int(index)) if np.isfinite(index) and index == int(index) else "other"

@@ -1,0 +1,83 @@
+"""What a run keeps of a case to look at: its images, and which of its pixels are near an edge."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from cases.answers import Answers
+from cases.stages import IMAGE_STAGES
+from reports.judge.adjudicate import ORACLE
+from reports.judge.bench import Bench
+from reports.judge.ground import ground
+from reports.judge.masks import mask
+from reports.judge.oracle import FullOracle, stages_of
+from reports.publish.encoding import pack
+from reports.publish.exr import write_answers
+from reports.publish.pixels import write_pixels
+from reports.run.orders import JudgeTask
+from reports.subjects import TRACER, Subject
+from tracer.configuration import Configuration
+
+
+def keep_images(task: JudgeTask, *, passed: bool) -> tuple[dict[str, str], str | None]:
+    """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
+
+    Of a case that passed the first configuration and the independent witnesses are enough to look at, in one file an
+    eighth of the size; of any other every renderer may be the one to look at, with whatever reads EXR. `full` keeps
+    everything of all.
+    """
+    everyone = task.full or not passed
+    candidates = task.candidates if everyone else task.candidates[:1]
+    witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
+    parties: list[tuple[str, Answers | None]] = [(task.subject.renderer(c.name), c.answers) for c in candidates]
+    parties += [(w.name, w.answers) for w in witnesses]
+    renders = {
+        name: images
+        for name, answers in parties
+        if (images := {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES})
+    }
+    if everyone:
+        return _write_files(task, renders), None
+    if not renders:
+        return {}, None
+    path = Path("images", f"{task.case.name}.js")
+    write_pixels(task.folder / path, path.as_posix(), renders, task.case.scene.camera.eye)
+    return {}, path.as_posix()
+
+
+def masks(task: JudgeTask, oracle: FullOracle) -> dict[str, Any] | None:
+    """Return which pixels may differ, for the first configuration before the oracle, as plain JSON data."""
+    truth = next((witness for witness in task.witnesses if witness.name == ORACLE), None)
+    candidate = next((one for one in task.candidates if one.answers is not None), None)
+    if truth is None or truth.error is not None or candidate is None:
+        return None
+    scene = task.case.scene
+    base = ground(scene, stages_of(scene), oracle, known=truth.answers)
+    found = mask(Bench(ground=base, candidate=candidate, witness=truth).classes, base.edges)
+    return {
+        "configuration": candidate.name,
+        "height": found.shape[0],
+        "width": found.shape[1],
+        "data": pack(found.tobytes()),
+    }
+
+
+def _write_files(task: JudgeTask, renders: Mapping[str, Answers]) -> dict[str, str]:
+    """Write one EXR per renderer; return renderer -> relative path."""
+    written: dict[str, str] = {}
+    lights = len(task.case.scene.lights)
+    for name, images in renders.items():
+        path = Path("images", task.case.name, f"{name.replace('/', '+')}.exr")
+        (task.folder / path).parent.mkdir(parents=True, exist_ok=True)
+        write_answers(task.folder / path, images, lights=lights, comments=_comments(name, task.subject))
+        written[name] = path.as_posix()
+    return written
+
+
+def _comments(renderer: str, subject: Subject) -> str:
+    """Return what an image's header must say of who made it: a wrong formula shouts here too."""
+    if not subject.is_tracer or not renderer.startswith(f"{TRACER}-"):
+        return renderer
+    configuration = Configuration.parse(renderer.removeprefix(f"{TRACER}-"))
+    wrong = (*configuration.faults, *configuration.controls)
+    return f"PLANTED FAULT: {', '.join(wrong)}; {renderer}" if wrong else renderer

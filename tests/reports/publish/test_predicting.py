@@ -1,0 +1,54 @@
+"""What is foretold of an image from a reader's other images; only what is near needs to be right, not all."""
+
+import numpy as np
+import pytest
+
+from cases.stages import Stage
+from reports.publish.predicting import along, factors, predicted, predictions, times
+from tests.reports.publish.sample import EYE, answers
+
+
+@pytest.fixture
+def own():
+    """Return a renderer's stages in float32."""
+    return {stage: image.astype(np.float32) for stage, image in answers().items()}
+
+
+def test_exitance_is_foretold_by_the_albedos_and_radiance_by_pi(own):
+    table = factors(own[Stage.EXITANCE], own[Stage.IRRADIANCE], own[Stage.OBJECT])
+    assert table["0"] == pytest.approx([0.8, 0.3, 0.2])
+    assert table["1"] == pytest.approx([0.4, 0.5, 0.6])
+
+    foretold = times(own[Stage.IRRADIANCE], own[Stage.OBJECT], table)
+
+    assert np.allclose(foretold, own[Stage.EXITANCE], rtol=2**-22)
+
+
+def test_hit_points_are_foretold_by_the_ray_and_misses_by_0(own):
+    foretold = along(own[Stage.RAY], own[Stage.DISTANCE], EYE)
+
+    assert np.allclose(foretold, own[Stage.POSITION], atol=1e-5)
+
+
+def test_every_prediction_is_made_again_from_what_it_says_of_itself(own):
+    base = {stage: image + np.float32(1) for stage, image in own.items()}
+    seen = set()
+
+    for stage in own:
+        for how, foretold in predictions(stage, own, base, tuple(EYE)):
+            again = predicted(how, stage, own, base)
+            assert (np.zeros_like(foretold) if again is None else again).tobytes() == foretold.tobytes()
+            assert np.isfinite(foretold).all() or how["by"] == "base"
+            seen.add(how["by"])
+
+    assert seen == {"nothing", "base", "factors", "ray"}
+
+
+def test_without_objects_or_with_indices_that_are_no_numbers_nothing_breaks(own):
+    own[Stage.OBJECT] = np.full_like(own[Stage.OBJECT], np.nan)
+    own[Stage.IRRADIANCE] = np.full_like(own[Stage.IRRADIANCE], np.inf)
+
+    (*_, (how, foretold)) = predictions(Stage.EXITANCE, own, None, (0, 0, 0))
+
+    assert how["by"] == "factors"
+    assert np.isfinite(foretold).all()

@@ -1,0 +1,73 @@
+"""What is kept of a case: one file where it passed, EXR files of everybody where it did not or all are asked for."""
+
+import zlib
+from base64 import b64decode
+
+import numpy as np
+import pytest
+
+from cases.families import select
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.judge.parties import Candidate, Witness
+from reports.publish.exr import read_answers
+from reports.publish.pixels import read_pixels
+from reports.run.keeping import keep_images, masks
+from reports.run.orders import JudgeTask
+
+
+@pytest.fixture(scope="module")
+def answered():
+    """Return a case and the analytic reference's answers."""
+    (case,) = select(["primitives/sphere"])
+    return case, Analytic().render(case.scene, list(Stage))
+
+
+@pytest.fixture
+def task(answered, tmp_path):
+    """Return a task of two configurations and two witnesses, one of which is not independent."""
+    case, answers = answered
+    candidates = tuple(
+        Candidate(name=name, precision="float32", items=frozenset(), shadow_epsilon=0.0, answers=answers)
+        for name in ("float32", "float64")
+    )
+    witnesses = tuple(
+        Witness(name=name, precision="float64", independent=name == "analytic", shadow_epsilon=0.0, answers=answers)
+        for name in ("analytic", "mitsuba_llvm")
+    )
+
+    def make(*, full: bool = False) -> JudgeTask:
+        return JudgeTask(
+            case=case, candidates=candidates, witnesses=witnesses, versions={}, folder=tmp_path, require=(), full=full
+        )
+
+    return make
+
+
+def test_a_case_that_passed_keeps_ours_and_the_independent_in_one_file(task, answered, tmp_path):
+    images, pixels = keep_images(task(), passed=True)
+
+    assert images == {}
+    assert pixels == "images/primitives/sphere.js"
+    kept = read_pixels(tmp_path / pixels)
+    assert set(kept) == {"tracer-float32", "analytic"}
+    normal = answered[1][Stage.NORMAL].astype(np.float32)
+    assert kept["analytic"][Stage.NORMAL].tobytes() == normal.tobytes()
+
+
+@pytest.mark.parametrize(("full", "passed"), [(True, True), (False, False)], ids=["full", "did not pass"])
+def test_otherwise_everybody_leaves_an_exr(task, tmp_path, full, passed):
+    images, pixels = keep_images(task(full=full), passed=passed)
+
+    assert pixels is None
+    assert set(images) == {"tracer-float32", "tracer-float64", "analytic", "mitsuba_llvm"}
+    assert Stage.RAY in read_answers(tmp_path / images["mitsuba_llvm"])
+
+
+def test_the_mask_has_an_outline_and_leaves_most_alone(task):
+    found = masks(task(), Analytic())
+
+    assert found is not None
+    bits = np.frombuffer(zlib.decompress(b64decode(found["data"])), np.uint8)
+    assert len(bits) == found["width"] * found["height"]
+    assert 0 < np.count_nonzero(bits) < len(bits) / 10
