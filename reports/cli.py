@@ -25,6 +25,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "stability": ("reports.commands.stability:stability", "Measure formulas on ladders of ill-conditioned inputs."),
     "oracle": ("reports.commands.oracle:oracle", "Enclose every stage of some pixels between certified bounds."),
     "render": ("reports.commands.render:render", "Render a scene file with the tracer alone."),
+    "import": ("reports.commands.exchange:import_scene", "Turn another program's scene into a scene file."),
+    "export": ("reports.commands.exchange:export_scene", "Write a scene as Mitsuba 3 XML."),
     "compare": ("reports.commands.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
     "tradeoff": ("reports.commands.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
     "schema": ("reports.commands.schema:schema", "Print the JSON Schema of scene files."),

@@ -1,0 +1,52 @@
+"""Read a Mitsuba XML file."""
+
+from pathlib import Path
+
+from cases.scene import Scene, SceneError
+from reports.exchange import IMPORTERS, Imported, Size
+from reports.exchange.framing import camera_for
+from reports.exchange.mitsuba_xml.emitters import lights_of
+from reports.exchange.mitsuba_xml.sensors import camera_of
+from reports.exchange.mitsuba_xml.shapes import shapes_of
+from reports.exchange.mitsuba_xml.tree import read_tree
+
+PINHOLES = ("perspective", "thinlens")
+# What renders a scene and is no part of it; a film is the sensor's.
+OF_THE_RENDERER = ("Integrator", "Sampler", "ReconstructionFilter")
+
+
+@IMPORTERS.register(".xml")
+def import_mitsuba(path: Path, size: Size) -> Imported:
+    """Return the scene in a Mitsuba XML file; direct light only, whatever its integrator would add.
+
+    Raises:
+        SceneError: the file cannot be understood, or holds what the specification refuses.
+
+    """
+    root = read_tree(path)
+    if root.kind != "Scene":
+        raise SceneError(f"{path}: must hold a scene, got a {root.kind.lower()}")
+    dropped: list[str] = []
+
+    def drop(sentence: str) -> None:
+        if sentence not in dropped:
+            dropped.append(sentence)
+
+    shapes = tuple(shapes_of(root, path.parent, drop))
+    sensors = [sensor for _, sensor in root.children("Sensor")]
+    usable = [sensor for sensor in sensors if sensor.plugin in PINHOLES]
+    for sensor in sensors:
+        if not usable or sensor is not usable[0]:
+            drop(f"{sensor.place}: the sensor {sensor.plugin}{'; the first one counts' if usable else ''}")
+    if not usable:
+        drop(f"{path.name}: it has no perspective sensor; a camera was made that shows every shape")
+    camera = camera_of(usable[0], size, drop) if usable else camera_for(shapes, size, up=(0.0, 1.0, 0.0))
+    lights = tuple(lights_of(root, drop))
+    if not lights:
+        drop(f"{path.name}: it has no point light; the scene is unlit")
+    for name, child in root.children():
+        if child.kind == "Integrator" and child.plugin != "direct":
+            drop(f"{child.place}: the integrator {child.plugin}; direct light is all that is computed")
+        elif child.kind not in ("Shape", "Sensor", "Emitter", "BSDF", "Texture", *OF_THE_RENDERER):
+            drop(f"{child.place}: the {child.kind.lower()} {child.plugin} ({name})")
+    return Imported(scene=Scene(camera=camera, shapes=shapes, lights=lights), dropped=tuple(dropped))
