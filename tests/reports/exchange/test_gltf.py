@@ -90,7 +90,7 @@ def test_nodes_are_placed_as_trimesh_places_them(tmp_path: Path) -> None:
         turn = trimesh.transformations.random_rotation_matrix(random.random(3))
         turn[:3, 3] = random.normal(size=3)
         scene.add_geometry(trimesh.creation.box((1, 2, 3)), node_name=f"box {number}", transform=turn)
-    (tmp_path / "boxes.glb").write_bytes(scene.export(file_type="glb"))
+    scene.export(str(tmp_path / "boxes.glb"))
 
     imported = import_scene(tmp_path / "boxes.glb")
 
