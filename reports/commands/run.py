@@ -81,13 +81,13 @@ def run(
     with told_in_one_line():
         check_selectors(selectors)
         chosen = configurations(configuration, formula)
+        tested = under_test(subject, seconds=timeout, memory=memory)
+        panel(required, tested)
         writable_folder(out)
         if json is not None:
             writable_folder(json.parent)
             if json.is_dir():
                 raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(json))
-        tested = under_test(subject, seconds=timeout, memory=memory)
-        panel(required, tested)
     request = RunRequest(
         selectors=selectors,
         out=out,

@@ -7,6 +7,7 @@ from typing import Any
 from cases.case import ITEMS
 from cases.stages import Stage
 from reports.judge.outcomes import Outcome, ledger, worst
+from reports.run.supported import concerning
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
 MEASURED = {Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT}
@@ -105,9 +106,13 @@ def review(records: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return sorted(listed, key=lambda entry: -entry["ratio"])
 
 
-def verdict(records: Sequence[Mapping[str, Any]], *, planned: int) -> Outcome:
-    """Return the run's verdict: its worst case's; a case that was not reached is missing."""
-    return worst([Outcome(record["verdict"]) for record in records] + [Outcome.MISSING] * (planned - len(records)))
+def verdict(records: Sequence[Mapping[str, Any]], *, planned: int, tracer: bool = True) -> Outcome:
+    """Return the run's verdict: its worst case's; a case that was not reached is missing.
+
+    Of another subject than the tracer those cases count that it supports.
+    """
+    outcomes = concerning((Outcome(record["verdict"]) for record in records), tracer=tracer)
+    return worst(outcomes + [Outcome.MISSING] * (planned - len(records)))
 
 
 def number(value: Any) -> float:

@@ -14,6 +14,7 @@ from typing import Any
 
 from cases.case import Case
 from cases.scene import Mesh
+from reports.subjects import THE_TRACER, Subject
 
 DEFAULTS = ("float32", "float64")
 # The specification's second way where it has two. Literature's further variants are for `rayproof stability`.
@@ -25,8 +26,17 @@ ALTERNATIVES = (
     "feeler/minimum_t",
     "feeler/doubles",
 )
-PACKAGES = ("drjit", "mitsuba", "numpy", "python-flint", "trimesh")  # whose numbers are in a result
-SOURCES = ("cases", "tracer", "reference", "reports/judge", "reports/run")
+PACKAGES = (
+    "drjit",
+    "embreex",
+    "mitsuba",
+    "numpy",
+    "openexr",
+    "pyradiance",
+    "python-flint",
+    "trimesh",
+)  # whose numbers are in a result
+SOURCES = ("cases", "tracer", "reference", "reports/judge", "reports/run", "reports/subjects")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,8 +70,12 @@ def alternatives() -> dict[str, frozenset[str]]:
     return found
 
 
-def plan(cases: tuple[Case, ...], configurations: tuple[str, ...]) -> tuple[PlannedCase, ...]:
+def plan(
+    cases: tuple[Case, ...], configurations: tuple[str, ...], subject: Subject = THE_TRACER
+) -> tuple[PlannedCase, ...]:
     """Return every case with its configurations; `configurations`, if any, replace the default suite's.
+
+    Another subject than the tracer has no configurations, only its name.
 
     Raises:
         LookupError, ValueError: a configuration names something unknown.
@@ -69,6 +83,8 @@ def plan(cases: tuple[Case, ...], configurations: tuple[str, ...]) -> tuple[Plan
     """
     from tracer.configuration import Configuration
 
+    if not subject.is_tracer:
+        return tuple(PlannedCase(case=case, configurations=(subject.name,)) for case in cases)
     if configurations:
         names = tuple(dict.fromkeys(Configuration.parse(name).name for name in configurations))
         return tuple(PlannedCase(case=case, configurations=names) for case in cases)

@@ -14,6 +14,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from reports.run.worker import Reply, serve
+from reports.subjects.orphans import end_below
 
 LONGEST_WAIT = 3600.0  # s; operating systems count milliseconds in 32 bits, and a deadline may be infinite
 
@@ -30,7 +31,8 @@ class _Worker:
 class Pool:
     """Run tasks in workers by kind; `step` waits for something to happen and calls back.
 
-    A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one.
+    A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one. Its tasks
+    have `timeout` seconds each, or as many as `timeouts` says.
     """
 
     def __init__(
@@ -39,11 +41,13 @@ class Pool:
         jobs: int,
         timeout: float,
         copies: Mapping[str, int] | None = None,
+        timeouts: Mapping[str, float] | None = None,
         target: Callable[[str, Any], None] = serve,
     ) -> None:
         self._copies = copies or {}
         self._jobs = jobs
         self._timeout = timeout
+        self._timeouts = timeouts or {}
         self._target = target
         self._context = multiprocessing.get_context("spawn")
         self._workers: dict[tuple[str, int], _Worker] = {}
@@ -70,16 +74,19 @@ class Pool:
             if worker.connection in ready:
                 self._receive(place, worker)
             elif time.monotonic() >= worker.deadline:
-                self._lose(place, worker, f"no answer within {self._timeout:g} s; stopped")
+                self._lose(place, worker, f"no answer within {self._limit(place[0]):g} s; stopped")
 
     def close(self) -> None:
         """Stop every worker, now."""
         for worker in self._workers.values():
             worker.connection.close()
-            worker.process.kill()
+            _end(worker.process)
         for worker in self._workers.values():
             worker.process.join()
         self._workers.clear()
+
+    def _limit(self, kind: str) -> float:
+        return self._timeouts.get(kind, self._timeout)
 
     def _busy(self) -> dict[tuple[str, int], _Worker]:
         return {place: worker for place, worker in self._workers.items() if worker.done is not None}
@@ -96,7 +103,7 @@ class Pool:
             worker = self._workers.get(place) or self._spawn(place)
             worker.done = done
             worker.started = time.monotonic()
-            worker.deadline = worker.started + self._timeout
+            worker.deadline = worker.started + self._limit(kind)
             try:
                 worker.connection.send(task)
             except OSError:
@@ -133,11 +140,18 @@ class Pool:
         """Answer a lost worker's task with an error and forget the worker."""
         del self._workers[place]
         worker.connection.close()
-        worker.process.kill()
+        _end(worker.process)
         worker.process.join()
         done, worker.done = worker.done, None
         if done is not None:
             done(Reply(value=None, error=why, trace=None, seconds=time.monotonic() - worker.started))
+
+
+def _end(process: BaseProcess) -> None:
+    """End a worker with all that it started: a program under test does not outlive the run that called it."""
+    if process.pid is not None and process.is_alive():
+        end_below(process.pid)
+    process.kill()
 
 
 def _how(code: int | None) -> str:

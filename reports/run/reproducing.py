@@ -8,6 +8,7 @@ from cases.case import Case
 from cases.scene_json import scene_to_json
 from reports.run.plan import DEFAULTS
 from reports.run.scene_case import FAMILY
+from reports.subjects import THE_TRACER, Subject
 
 
 def write_scene(folder: Path, case: Case) -> str:
@@ -18,13 +19,17 @@ def write_scene(folder: Path, case: Case) -> str:
     return path.as_posix()
 
 
-def reproduce(folder: Path, case: Case, configurations: tuple[str, ...]) -> str:
-    """Return the command that runs the case alone, by the same configurations if they are not the suite's own.
+def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject: Subject = THE_TRACER) -> str:
+    """Return the command that runs the case alone, by the same subject and configurations if not the suite's own.
 
     A user's scene has no name that would find it, only a file.
     """
-    usual = configurations[: len(DEFAULTS)] == DEFAULTS
-    chosen = "" if usual else "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
+    if not subject.is_tracer:
+        chosen = f" --subject {shlex.quote(subject.title)}"
+    elif configurations[: len(DEFAULTS)] == DEFAULTS:
+        chosen = ""
+    else:
+        chosen = "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
     if case.family != FAMILY:
         return f"rayproof run {case.name}{chosen}"
     return f"rayproof run {shlex.quote(str(folder / 'scenes' / f'{case.name}.json'))}{chosen}"

@@ -1,15 +1,17 @@
-"""What workers do: render with a tracer configuration, render with a reference, judge a case."""
+"""What workers do: render with the tracer, a reference or a stranger's program; judge a case."""
 
 from collections.abc import Callable
 from typing import Any
 
-from cases.answers import Answers
-from cases.stages import Stage
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
 from reports.judge.supersampled import finer
+from reports.run.asking import heard, put_to_test
 from reports.run.llvm import choose_packaged_llvm
-from reports.run.orders import ReferenceTask, TracerTask
+from reports.run.orders import QuestionTask, ReferenceTask, SubjectTask, TracerTask
+from reports.subjects import PROGRAM
+
+UNDER_TEST = "subject:"
 
 
 def handler(kind: str) -> Callable[[Any], Any]:
@@ -21,6 +23,10 @@ def handler(kind: str) -> Callable[[Any], Any]:
         from reports.run.judge_task import judge
 
         return judge
+    if kind == PROGRAM:
+        return _run_program
+    if kind.startswith(UNDER_TEST):
+        return _tested(kind.removeprefix(UNDER_TEST))
     return _refer(kind.removeprefix("reference:"))
 
 
@@ -55,25 +61,35 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
     independent = bool(REFERENCES.about(name).get("independent", False))
 
     def refer(task: ReferenceTask) -> tuple[Witness, dict[str, str]]:
-        stages = stages_of(task.scene)
-        unsupported = {stage: why for stage in stages if (why := reference.unsupported(task.scene, stage)) is not None}
-        asked = tuple(stage for stage in stages if stage not in unsupported)
-        answers: Answers = reference.render(task.scene, asked) if asked else {}
-        mean = None
-        if task.samples > 1 and Stage.RADIANCE in asked:
-            mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
-        notes = getattr(reference, "notes", None)
-        epsilon = getattr(reference, "epsilon_at", None) if Stage.POSITION in answers else None
-        witness = Witness(
-            name=name,
-            precision=reference.precision,
-            independent=independent,
-            shadow_epsilon=epsilon(answers) if epsilon is not None else 0.0,
-            answers={stage: answers[stage] for stage in asked if stage in answers},
-            unsupported=unsupported,
-            notes=tuple(notes(task.scene)) if notes is not None else (),
-            mean=mean,
-        )
+        witness = heard(name, reference, task, independent=independent)
         return witness, {name: reference.version()}
 
     return refer
+
+
+def _tested(name: str) -> Callable[[SubjectTask], tuple[Candidate, dict[str, str], tuple[str, ...]]]:
+    """Return the task of a reference under test; nothing of it is taken from a cache."""
+    from reference import REFERENCES
+
+    reference = REFERENCES[name]()
+
+    def test(task: SubjectTask) -> tuple[Candidate, dict[str, str], tuple[str, ...]]:
+        asked = ReferenceTask(scene=task.scene, samples=task.samples)
+        witness = heard(name, reference, asked, independent=False)
+        return put_to_test(witness), {name: reference.version()}, witness.notes
+
+    return test
+
+
+def _run_program(task: SubjectTask | QuestionTask) -> Any:
+    """Have a stranger's program render, or say what it can."""
+    from reports.subjects.program import ask_capabilities, candidate
+
+    if isinstance(task, QuestionTask):
+        try:
+            return ask_capabilities(task.subject, seconds=task.seconds)
+        except ValueError as wrong:
+            return str(wrong)
+    able = task.subject.capabilities
+    versions = {task.subject.name: f"{able.title} ({able.precision}, written as float32)"}
+    return candidate(task.subject, task.scene, case=task.case, samples=task.samples), versions, ()

@@ -1,0 +1,58 @@
+"""Asking a reference: what it answers to a scene, as a witness or as the one under test."""
+
+from typing import Any
+
+from cases.answers import Answers, Reference
+from cases.stages import Stage
+from reports.judge.oracle import stages_of
+from reports.judge.parties import Candidate, Witness
+from reports.run.orders import ReferenceTask
+from reports.subjects import ITEMS_OF_OTHERS
+
+
+def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness:
+    """Return a reference's answers to a task's scene, with all that it says of them."""
+    scene, stages = task.scene, stages_of(task.scene)
+    unsupported = {stage: why for stage in stages if (why := reference.unsupported(scene, stage)) is not None}
+    asked = tuple(stage for stage in stages if stage not in unsupported)
+    answers: Answers = reference.render(scene, asked) if asked else {}
+    mean = None
+    if task.samples > 1 and Stage.RADIANCE in asked:
+        mean = reference.render(scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
+    notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
+    resolution = _ability(reference, "resolution")
+    coarse = {stage: resolution(scene, stage) for stage in asked} if resolution is not None else {}
+    epsilon = _ability(reference, "epsilon_at") if Stage.POSITION in answers else None
+    return Witness(
+        name=name,
+        precision=reference.precision,
+        independent=independent,
+        shadow_epsilon=epsilon(answers) if epsilon is not None else 0.0,
+        answers={stage: answers[stage] for stage in asked if stage in answers},
+        unsupported=unsupported,
+        notes=tuple(notes(scene)) if notes is not None else (),
+        mean=mean,
+        settings=dict(settings(scene)) if settings is not None else {},
+        resolutions={stage: one for stage, one in coarse.items() if one is not None},
+        ray_epsilon=float(getattr(reference, "ray_epsilon", 0.0)),
+    )
+
+
+def put_to_test(witness: Witness) -> Candidate:
+    """Return a reference's answers as those of the one under test."""
+    return Candidate(
+        name=witness.name,
+        precision=witness.precision,
+        items=ITEMS_OF_OTHERS,
+        shadow_epsilon=witness.shadow_epsilon,
+        answers=witness.answers,
+        mean=witness.mean,
+        unsupported=witness.unsupported,
+        resolutions=witness.resolutions,
+        ray_epsilon=witness.ray_epsilon,
+    )
+
+
+def _ability(reference: Reference, name: str) -> Any:
+    """Return one of the methods that a reference may have (reference/__init__.py lists them), or None."""
+    return getattr(reference, name, None)

@@ -1,0 +1,30 @@
+"""A subject that supports some stages only is judged on these: what it says it cannot is no pass and no failure.
+
+Checks of such stages stay `unsupported`; a case in which nothing else was measured is `unsupported` as well.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from reports.judge.outcomes import Outcome, worst
+from reports.judge.parties import Candidate
+from reports.judge.summing_up import Judged
+
+MEASURED = (Outcome.PASS, Outcome.WARN)
+
+
+def count_what_is_supported(judged: Judged, candidates: Sequence[Candidate]) -> None:
+    """Set the case's outcome by what was measured, if nothing is amiss but stages that a candidate declared."""
+    if judged.outcome is not Outcome.UNSUPPORTED:
+        return
+    declared = {(candidate.name, stage) for candidate in candidates for stage in candidate.unsupported}
+    left = [one.outcome for one in judged.checks if (one.configuration, one.stage) not in declared]
+    left += [Outcome(one["verdict"]) for one in judged.expectations]
+    if any(outcome in MEASURED for outcome in left):
+        judged.outcome, judged.stage, judged.item, judged.reason = worst(left), None, None, ""
+
+
+def concerning(outcomes: Iterable[Outcome], *, tracer: bool) -> list[Outcome]:
+    """Return the cases' outcomes that a run's verdict goes by: not those that a subject cannot do, if it can others."""
+    found = list(outcomes)
+    supported = [outcome for outcome in found if outcome is not Outcome.UNSUPPORTED]
+    return found if tracer or not any(outcome in MEASURED for outcome in supported) else supported

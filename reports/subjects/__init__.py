@@ -1,0 +1,42 @@
+"""Who is under test: the tracer, any reference of the panel, or a stranger's program behind a command line.
+
+The tracer is put to the test by its configurations. Every other subject is one candidate under its own name, judged by
+the references that share no code with it; what it says it cannot do is `unsupported`.
+"""
+
+from dataclasses import dataclass, field
+
+from cases.case import ITEMS
+from reports.subjects.capabilities import Capabilities
+
+TRACER = "tracer"
+PROGRAM = "exec"  # the name of a stranger's program in checks, images and the report
+# Nobody knows which formula another renderer uses where the specification has two: the first one is held to account.
+SECOND_WAYS = frozenset({"CAM-5", "HIT-6", "HIT-8", "LIT-2", "LIT-3", "LIT-4", "LIT-5"})
+ITEMS_OF_OTHERS = frozenset(ITEMS) - SECOND_WAYS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """The renderer under test, as plain data that travels between processes."""
+
+    name: str  # TRACER, a reference's name or PROGRAM
+    title: str  # what the user wrote
+    command: tuple[str, ...] = ()  # of a program: its arguments, with {scene} and {output} still in them
+    capabilities: Capabilities = field(default_factory=Capabilities)
+    identity: tuple[str, ...] = ()  # what a result of it depends on: a finished case of another one is not taken up
+    seconds: float = 120.0  # of a program: how long one call may take
+    memory: int = 8 * 2**30  # bytes of address space that a program may have
+    output: int = 2**30  # bytes that a program may write in one call
+
+    @property
+    def is_tracer(self) -> bool:
+        """Say whether the tracer's configurations are under test."""
+        return self.name == TRACER
+
+    def renderer(self, configuration: str) -> str:
+        """Return the name under which a candidate's images are filed."""
+        return f"{TRACER}-{configuration}" if self.is_tracer else configuration
+
+
+THE_TRACER = Subject(name=TRACER, title=TRACER)

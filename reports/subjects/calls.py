@@ -1,0 +1,136 @@
+"""Calling a stranger's program: without a shell, in a folder of its own, within limits, and leaving nothing behind."""
+
+import os
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import IO
+
+from reports.subjects.orphans import adopt_orphans, descendants, end_below
+
+CANNOT = 77  # the exit code by which a program says that it cannot draw this scene, as test programs skip by it
+GLANCE = 0.2  # s between looks at what the program has written
+MOST_SAID = 64 * 2**10  # bytes kept of what it printed
+LONGEST_LINE = 200  # characters of its complaint that a verdict repeats
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ended:
+    """How a call ended: `problem` is a sentence, or None if it ended with 0 and kept within its limits."""
+
+    problem: str | None
+    refusal: str | None  # why it says it cannot, in its own words
+    said: str  # what it printed
+
+
+def call(arguments: Sequence[str], folder: Path, *, seconds: float, memory: int, output: int) -> Ended:
+    """Run a program in `folder` and wait for its end, at most `seconds`; nothing that it started outlives the call.
+
+    `memory` [bytes of address space] and `output` [bytes, of a file and of the folder] are limits as well.
+    """
+    adopt_orphans()
+    others = frozenset(process.pid for process in descendants(os.getpid()))
+    # Not in the folder, and no pipes: a program may delete the one, and stops where nobody reads the other.
+    with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as complaint:
+        try:
+            process = subprocess.Popen(
+                list(arguments),
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=complaint,
+                start_new_session=True,
+                preexec_fn=partial(_confine, memory, output) if os.name == "posix" else None,
+            )
+        except OSError as error:
+            return Ended(problem=f"it cannot be started: {error.strerror}: {arguments[0]}", refusal=None, said="")
+        try:
+            problem = _watch(process, folder, seconds, output)
+        finally:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+            left = end_below(os.getpid(), besides=others)
+        text = _tail(said)
+        if problem is None and process.returncode == CANNOT:
+            return Ended(problem=None, refusal=_first_line(text) or "It says that it cannot.", said=text)
+        if problem is None and process.returncode != 0:
+            problem = _end(process.returncode, output)
+        if problem is None and left:
+            problem = f"it left {len(left)} process{'es' if len(left) > 1 else ''} running ({left[0]}), now ended"
+        last = _last_line(_tail(complaint)) if problem is not None else ""
+        return Ended(problem=f"{problem}: {last}" if last else problem, refusal=None, said=text)
+
+
+def _confine(memory: int, output: int) -> None:
+    """Limit the process that is about to become the program."""
+    import resource
+
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # which our workers ignore, and a program would inherit
+    for kind, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_FSIZE, output), (resource.RLIMIT_CORE, 0)):
+        _, hard = resource.getrlimit(kind)
+        most = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (most, most))
+
+
+def _watch(process: subprocess.Popen[bytes], folder: Path, seconds: float, output: int) -> str | None:
+    """Wait for the program's end; return why it must be stopped, or None if it ended by itself."""
+    deadline = time.monotonic() + seconds
+    while True:
+        try:
+            process.wait(timeout=max(0.0, min(GLANCE, deadline - time.monotonic())))
+            return None
+        except subprocess.TimeoutExpired:
+            if time.monotonic() >= deadline:
+                return f"it did not end within {seconds:g} s and was stopped"
+            if _size(folder) > output:
+                return f"it wrote more than {output / 2**20:g} MiB and was stopped"
+
+
+def _size(folder: Path) -> int:
+    """Return how much the files below `folder` hold [bytes]; they may come and go meanwhile."""
+    total = 0
+    for where, _, names in os.walk(folder):
+        for name in names:
+            try:
+                total += os.lstat(os.path.join(where, name)).st_size  # noqa: PTH118  paths of any bytes
+            except OSError:
+                continue
+    return total
+
+
+def _end(code: int, output: int) -> str:
+    if code >= 0:
+        return f"it ended with exit code {code}"
+    if code == -getattr(signal, "SIGXFSZ", 0):
+        return f"it wrote a file of more than {output / 2**20:g} MiB and was stopped"
+    try:
+        return f"it was ended by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"it was ended by signal {-code}"
+
+
+def _tail(file: IO[bytes]) -> str:
+    """Return the end of what was printed."""
+    size = file.seek(0, os.SEEK_END)
+    file.seek(max(0, size - MOST_SAID))
+    return file.read().decode("utf-8", errors="replace")
+
+
+def _first_line(text: str) -> str:
+    return next(iter(_lines(text)), "")
+
+
+def _last_line(text: str) -> str:
+    return next(iter(reversed(_lines(text))), "")
+
+
+def _lines(text: str) -> list[str]:
+    """Return the lines that say something, fit to be shown in one."""
+    plain = ("".join(c if c.isprintable() else " " for c in line).strip() for line in text.splitlines())
+    return [line[:LONGEST_LINE] for line in plain if line]

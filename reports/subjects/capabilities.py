@@ -1,0 +1,136 @@
+"""What a program under test says of itself in answer to `--capabilities`; docs/protocol.md lists the keys."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from cases.scene import CLIPS, SHADINGS, Scene
+from cases.scene_json import NAMES, SHAPES
+from cases.stages import IMAGE_STAGES, Stage
+
+PROTOCOL = 1
+PRECISIONS = ("float32", "float64")
+EPSILONS = ("shadow", "ray")
+LONGEST_NAME = 80
+
+
+@dataclass(frozen=True, kw_only=True)
+class Capabilities:
+    """What a program declares. Nothing declared means: every scene, and whatever stages it writes."""
+
+    protocol: int = PROTOCOL
+    name: str = ""
+    version: str = ""
+    precision: str = "float32"
+    stages: tuple[Stage, ...] | None = None
+    shapes: tuple[str, ...] = tuple(SHAPES)
+    shading: tuple[str, ...] = SHADINGS
+    clip: tuple[str, ...] = CLIPS
+    two_sided: bool = True
+    affine: bool = True  # stretched, sheared and mirrored shapes
+    triangulated: bool = False  # wants cubes, squares and triangles as meshes
+    shadow_epsilon: float = 0.0  # m
+    ray_epsilon: float = 0.0  # m
+
+    @property
+    def title(self) -> str:
+        """Return program and version, as far as they are known."""
+        return f"{self.name} {self.version}".strip() or "a program that does not say its name"
+
+    def refusal(self, scene: Scene) -> str | None:
+        """Return why the program cannot draw the scene, in a sentence, or None."""
+        for index, shape in enumerate(scene.shapes):
+            kind = NAMES[type(shape)]
+            if kind not in self.drawn:
+                return f"It draws no {kind}, as shapes[{index}] is."
+            if shape.two_sided and not self.two_sided:
+                return f"It has no two-sided surfaces, as shapes[{index}] has."
+            if not self.affine and not _is_similarity(shape.to_world):
+                return f"It cannot stretch, shear or mirror, as shapes[{index}] is."
+        if scene.shading not in self.shading:
+            return f"It has no {scene.shading} light."
+        return None if scene.clip in self.clip else f"It does not clip by {scene.clip}."
+
+    @property
+    def drawn(self) -> frozenset[str]:
+        """Return the types of shapes that it can be handed, as they are or as meshes."""
+        meshes = ("cube", "square", "triangle") if self.triangulated and "mesh" in self.shapes else ()
+        return frozenset((*self.shapes, *meshes))
+
+
+def _is_similarity(matrix: Any) -> bool:
+    """Say whether a matrix turns, moves and scales evenly only, to the last few bits."""
+    rows = [row[:3] for row in matrix[:3]]
+    columns = list(zip(*rows, strict=True))
+    squares = [[sum(a * b for a, b in zip(one, other, strict=True)) for other in columns] for one in columns]
+    even = all(
+        abs(squares[i][j] - (squares[0][0] if i == j else 0)) <= 1e-12 * squares[0][0]
+        for i in range(3)
+        for j in range(3)
+    )
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    return even and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0
+
+
+def capabilities_from(text: str) -> Capabilities | None:
+    """Return what an answer declares, or None if it is no JSON object: a program need not know the question.
+
+    Raises:
+        ValueError: it is an object, but not the one that the protocol asks for; one line names the key.
+
+    """
+    try:
+        declared = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(declared, dict):
+        return None
+    known = {field.name for field in fields(Capabilities)} - {"shadow_epsilon", "ray_epsilon"} | {"epsilons"}
+    if unknown := sorted(set(declared) - known):
+        raise ValueError(f"{unknown[0]!r} is not known; known: {', '.join(sorted(known))}")
+    if declared.get("protocol") != PROTOCOL:
+        raise ValueError(f"protocol must be {PROTOCOL}, got {declared.get('protocol')!r}")
+    found: dict[str, Any] = {}
+    for name, known_names in (("shapes", tuple(SHAPES)), ("shading", SHADINGS), ("clip", CLIPS)):
+        if name in declared:
+            found[name] = _names(name, declared[name], known_names)
+    if "stages" in declared:
+        found["stages"] = tuple(map(Stage, _names("stages", declared["stages"], IMAGE_STAGES)))
+    if "precision" in declared:
+        (found["precision"],) = _names("precision", [declared["precision"]], PRECISIONS)
+    for name in ("name", "version"):
+        if name in declared:
+            found[name] = _text(name, declared[name])
+    for name in ("two_sided", "affine", "triangulated"):
+        if name in declared:
+            if not isinstance(declared[name], bool):
+                raise ValueError(f"{name} must be true or false, got {declared[name]!r}")
+            found[name] = declared[name]
+    return Capabilities(**found | _epsilons(declared.get("epsilons", {})))
+
+
+def _names(name: str, given: Any, known: tuple[str, ...]) -> tuple[str, ...]:
+    if not isinstance(given, list) or not given or not all(isinstance(one, str) for one in given):
+        raise ValueError(f"{name} must be a list of names, got {given!r}")
+    for one in given:
+        if one not in known:
+            raise ValueError(f"{name}: {one!r} is not known; known: {', '.join(known)}")
+    return tuple(given)
+
+
+def _text(name: str, given: Any) -> str:
+    if not isinstance(given, str) or not given.isprintable() or len(given) > LONGEST_NAME:
+        raise ValueError(f"{name} must be at most {LONGEST_NAME} printable characters, got {str(given)[:40]!r}")
+    return given
+
+
+def _epsilons(given: Any) -> dict[str, Any]:
+    if not isinstance(given, Mapping) or not set(given) <= set(EPSILONS):
+        raise ValueError(f"epsilons must be an object with {' and '.join(EPSILONS)}, got {given!r}")
+    for name, value in given.items():
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not math.isfinite(value) or value < 0:
+            raise ValueError(f"epsilons.{name} must be a length >= 0 m, got {value!r}")
+    return {f"{name}_epsilon": float(value) for name, value in given.items()}

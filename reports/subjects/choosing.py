@@ -1,0 +1,83 @@
+"""From what a user names to the subject under test: a reference of the panel, or `exec:` and a command line."""
+
+import hashlib
+import shlex
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from reports.subjects import PROGRAM, Subject
+from reports.subjects.capabilities import Capabilities
+
+PREFIX = f"{PROGRAM}:"
+ORACLE = "analytic"
+
+
+def chosen(text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities]) -> Subject:
+    """Return the subject that `text` names; `ask` puts `--capabilities` to a program.
+
+    Raises:
+        LookupError: no reference is called so; the message lists what is known.
+        ValueError: it cannot be put under test, or a program's command or answer is not as the protocol asks.
+        OSError: a program's file cannot be read.
+
+    """
+    if text.startswith(PREFIX):
+        return _program(text, seconds=seconds, memory=memory, ask=ask)
+    from reference import REFERENCES
+
+    if text not in REFERENCES:
+        raise LookupError(
+            f"--subject: no renderer is called {text!r}; known: {', '.join(REFERENCES)}, or {PREFIX}COMMAND"
+        )
+    if text == ORACLE:
+        raise ValueError(
+            f"--subject {ORACLE}: it draws the edges and limits by which everyone is judged, so that nothing could "
+            "contradict it here; `rayproof run --subject double_double` holds it against 31 digits"
+        )
+    if (why := reason_missing(text)) is not None:
+        raise ValueError(f"--subject {text}: {why}")
+    return Subject(name=text, title=text)
+
+
+def reason_missing(reference: str) -> str | None:
+    """Return why a reference cannot run here, in a sentence, or None."""
+    from reference import REFERENCES
+
+    missing = getattr(REFERENCES[reference], "missing", None)
+    return missing() if missing is not None else None
+
+
+def _program(text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities]) -> Subject:
+    try:
+        words = shlex.split(text.removeprefix(PREFIX))
+    except ValueError as error:
+        raise ValueError(f"--subject {text}: {error}") from None
+    if not words:
+        raise ValueError(f"--subject {text}: there is no command after {PREFIX!r}")
+    found = shutil.which(words[0])
+    if found is None:
+        raise ValueError(f"--subject {text}: {words[0]!r} is no program that can be run")
+    # Every call has a folder of its own: what is named relative to this one must be found from there.
+    command = (str(Path(found).absolute()), *map(_absolute, words[1:]))
+    subject = Subject(name=PROGRAM, title=text, command=command, seconds=seconds, memory=memory)
+    try:
+        capabilities = ask(subject)
+    except ValueError as error:
+        raise ValueError(f"--subject {text}: its answer to --capabilities: {error}") from None
+    identity = (*command, repr(capabilities), *map(_digest, command))
+    return replace(subject, capabilities=capabilities, identity=identity)
+
+
+def _absolute(word: str) -> str:
+    return str(Path(word).absolute()) if "{" not in word and not word.startswith("-") and Path(word).exists() else word
+
+
+def _digest(word: str) -> str:
+    """Return the digest of the file that a word names, so that a program built anew is asked anew."""
+    path = Path(word)
+    if "{" in word or not path.is_file():
+        return ""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,159 @@
+"""A stranger's program as a candidate: called once per image, and whatever becomes of it is one sentence."""
+
+import os
+import shutil
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from cases.scene import Mesh, Scene
+from cases.stages import Stage
+from reports.judge.oracle import stages_of
+from reports.judge.parties import Candidate
+from reports.judge.supersampled import finer
+from reports.subjects import ITEMS_OF_OTHERS, Subject
+from reports.subjects.calls import Ended, call
+from reports.subjects.capabilities import Capabilities, capabilities_from
+from reports.subjects.handing_over import hand_over, triangulated
+from reports.subjects.taking_back import Taken, take_back
+
+CAMERA = "The protocol has no channel for matrices."
+UNSAID = "It wrote no channel of it."
+ASKING = "--capabilities"
+
+
+class ProgramError(Exception):
+    """A program that gave nothing that could be judged; the message is one sentence."""
+
+
+class Refused(Exception):  # noqa: N818  an answer, not a mishap
+    """A program that says it cannot draw a scene, in its own words."""
+
+
+def ask_capabilities(subject: Subject, *, seconds: float) -> Capabilities:
+    """Return what the program declares; nothing if it does not know the question.
+
+    Raises:
+        ValueError: its answer is not as the protocol asks.
+
+    """
+    with _Place("capabilities") as place:
+        arguments = [word for word in subject.command if "{" not in word] + [ASKING]
+        ended = call(arguments, place.folder, seconds=seconds, memory=subject.memory, output=subject.output)
+    declared = capabilities_from(ended.said) if ended.problem is None else None
+    return declared or Capabilities()
+
+
+def candidate(subject: Subject, scene: Scene, *, case: str, samples: int) -> Candidate:
+    """Return the program's answers to a scene, or the error that it ended in; never raises for what it does."""
+    able, stages = subject.capabilities, stages_of(scene)
+    blank = Candidate(
+        name=subject.name,
+        precision="float32",  # never better than what the file holds, whatever it computes in
+        items=ITEMS_OF_OTHERS,
+        shadow_epsilon=able.shadow_epsilon,
+        ray_epsilon=able.ray_epsilon,
+        answers=None,
+    )
+    why = able.refusal(scene)
+    try:
+        if why is not None:
+            raise Refused(why)
+        taken = _image(subject, scene, case)
+        mean = _mean(subject, scene, case, samples) if samples > 1 and Stage.RADIANCE in taken.images else None
+    except Refused as cannot:
+        return replace(blank, answers={}, unsupported=dict.fromkeys(stages, str(cannot)))
+    except ProgramError as wrong:
+        return replace(blank, error=str(wrong))
+    unsupported = {stage: UNSAID for stage in stages if stage not in taken.images} | {Stage.CAMERA: CAMERA}
+    answers = {stage: image for stage, image in taken.images.items() if stage in stages}
+    return replace(blank, answers=answers, unsupported=unsupported, resolutions=taken.resolutions, mean=mean)
+
+
+def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1) -> Taken:
+    """Return one image of the program.
+
+    Raises:
+        ProgramError: it gave none that can be used.
+        Refused: it says that it cannot.
+
+    """
+    able = subject.capabilities
+    with _Place(case) as place:
+        path = hand_over(triangulated(scene) if able.triangulated else scene, place.folder)
+        names = {
+            "{scene}": str(path),
+            "{output}": str(place.folder / "image.exr"),
+            "{output.pfm}": str(place.folder / "image.pfm"),
+            "{samples}": str(samples),
+        }
+        arguments = [_filled(word, names) for word in subject.command]
+        ended = call(arguments, place.folder, seconds=subject.seconds, memory=subject.memory, output=subject.output)
+        _conclude(ended, place)
+        image = "image.pfm" if any("{output.pfm}" in word for word in subject.command) else "image.exr"
+        try:
+            taken = take_back(place.folder / image, scene, most=subject.output)
+        except ValueError as wrong:
+            raise ProgramError(f"the program ended well, but {wrong}") from None
+    for stage in able.stages or ():
+        if stage not in taken.images and stage in stages_of(scene):
+            raise ProgramError(f"the program declares {stage} and wrote no channel of it")
+    kept = {stage: image for stage, image in taken.images.items() if able.stages is None or stage in able.stages}
+    return Taken(images=_without_faces(kept, scene) if able.triangulated else kept, resolutions=taken.resolutions)
+
+
+def _conclude(ended: Ended, place: "_Place") -> None:
+    """Raise what the call came to, if it came to no image."""
+    if ended.refusal is not None:
+        raise Refused(ended.refusal)
+    if ended.problem is not None:
+        raise ProgramError(f"the program gave no image: {ended.problem}")
+    if strays := place.strays():
+        raise ProgramError(f"the program wrote outside of its folder: {strays[0]}")
+
+
+def _mean(subject: Subject, scene: Scene, case: str, samples: int) -> np.ndarray:
+    """Return radiance box-filtered over samples x samples points a pixel: its own mean, or ours of a finer image."""
+    if any("{samples}" in word for word in subject.command):
+        return _image(subject, scene, case, samples=samples).images[Stage.RADIANCE]
+    fine = _image(subject, finer(scene, samples), case).images[Stage.RADIANCE]
+    height, width = scene.camera.height, scene.camera.width
+    return fine.reshape(height, samples, width, samples, -1).mean(axis=(1, 3))
+
+
+def _without_faces(images: dict[Stage, np.ndarray], scene: Scene) -> dict[Stage, np.ndarray]:
+    """Return the images with face 0 on what is a mesh only for the program."""
+    if Stage.OBJECT not in images:
+        return images
+    objects = images[Stage.OBJECT].copy()
+    for index, shape in enumerate(scene.shapes):
+        if not isinstance(shape, Mesh):
+            objects[objects[..., 0] == index, 1] = 0.0
+    return images | {Stage.OBJECT: objects}
+
+
+def _filled(word: str, names: dict[str, str]) -> str:
+    for name, value in names.items():
+        word = word.replace(name, value)
+    return word
+
+
+class _Place:
+    """A folder for one call, with nothing beside it: what appears there was written outside of the folder."""
+
+    def __init__(self, case: str) -> None:
+        self._case = case
+
+    def __enter__(self) -> "_Place":
+        self._above = Path(tempfile.mkdtemp(prefix="rayproof-"))
+        self.folder = Path(tempfile.mkdtemp(prefix=self._case.replace("/", "-") + "-", dir=self._above))
+        return self
+
+    def strays(self) -> list[str]:
+        """Return what lies beside the folder."""
+        return sorted(name for name in os.listdir(self._above) if name != self.folder.name)  # noqa: PTH208
+
+    def __exit__(self, *_: object) -> None:
+        shutil.rmtree(self._above, ignore_errors=True)
