@@ -1,6 +1,6 @@
 """The bench at which one candidate is judged against one witness: limits, classes and sides, computed once."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,12 +9,13 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge.calibration import calibration
-from reports.judge.classes import Classes, classify
+from reports.judge.classes import Classes
 from reports.judge.conditioning import Conditioning
 from reports.judge.ground import Ground
 from reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit
 from reports.judge.measurement import Measurement, measure, ratios
 from reports.judge.parties import Candidate, Witness
+from reports.judge.resolving import Coarseness
 from reports.judge.sides import Sides, excused, sides, with_twins
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
@@ -46,29 +47,67 @@ class Bench:
 
     @cached_property
     def limits(self) -> Limits:
-        """Return the limits: the candidate's rounding plus the witness's."""
-        mine, other = (self.ground.limits(g, by_matrices=self.candidate.by_matrices) for g in self._roundoffs)
-        return Limits(
-            continued={stage: mine.continued[stage] + other.continued[stage] for stage in mine.continued},
-            end_to_end={stage: mine.end_to_end[stage] + other.end_to_end[stage] for stage in mine.end_to_end},
-            cosine=mine.cosine + other.cosine,
-            position=mine.position + other.position,
-        )
-
-    @cached_property
-    def classes(self) -> Classes:
-        """Return the pixel classes for the larger of the two roundoffs and the sum of the two epsilons."""
-        return classify(
-            self.scene,
-            self.truth,
-            self.ground.edges,
-            self.conditioning,
-            self.limits,
-            max(self._roundoffs, key=lambda g: g(1)),
-            shadow_epsilon=self.candidate.shadow_epsilon + self.witness.shadow_epsilon,
-        )
+        """Return the limits: the candidate's rounding and output steps plus the witness's."""
+        rounding = self.ground.together(*self._roundoffs, by_matrices=self.candidate.by_matrices)
+        if not self._coarse:
+            return rounding
+        truth, whole = self.truth, dict(rounding.end_to_end)
+        for stage in whole:
+            whole[stage] = whole[stage] + sum(one.step(stage, truth[stage]) for one in self._coarseness)
+        # The oracle continues from what the candidate's output kept of its positions and normals.
+        moved, turned = (self._coarseness[0].step(stage, truth[stage]) for stage in (Stage.POSITION, Stage.NORMAL))
+        cosine = rounding.cosine.copy()
+        for index, light in enumerate(self.scene.lights):
+            r = np.linalg.norm(np.asarray(light.position) - truth[Stage.POSITION], axis=-1)
+            cosine[..., index] += np.divide(moved, r, out=np.zeros_like(r), where=r > 0) + turned
+        return replace(rounding, end_to_end=whole, cosine=cosine, position=rounding.position + moved)
 
     @property
+    def classes(self) -> Classes:
+        """Return the pixel classes for the larger of the two roundoffs and the sum of the two epsilons."""
+        return self._classes(self.candidate.shadow_epsilon + self.witness.shadow_epsilon)
+
+    @cached_property
+    def window(self) -> np.ndarray:
+        """Return the pixels (height, width) that only the parties' own epsilons leave undecided."""
+        unlit = np.zeros_like(self.classes.outline)
+        epsilon = self.candidate.shadow_epsilon + self.witness.shadow_epsilon
+        if self.scene.lights and np.any(epsilon > 0):
+            unlit = self.classes.light.any(axis=-1) & ~self._classes(0.0).light.any(axis=-1)
+        return self._near | (unlit & ~self.classes.outline)
+
+    @cached_property
+    def _near(self) -> np.ndarray:
+        """Return the pixels whose hit lies nearer to the eye than a party sees."""
+        nearest = self.candidate.ray_epsilon + self.witness.ray_epsilon
+        if not nearest:
+            return np.zeros(self.conditioning.hit.shape, dtype=bool)
+        return self.conditioning.hit & (self.conditioning.distance <= nearest + self._largest(Stage.DISTANCE))
+
+    def _largest(self, stage: Stage) -> np.ndarray:
+        limit = self.limits.end_to_end[stage]
+        return limit.max(axis=-1) if limit.ndim == 3 else limit
+
+    def _classes(self, shadow_epsilon: float | np.ndarray) -> Classes:
+        """Return the classes for one epsilon; kept on the ground, since many parties round and step alike."""
+        g = max(self._roundoffs, key=lambda each: each(1))
+        key = None if self._coarse else (*(each.key for each in self._roundoffs), self.candidate.by_matrices)
+        return self.ground.classes(self.limits, g, shadow_epsilon, key=key)
+
+    @cached_property
+    def _coarseness(self) -> tuple[Coarseness, Coarseness]:
+        return Coarseness(resolutions=self.candidate.resolutions), Coarseness(resolutions=self.witness.resolutions)
+
+    @property
+    def _coarse(self) -> bool:
+        return bool(self.candidate.resolutions or self.witness.resolutions)
+
+    def because(self, stage: Stage) -> str:
+        """Return what the parties' outputs add to a stage's limit, in words that follow its derivation, or nothing."""
+        names = (self.candidate.name, self.witness.name)
+        return "".join(one.because(stage, name) for one, name in zip(self._coarseness, names, strict=True))
+
+    @cached_property
     def _roundoffs(self) -> tuple[Roundoff, Roundoff]:
         return self._roundoff(self.candidate), self._roundoff(self.witness)
 
@@ -125,6 +164,15 @@ class Bench:
                 continued_light_limit(self.scene, stage, self.candidate.answers, value, g) for g in self._roundoffs
             )
             limit = mine + other
+        if self._coarse:
+            mine, other = self._coarseness
+            limit = limit + mine.step(stage, value) + other.step(stage, value)
+            limit = limit + mine.handed_down(self.scene, stage, self.candidate.answers, self.conditioning)
+        if not self.candidate.chained and stage in self.limits.end_to_end:
+            # Stages by passes of their own: each is off by its own end-to-end error, and by as much what it is continued
+            # from; at an edge the passes need not agree on the side.
+            own = self.ground.limits(self._roundoffs[0], by_matrices=self.candidate.by_matrices)
+            limit, edge = limit + 2 * own.end_to_end[stage], edge | self.classes.edge(stage)
         good = np.ones(shape, dtype=bool)
         if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL):
             good = self._excused(stage, value, limit, edge, continued=True)
@@ -136,11 +184,13 @@ class Bench:
         assert self.candidate.answers is not None
         ours = self.candidate.answers[stage]
         theirs = np.asarray(theirs, dtype=np.float64)
+        if stage is not Stage.RAY and self._near.any():
+            edge = edge | self._near
         if stage is Stage.VISIBILITY and ours.shape == theirs.shape:
             # Edges are a matter of each light: where a light is undecided, either of 0 and 1 is right for it.
             either = (self.classes.light | self.classes.outline[..., np.newaxis]) & np.isin(ours, (0.0, 1.0))
             theirs = np.where(either, ours, theirs)
-            edge = self.classes.edge(stage)
+            edge = edge | self.classes.edge(stage)
             good = np.all(ours == theirs, axis=-1)
         return measure(
             stage,
@@ -150,6 +200,7 @@ class Bench:
             edge=edge,
             hit=self.conditioning.hit,
             flagged=self.classes.flagged,
-            excused=good,
+            excused=good | self._near,
+            window=self.window,
             precision=self.candidate.precision,
         )

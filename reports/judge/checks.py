@@ -44,6 +44,7 @@ class Check:
     part: str | None = None  # camera: the item of the worst part
     ratio: float = 0.0
     suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
+    steps: str = ""  # what the parties' coarse outputs add to the limit, in words
     why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
 
     @property
@@ -67,7 +68,8 @@ class Check:
             "ratio": jsonable(self.ratio),
             "end_to_end": whole,
             "continued": self.continued.as_json() if self.continued else None,
-            "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}",
+            "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
+            + self.steps,
         }
 
 
@@ -101,6 +103,7 @@ def camera_check(bench: Bench) -> Check:
 def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
     """Judge one image stage end to end and, where `oracle` is given, continued from the candidate's own stages."""
     check = Check(configuration=bench.candidate.name, reference=bench.witness.name, stage=stage, outcome=Outcome.PASS)
+    check.steps = bench.because(stage)
     ours = bench.candidate.answers
     assert ours is not None
     try:

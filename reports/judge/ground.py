@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.classes import Edges
+from reports.judge.classes import Classes, Edges, classify
 from reports.judge.conditioning import Conditioning, condition
 from reports.judge.limits import Limits, Roundoff, limits
 from reports.judge.oracle import FullOracle
@@ -20,14 +22,41 @@ class Ground:
     edges: Edges
     conditioning: Conditioning
     oracle: FullOracle
-    _limits: dict[tuple[str, float, bool, bool], Limits] = field(default_factory=dict)
+    _limits: dict[tuple, Limits] = field(default_factory=dict)
+    _classes: dict[tuple, Classes] = field(default_factory=dict)
 
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
         """Return the limits of one kind of rounding."""
-        key = (g.precision, g.scale, g.baked, by_matrices)
+        key = (g.key, by_matrices)
         if key not in self._limits:
             self._limits[key] = limits(self.scene, self.truth, self.conditioning, g, by_matrices=by_matrices)
         return self._limits[key]
+
+    def together(self, one: Roundoff, other: Roundoff, *, by_matrices: bool) -> Limits:
+        """Return the limits of two kinds of rounding added: what a difference of two parties' answers may be."""
+        key = (one.key, other.key, by_matrices)
+        if key not in self._limits:
+            mine, theirs = (self.limits(g, by_matrices=by_matrices) for g in (one, other))
+            self._limits[key] = Limits(
+                continued={stage: mine.continued[stage] + theirs.continued[stage] for stage in mine.continued},
+                end_to_end={stage: mine.end_to_end[stage] + theirs.end_to_end[stage] for stage in mine.end_to_end},
+                cosine=mine.cosine + theirs.cosine,
+                position=mine.position + theirs.position,
+            )
+        return self._limits[key]
+
+    def classes(self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, *, key: tuple | None) -> Classes:
+        """Return the pixel classes under limits; `key` says which ones these are, None that they are not kept."""
+        epsilon = np.asarray(shadow_epsilon, dtype=np.float64)
+        whole = None if key is None else (*key, epsilon.tobytes())
+        found = None if whole is None else self._classes.get(whole)
+        if found is None:
+            found = classify(
+                self.scene, self.truth, self.edges, self.conditioning, limits, g, shadow_epsilon=shadow_epsilon
+            )
+            if whole is not None:
+                self._classes[whole] = found
+        return found
 
 
 def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known: Answers) -> Ground:

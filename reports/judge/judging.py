@@ -16,6 +16,7 @@ from reports.judge.means import mean_checks
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.parties import Candidate, Witness, as_candidate
+from reports.judge.resolving import Coarseness
 from reports.judge.shapes_of_answers import misshapen as misshapen_answers
 from reports.judge.shapes_of_answers import without
 from reports.judge.sufficiency import crowded, only_at_edges, too_little
@@ -98,6 +99,7 @@ def _checks(
     """Return a check for each planned stage of one candidate before one witness; none is left out."""
     candidate, witness = bench.candidate, bench.witness
     checks: list[Check] = []
+    coarse = Coarseness(resolutions=candidate.resolutions)
     same = copied(candidate.answers, witness.answers) if candidate.answers is not None else ()
     why = f"{witness.name} repeats {candidate.name} to the last bit: it is no witness"
     for stage in stages:
@@ -120,6 +122,8 @@ def _checks(
             checks.append(unmeasured(candidate, witness, stage, Outcome.MISSING, f"{witness.name} gave no {stage}"))
         elif stage is Stage.CAMERA:
             checks.append(camera_check(bench))
+        elif (why_not := coarse.too_coarse(stage, bench.truth[stage])) is not None:
+            checks.append(unmeasured(candidate, witness, stage, Outcome.UNSUPPORTED, f"{candidate.name}: {why_not}"))
         else:
             checks.append(stage_check(bench, stage, oracle))
     return checks

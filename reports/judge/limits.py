@@ -61,6 +61,11 @@ class Roundoff:
         self.scale = scale
         self.baked = baked  # takes triangles' normals from their baked corners
 
+    @property
+    def key(self) -> tuple[str, float, bool]:
+        """Return what tells this rounding from another."""
+        return self.precision, self.scale, self.baked
+
     def __call__(self, count: float) -> float:
         """Return the bound on the relative error of `count` roundings."""
         return self.scale * gamma(count, precision=self.precision)

@@ -1,7 +1,7 @@
 """Measuring one image against another: error over limit, pixel by pixel, worst pixel first, nothing dropped."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from cases.stages import Stage
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
+VECTORS = (*DIRECTIONS, Stage.POSITION)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,9 +24,12 @@ class Measurement:
     ours: tuple[float, ...]
     theirs: tuple[float, ...]
     interior: int  # pixels judged strictly that hit something (all pixels for `ray`)
+    over_inside: int  # pixels judged strictly that are over the limit
     edge: int
     differ_at_edge: int
     wrong_at_edge: int  # edge pixels whose value is neither side's
+    in_window: int  # edge pixels that are such only by a party's own epsilon: it says that it does not see there
+    differ_in_window: int
     hit_miss: int  # interior pixels where one hits and the other misses or hits another object
     nan: int
     inf: int
@@ -34,7 +38,7 @@ class Measurement:
 
     def as_json(self) -> dict[str, Any]:
         """Return plain JSON data; inf and nan become the strings "inf" and "nan"."""
-        return {name: jsonable(value) for name, value in asdict(self).items()}
+        return {name: jsonable(value) for name, value in vars(self).items()}
 
 
 def jsonable(value: Any) -> Any:
@@ -93,18 +97,33 @@ def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray
     """
     if ours.shape != theirs.shape:
         raise ValueError(f"{stage} images differ in shape: {ours.shape} against {theirs.shape}")
-    wrong = error(stage, ours, theirs)
-    channels = [wrong] if wrong.ndim == 2 else [wrong[..., channel] for channel in range(wrong.shape[-1])]
-    bounds = [limit] * len(channels) if limit.ndim == 2 else [limit[..., channel] for channel in range(limit.shape[-1])]
-    size = ours.shape[:2]
-    worst_ratio, worst_error = np.zeros(size), np.zeros(size)
-    for one, bound in zip(channels, bounds, strict=True):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            over = np.where(one <= 0, 0.0, one / bound)
-        over = np.where(np.isnan(over), np.inf, over)
-        larger = over > worst_ratio
-        worst_ratio, worst_error = np.where(larger, over, worst_ratio), np.where(larger, one, worst_error)
+    return over(stage, error(stage, ours, theirs), limit)
+
+
+def over(stage: Stage, wrong: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return error / limit and error (..., height, width), the worst channel's; NaN counts as inf.
+
+    `wrong` is an `error` of that stage; `limit` has its shape, or that shape without the channels.
+    """
+    if stage in VECTORS:
+        return _over(wrong, limit)
+    channelled = limit.ndim == wrong.ndim
+    bounds = [limit[..., channel] if channelled else limit for channel in range(wrong.shape[-1])]
+    worst_ratio, worst_error = _over(wrong[..., 0], bounds[0])
+    for channel, bound in enumerate(bounds[1:], 1):
+        ratio, one = _over(wrong[..., channel], bound)
+        larger = ratio > worst_ratio
+        worst_ratio, worst_error = np.where(larger, ratio, worst_ratio), np.where(larger, one, worst_error)
     return worst_ratio, worst_error
+
+
+def _over(wrong: np.ndarray, bound: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return one channel's error over its limit, 0 without an error and inf for NaN, and the error."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = wrong / bound
+    ratio[wrong <= 0] = 0.0
+    ratio[np.isnan(ratio)] = np.inf
+    return ratio, np.where(ratio > 0, wrong, 0.0)
 
 
 def measure(
@@ -118,37 +137,47 @@ def measure(
     flagged: np.ndarray,
     excused: np.ndarray,
     precision: str,
+    window: np.ndarray | None = None,
 ) -> Measurement:
     """Measure `ours` against `theirs`: interior pixels strictly, edge pixels excused only where `excused` says so.
 
-    `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides.
+    `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides;
+    `window` are those that only a party's own epsilon leaves undecided.
     """
     ratio, wrong = ratios(stage, ours, theirs, limit)
     forgiven = edge & excused
     judged = np.where(forgiven, 0.0, ratio)
     row, column = np.unravel_index(int(judged.argmax()), judged.shape)
     there = judged[row, column]
+    inside = np.where(edge, 0.0, ratio)
+    worst_inside = float(inside.max())
     differ = ratio > 1
-    misses = np.zeros_like(edge)
+    at_edge = differ & edge
+    some = bool(at_edge.any())
+    misses = None
     if stage is Stage.OBJECT:
         misses = (ours[..., 0] != theirs[..., 0]) | (ours[..., 1] != theirs[..., 1])
     elif stage is Stage.DISTANCE:
         misses = np.isinf(ours[..., 0]) != np.isinf(theirs[..., 0])
     everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
     finite = bool(np.isfinite(ours).all())
+    within = None if window is None or stage is Stage.RAY else window & edge
     return Measurement(
         worst_ratio=float(there),
-        worst_inside=float(np.where(edge, 0.0, ratio).max()),
+        worst_inside=worst_inside,
         worst_error=float(wrong[row, column]),
         limit=float(wrong[row, column] / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
         pixel=(int(column), int(row)),
         ours=tuple(map(float, ours[row, column])),
         theirs=tuple(map(float, theirs[row, column])),
         interior=int(np.count_nonzero(everywhere & ~edge)),
+        over_inside=int(np.count_nonzero(inside > 1)) if worst_inside > 1 else 0,
         edge=int(np.count_nonzero(edge)),
-        differ_at_edge=int(np.count_nonzero(differ & edge)),
-        wrong_at_edge=int(np.count_nonzero(differ & edge & ~excused)),
-        hit_miss=int(np.count_nonzero(misses & ~edge)),
+        differ_at_edge=int(np.count_nonzero(at_edge)) if some else 0,
+        wrong_at_edge=int(np.count_nonzero(at_edge & ~excused)) if some else 0,
+        in_window=int(np.count_nonzero(within)) if within is not None else 0,
+        differ_in_window=int(np.count_nonzero(within & differ)) if within is not None and some else 0,
+        hit_miss=int(np.count_nonzero(misses & ~edge)) if misses is not None else 0,
         nan=0 if finite else int(np.count_nonzero(np.isnan(ours).any(axis=-1))),
         inf=0 if finite else _new_infinities(ours, theirs, forgiven),
         flagged=int(np.count_nonzero(flagged)),

@@ -25,6 +25,7 @@ class Candidate:
     unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
+    chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
 
     @property
     def by_matrices(self) -> bool:
@@ -63,6 +64,7 @@ def as_candidate(witness: Witness) -> Candidate:
         shadow_epsilon=witness.shadow_epsilon,
         answers=None if witness.error is not None else witness.answers,
         error=witness.error,
+        mean=witness.mean,
         unsupported=witness.unsupported,
         resolutions=witness.resolutions,
         ray_epsilon=witness.ray_epsilon,

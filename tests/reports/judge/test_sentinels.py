@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.judge import bench, measurement
+from reports.judge import ground, measurement
 from reports.judge.classes import classify
 from reports.judge.sentinels import BrokenJudgeError, stand_guard
 from tests.reports.judge.scenes import ORACLE
@@ -32,7 +32,7 @@ def test_an_edge_class_that_swallows_everything_is_noticed(monkeypatch):
         classes = classify(*arguments, **named)
         return replace(classes, outline=np.ones_like(classes.outline))
 
-    monkeypatch.setattr(bench, "classify", swallow)
+    monkeypatch.setattr(ground, "classify", swallow)
 
     with pytest.raises(BrokenJudgeError):
         stand_guard(ORACLE)
