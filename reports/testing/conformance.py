@@ -1,0 +1,177 @@
+"""One conformance case inside a test: it holds the scene, takes an answer, and judges it as `rayproof run` would."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.case import Case
+from cases.scene import Scene
+from cases.stages import Stage
+from reports.judge.adjudicate import ORACLE
+from reports.judge.judging import judge_case
+from reports.judge.oracle import stages_of
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate, Witness
+from reports.judge.remembering import Remembering
+from reports.judge.summing_up import Judged
+from reports.run.asking import heard
+from reports.run.llvm import choose_packaged_llvm
+from reports.run.orders import ReferenceTask
+from reports.run.supported import count_what_is_supported
+from reports.subjects import ITEMS_OF_OTHERS
+
+if TYPE_CHECKING:
+    from tracer.configuration import Configuration
+
+Renderer = Callable[[Scene, Sequence[Stage]], Mapping[str, Any]]
+PRECISIONS = ("float32", "float64")
+NAME = "subject"
+
+
+class Conformance:
+    """A case, the references that it is judged by, and the formula under test where the marker names one."""
+
+    def __init__(
+        self,
+        *,
+        case: Case,
+        folder: Path,
+        formula: str | None = None,
+        configuration: str = "float32",
+        stages: Sequence[str] | None = None,
+        precision: str = "float32",
+        witnesses: Sequence[str] = (ORACLE,),
+    ) -> None:
+        """Take the marker's options; raise LookupError or ValueError for one that names nothing."""
+        from reference import REFERENCES
+
+        choose_packaged_llvm()
+        if precision not in PRECISIONS:
+            raise ValueError(f"precision must be one of {', '.join(PRECISIONS)}, got {precision!r}")
+        for witness in witnesses:
+            REFERENCES[witness]
+        self.case = case
+        self._precision = precision
+        self._witnesses = tuple(dict.fromkeys((ORACLE, *witnesses)))
+        self._configuration = _configuration(formula, configuration, folder)
+        self._stages = tuple(map(Stage, stages)) if stages is not None else stages_of(case.scene)
+
+    @property
+    def scene(self) -> Scene:
+        """Return the scene that is to be rendered."""
+        return self.case.scene
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """Return the scene as JSON data, for a renderer that reads scene files."""
+        from cases.scene_json import scene_to_json
+
+        return scene_to_json(self.case.scene)
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """Return the stages that the scene has and the renderer answers."""
+        return tuple(stage for stage in stages_of(self.case.scene) if stage in self._stages)
+
+    def check(self, answer: Renderer | Mapping[str, Any] | None = None) -> Judged:
+        """Judge an answer and return what was found.
+
+        `answer` maps stage names to arrays (height, width, channels), channels and units as docs/specification.md
+        lists them, or is a function `(scene, stages) -> such a mapping`. Without it the tracer answers, with the
+        marker's formula.
+
+        Raises:
+            AssertionError: the case does not pass; the message names stage, formula, reference and size of the error.
+            pytest.skip.Exception: nothing that the renderer answers can be measured on this case.
+
+        """
+        import pytest
+
+        candidate = self._traced() if answer is None else self._given(answer)
+        judged = self._judged(candidate)
+        if judged.outcome is Outcome.UNSUPPORTED:
+            pytest.skip(f"{self.case.name}: {judged.reason or 'nothing that it answers can be measured here'}")
+        if judged.outcome not in (Outcome.PASS, Outcome.WARN):
+            where = f" at {judged.stage}" if judged.stage else ""
+            item = f" ({judged.item})" if judged.item else ""
+            raise AssertionError(f"{self.case.name}: {judged.outcome}{where}{item}: {judged.reason}")
+        return judged
+
+    def _judged(self, candidate: Candidate) -> Judged:
+        from reference.analytic import Analytic
+
+        witnesses, versions = self._heard()
+        judged = judge_case(self.case, [candidate], witnesses, Remembering(Analytic()), versions)
+        count_what_is_supported(judged, [candidate])
+        return judged
+
+    def _heard(self) -> tuple[list[Witness], dict[str, str]]:
+        from reference import REFERENCES
+
+        task = ReferenceTask(scene=self.scene, samples=self.case.samples)
+        witnesses, versions = [], {}
+        for name in self._witnesses:
+            reference = REFERENCES[name]()
+            independent = bool(REFERENCES.about(name).get("independent", False))
+            witnesses.append(heard(name, reference, task, independent=independent))
+            versions[name] = reference.version()
+        return witnesses, versions
+
+    def _traced(self) -> Candidate:
+        from reports.judge.supersampled import finer
+        from reports.run.clearances import shadow_epsilons
+        from tracer.render import render
+
+        scene, chosen, samples = self.scene, self._configuration, self.case.samples
+        answers = render(scene, stages_of(scene), chosen)
+        return Candidate(
+            name=chosen.name,
+            precision=chosen.precision,
+            items=chosen.items,
+            shadow_epsilon=shadow_epsilons(scene, answers, chosen),
+            answers=answers,
+            fine=render(finer(scene, samples), stages_of(scene), chosen) if samples > 1 else None,
+        )
+
+    def _given(self, answer: Renderer | Mapping[str, Any]) -> Candidate:
+        found = answer(self.scene, self.stages) if callable(answer) else answer
+        answers: Answers = {Stage(name): value for name, value in found.items()}
+        if missing := [stage for stage in self.stages if stage not in answers]:
+            raise AssertionError(f"{self.case.name}: the renderer gave no {', '.join(missing)}")
+        images = {
+            stage: value if stage is Stage.CAMERA else np.asarray(value, dtype=np.float64)
+            for stage, value in answers.items()
+        }
+        why = "the marker's `stages` leave it out"
+        return Candidate(
+            name=NAME,
+            precision=self._precision,
+            items=ITEMS_OF_OTHERS,
+            shadow_epsilon=0.0,
+            answers=images,
+            unsupported={stage: why for stage in stages_of(self.scene) if stage not in self._stages},
+        )
+
+
+def _configuration(formula: str | None, configuration: str, folder: Path) -> "Configuration":
+    """Return the tracer's configuration; a formula's FILE lies beside the test.
+
+    Raises:
+        LookupError, ValueError: there is no such formula or configuration.
+
+    """
+    from reports.compare.contenders import FILE_MARK, contender
+    from tracer.configuration import Configuration
+
+    chosen = Configuration.parse(configuration)
+    if formula is None:
+        return chosen
+    if FILE_MARK in formula:
+        slot, _, place = formula.partition("=")
+        return contender(f"{slot}={folder / place}", precision=chosen.precision).configuration
+    return Configuration.parse(
+        "/".join([configuration, formula.replace("/", "=", 1) if "=" not in formula else formula])
+    )
