@@ -4,7 +4,7 @@ from pathlib import Path
 
 from cases.scene import Scene, SceneError
 from reports.exchange import IMPORTERS, Imported, Size
-from reports.exchange.framing import camera_for
+from reports.exchange.framing import camera_for, light_for
 from reports.exchange.mitsuba_xml.emitters import lights_of
 from reports.exchange.mitsuba_xml.sensors import camera_of
 from reports.exchange.mitsuba_xml.shapes import shapes_of
@@ -43,7 +43,8 @@ def import_mitsuba(path: Path, size: Size) -> Imported:
     camera = camera_of(usable[0], size, drop) if usable else camera_for(shapes, size, up=(0.0, 1.0, 0.0))
     lights = tuple(lights_of(root, drop))
     if not lights:
-        drop(f"{path.name}: it has no point light; the scene is unlit")
+        drop(f"{path.name}: it has no point light; one was made")
+        lights = (light_for(camera),)
     for name, child in root.children():
         if child.kind == "Integrator" and child.plugin != "direct":
             drop(f"{child.place}: the integrator {child.plugin}; direct light is all that is computed")

@@ -64,7 +64,7 @@ def read_tree(path: Path) -> Element:
     def node(index: int) -> Element:
         found = state.nodes[index]
         name = found.props.id()
-        where = str(mi.parser.file_location(state, found)).replace(str(path), path.name)
+        where = str(mi.parser.file_location(state, found)).removeprefix(f"{path.resolve().parent}/")
         return Element(
             kind=str(found.type).rpartition(".")[2],
             plugin=found.props.plugin_name(),
