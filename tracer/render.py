@@ -10,6 +10,7 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from tracer.configuration import Configuration
+from tracer.reach import beyond
 from tracer.trace import Trace
 
 
@@ -56,7 +57,8 @@ def render(scene: Scene, stages: Collection[Stage], configuration: Configuration
     subdivision.
 
     Raises:
-        ValueError: samples < 1, or a stage other than radiance with samples > 1.
+        ValueError: samples < 1, a stage other than radiance with samples > 1, or a scene beyond what the precision
+            can hold (see `tracer.reach`).
         LookupError: a shape that the tracer has no formula for.
         RuntimeError: Dr.Jit has no backend on this machine.
 
@@ -64,6 +66,9 @@ def render(scene: Scene, stages: Collection[Stage], configuration: Configuration
     wanted = [stage for stage in Stage if stage in stages]
     if samples < 1 or (samples > 1 and wanted != [Stage.RADIANCE]):
         raise ValueError(f"samples must be 1, or more for radiance alone; got {samples} for {', '.join(wanted)}")
+    refusal = beyond(scene, configuration.precision)
+    if refusal is not None:
+        raise ValueError(refusal)
     trace = Trace(scene, configuration, per_side=samples)
     images = {stage: trace.channels(stage) for stage in wanted if stage is not Stage.CAMERA}
     pixels = _pixels(trace) if Stage.CAMERA in wanted else ()

@@ -65,7 +65,12 @@ class Trace:
         """Return M [W/m^2]."""
         if self._dark:
             return self.types.Vector(0)
-        return self.configuration["exitance"](self.surfaces.albedo, self.illumination.irradiance)
+        albedo, irradiance = self.surfaces.albedo, self.illumination.irradiance
+        leaving = self.configuration["exitance"](albedo, irradiance)
+        if all(channel > 0 for shape in self.scene.shapes for channel in shape.albedo):
+            return leaving
+        # Under an irradiance that overflowed, black stays black: 0 times infinity would be no number.
+        return dr.select((albedo == 0) & dr.isinf(irradiance), 0, leaving)
 
     @cached_property
     def radiance(self) -> Any:

@@ -1,7 +1,7 @@
 """`rayproof probe`: one pixel, every stage, as the tracer in both precisions and every reference answer it."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from cases.stages import IMAGE_STAGES, Stage, exr_channels
 from reports.commands.lookup import Repeated, configurations, references_named, scene_named
 from reports.commands.output import say, shout, show_table, write_json
 from reports.commands.usage import UsageError
+
+if TYPE_CHECKING:
+    from tracer.configuration import Configuration
 
 Column = dict[str, Any]  # row name -> number, or the sentence that says why there is none
 
@@ -44,12 +47,9 @@ def probe(
     names = references_named(require)
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
     from tracer.llvm import select
-    from tracer.render import render
 
     select()
-    columns = {
-        f"tracer-{one.name}": pixel(scene, x, y, render(scene, [Stage.CAMERA, *IMAGE_STAGES], one)) for one in chosen
-    }
+    columns = {f"tracer-{one.name}": tracer_pixel(one, scene, x, y) for one in chosen}
     columns |= {name: reference_pixel(name, scene, x, y) for name in names}
     write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns})
     say(f"{case}, pixel ({x}, {y}) of {width} x {height}")
@@ -57,6 +57,16 @@ def probe(
     rows = [[name, *(short(column.get(name, "")) for column in columns.values())] for name in stages]
     show_table("One pixel, every stage", ["stage", *columns], rows)
     return 0
+
+
+def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -> Column:
+    """Return what the tracer answers at a pixel, or why the scene is beyond its precision."""
+    from tracer.reach import beyond
+    from tracer.render import render
+
+    if (refusal := beyond(scene, configuration.precision)) is not None:
+        return {str(stage): f"unsupported: {refusal}" for stage in Stage}
+    return pixel(scene, x, y, render(scene, list(Stage), configuration))
 
 
 def reference_pixel(name: str, scene: Scene, x: int, y: int) -> Column:

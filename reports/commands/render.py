@@ -31,8 +31,11 @@ def render(scene: str, image: Path, *, stages: str = "radiance", configuration: 
         writable_folder(image.parent)
     from reports.publish.exr import write_answers
     from tracer.llvm import select
+    from tracer.reach import beyond
     from tracer.render import render as trace
 
+    if (refusal := beyond(loaded, chosen.precision)) is not None:
+        raise UsageError(f"{scene}: {refusal}")
     shout(chosen.faults)
     select()
     said = warning(chosen.faults) if chosen.faults else chosen.name

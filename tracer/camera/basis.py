@@ -6,11 +6,12 @@ import drjit as dr
 
 from cases.stages import Stage
 from tracer.camera import CAMERA
+from tracer.directions import unit
 
 
 @CAMERA.register("basis/right_handed", covers=("CAM-1",), kind="right", stage=Stage.CAMERA, default=True)
 def basis(eye: Any, target: Any, up: Any) -> tuple[Any, Any, Any]:
     """Return right F x U, up and forward F, unit and orthogonal."""
-    forward = dr.normalize(target - eye)
-    right = dr.normalize(dr.cross(forward, dr.normalize(up)))
+    forward = unit(target - eye)
+    right = unit(dr.cross(forward, unit(up)))
     return right, dr.cross(right, forward), forward

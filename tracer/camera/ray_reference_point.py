@@ -12,7 +12,7 @@ from tracer.camera import CAMERA
 def reference_point(frame: Any, sx: Any, sy: Any) -> Any:
     """Return normalize(p - eye) with p = ref + sx H + sy V."""
     # Any t > 0 gives the same ray. One as large as the eye's coordinates keeps p - eye from cancelling.
-    t = dr.maximum(dr.norm(frame.target - frame.eye), dr.max(abs(frame.eye)))
+    t = dr.maximum(dr.norm(frame.target - frame.eye), dr.maximum(dr.max(abs(frame.eye)), 2.0**-50))
     ref = dr.fma(frame.forward, t, frame.eye)
     length = dr.norm(ref - frame.eye)
     V = frame.up * (length * frame.vertical)

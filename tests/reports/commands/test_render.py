@@ -1,5 +1,6 @@
 """`rayproof render` writes the tracer's stages as OpenEXR."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -52,3 +53,15 @@ def test_an_image_made_with_a_planted_fault_says_so(rayproof: Rayproof, tmp_path
     assert ended.out.startswith("PLANTED FAULT IN USE")
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
         assert file.header()["comments"].startswith("PLANTED FAULT IN USE")
+
+
+def test_a_scene_beyond_the_precision_is_refused_in_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
+    scene = select(["primitives/sphere"])[0].scene
+    far = dataclasses.replace(scene, camera=dataclasses.replace(scene.camera, eye=(1e20, 2e20, 3e20)))
+    save_scene(far, tmp_path / "far.json")
+
+    ended = rayproof("render", tmp_path / "far.json", tmp_path / "a.exr")
+
+    assert ended.code == 2
+    assert ended.err.splitlines()[-1].endswith("the squares of lengths beyond 1.15e+18 m overflow float32")
+    assert not (tmp_path / "a.exr").exists()
