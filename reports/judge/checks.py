@@ -96,7 +96,7 @@ def camera_check(bench: Bench) -> Check:
         theirs_bad = camera.inconsistency(theirs, bench.scene.camera, g)
         if ours_bad <= 1 < theirs_bad:
             check.outcome = Outcome.REFERENCE_SUSPECT
-            check.reason += f"; the tracer's camera is consistent in itself, {bench.witness.name}'s is not"
+            check.reason += f"; {bench.candidate.name}'s camera is consistent in itself, {bench.witness.name}'s is not"
     return check
 
 
@@ -125,7 +125,7 @@ def _conclude(check: Check) -> None:
     check.ratio = max(one.worst_ratio for one in measured)
     whole = measured[0]
     worst = max(measured, key=lambda one: one.worst_ratio)
-    how = "given the tracer's own previous stages" if worst is check.continued else "end to end"
+    how = "given its own previous stages" if worst is check.continued else "end to end"
     if whole.nan or whole.inf:
         check.outcome = Outcome.FAIL
         check.reason = f"{whole.nan} pixels are NaN and {whole.inf} infinite where {check.reference} is finite"

@@ -50,6 +50,7 @@ def put_to_test(witness: Witness) -> Candidate:
         unsupported=witness.unsupported,
         resolutions=witness.resolutions,
         ray_epsilon=witness.ray_epsilon,
+        chained=False,
     )
 
 

@@ -56,6 +56,7 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int) -> Can
         shadow_epsilon=able.shadow_epsilon,
         ray_epsilon=able.ray_epsilon,
         answers=None,
+        chained=False,
     )
     why = able.refusal(scene)
     try:
