@@ -63,5 +63,5 @@ def test_a_scene_beyond_the_precision_is_refused_in_one_line(rayproof: Rayproof,
     ended = rayproof("render", tmp_path / "far.json", tmp_path / "a.exr")
 
     assert ended.code == 2
-    assert ended.err.splitlines()[-1].endswith("the squares of lengths beyond 1.15e+18 m overflow float32")
+    assert ended.error.splitlines()[-1].endswith("the squares of lengths beyond 1.15e+18 m overflow float32")
     assert not (tmp_path / "a.exr").exists()
