@@ -12,6 +12,7 @@ Beyond the protocol a class may have, each looked up by name:
     resolution(scene, stage)     a cases.answers.Resolution where its output is coarser than its arithmetic, or None
     notes(scene)                 sentences: where it answers another question than the one asked
     epsilon_at(answers)          m, number or (height, width): what it ignores at a feeler's start
+    epsilon_in(scene, answers)   the same, where it depends on more of the scene than was seen
     ray_epsilon                  m: hits nearer to a ray's origin than this are not seen
 """
 

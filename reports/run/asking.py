@@ -2,7 +2,10 @@
 
 from typing import Any
 
+import numpy as np
+
 from cases.answers import Answers, Reference
+from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
@@ -22,12 +25,11 @@ def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: 
     notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
     resolution = _ability(reference, "resolution")
     coarse = {stage: resolution(scene, stage) for stage in asked} if resolution is not None else {}
-    epsilon = _ability(reference, "epsilon_at") if Stage.POSITION in answers else None
     return Witness(
         name=name,
         precision=reference.precision,
         independent=independent,
-        shadow_epsilon=epsilon(answers) if epsilon is not None else 0.0,
+        shadow_epsilon=_shadow_epsilon(reference, scene, answers),
         answers={stage: answers[stage] for stage in asked if stage in answers},
         unsupported=unsupported,
         notes=tuple(notes(scene)) if notes is not None else (),
@@ -52,6 +54,16 @@ def put_to_test(witness: Witness) -> Candidate:
         ray_epsilon=witness.ray_epsilon,
         chained=False,
     )
+
+
+def _shadow_epsilon(reference: Reference, scene: Scene, answers: Answers) -> float | np.ndarray:
+    """Return what a reference ignores at a feeler's start [m], one number or (height, width); 0 if it does not say."""
+    if Stage.POSITION not in answers:
+        return 0.0
+    of_scene, of_answers = _ability(reference, "epsilon_in"), _ability(reference, "epsilon_at")
+    if of_scene is not None:
+        return of_scene(scene, answers)
+    return of_answers(answers) if of_answers is not None else 0.0
 
 
 def _ability(reference: Reference, name: str) -> Any:

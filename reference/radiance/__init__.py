@@ -1,0 +1,93 @@
+"""Radiance's rtrace as a reference: rays in, what they meet and the radiance along them out, in doubles."""
+
+from collections.abc import Collection
+
+from cases.answers import Answers, Resolution
+from cases.rounding import gamma
+from cases.scene import Plane, Scene
+from cases.stages import Stage
+from reference import REFERENCES
+from reference.radiance import materials, programs
+from reference.radiance.extents import FTINY, extent, reach, scale
+from reference.radiance.refusals import refusal
+from reference.radiance.stages import image, single
+from reference.radiance.tracing import World, cells
+
+# Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, their product
+# with cosine and solid angle, the product of the two. White and the light that irradiance is read off by are exact.
+PAINTED, WHITENED = 4, 2
+
+
+@REFERENCES.register("radiance", independent=True)
+class Radiance:
+    """Ward's lighting simulator by its own programs: shares no code, no compiler and no camera with anyone here.
+
+    It intersects in float64 (1e-13 of the scene) and adds light in float32. The rays are built here, in float64; what
+    they meet, where and with what normal is rtrace's word; visibility and irradiance are its radiance of the whitened
+    scene under one light, seen from just above each hit; radiance is its radiance of the scene, light by light. Around
+    their edges polygons reach a millionth of the scene too far, so do their shadows.
+    """
+
+    precision = "float64"
+
+    @staticmethod
+    def missing() -> str | None:
+        """Return why it cannot run here and how to install it, or None."""
+        return programs.missing()
+
+    def version(self) -> str:
+        """Return program and version, for the report."""
+        return programs.version()
+
+    def unsupported(self, scene: Scene, stage: Stage) -> str | None:
+        """Return a sentence that says why it cannot answer here, or None if it can."""
+        return programs.missing() or refusal(scene, stage)
+
+    def settings(self, scene: Scene) -> dict[str, str]:
+        """Return what its answer depends on besides the scene."""
+        units = scale(scene)
+        return {
+            "rtrace": " ".join(programs.OPTIONS),
+            "oconv": f"-r {cells(scene)}",
+            "unit": f"{1 / units:g} m",
+            "light": f"illum, sphere of radius {materials.LIGHT_RADIUS / units:g} m, one at a time",
+        }
+
+    def resolution(self, scene: Scene, stage: Stage) -> Resolution | None:
+        """Return how coarse light is, which rtrace computes in float32; None for its float64 geometry."""
+        if stage not in (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
+            return None
+        roundings = PAINTED if stage is Stage.RADIANCE else WHITENED
+        return Resolution(
+            relative=gamma(roundings, precision="float32"),
+            absolute=0.0,
+            because=f"rtrace multiplies colours in float32, {roundings} roundings from a light to the eye",
+        )
+
+    def epsilon_in(self, scene: Scene, answers: Answers) -> float:
+        """Return how far [m] off its edge a blocker may count, which exceeds what is overlooked at a feeler's start."""
+        return FTINY * extent(scene)
+
+    def notes(self, scene: Scene) -> list[str]:
+        """Return in sentences where rtrace's answer is to another question than the one asked."""
+        found = []
+        planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
+        if planes:
+            found.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {reach(scene):.4g} m.")
+        if scene.lights:
+            radius = materials.LIGHT_RADIUS / scale(scene)
+            found.append(f"Every light is a sphere of radius {radius:.2g} m; what is nearer to it does not block it.")
+        return found
+
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+        """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
+
+        Raises:
+            RuntimeError: a program ended with an error, or with fewer numbers than it was asked for.
+
+        """
+        with World(scene) as world:
+            found = single(scene, world, stages) if samples == 1 and set(stages) - {Stage.RADIANCE} else {}
+            if Stage.RADIANCE in stages:
+                found[Stage.RADIANCE] = image(scene, world, samples)
+        return found

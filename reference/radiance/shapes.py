@@ -1,0 +1,71 @@
+"""The specification's shapes as Radiance's, in Radiance's scene language (refman, "Surfaces").
+
+A surface is called `face.shape`; numbers are written with all the digits that a float64 has.
+"""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from cases.baking import world_triangles
+from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from reference.radiance.extents import CUBE_CORNERS, SQUARE_CORNERS, height, placed, reach
+
+# Each side of the cube as indices into its corners, counter-clockwise seen from outside.
+CUBE_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+# A matrix counts as a similarity if it is one to within the rounding of the float64 numbers that describe it.
+SIMILAR = 1e-13
+
+
+def is_similar(shape: Shape) -> bool:
+    """Return whether the shape's matrix keeps spheres spheres."""
+    linear = np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
+    gram = linear.T @ linear
+    return bool(np.abs(gram / (np.trace(gram) / 3) - np.eye(3)).max() <= SIMILAR)
+
+
+def surfaces(scene: Scene, scale: float) -> Iterator[str]:
+    """Yield every shape's surfaces in units of 1/scale m; shape n's modifier is `m<n>`, its surfaces `s<n>.<face>`."""
+    for index, shape in enumerate(scene.shapes):
+        yield from (f"m{index} {text}" for text in _surfaces(scene, shape, f"s{index}", scale))
+
+
+def _surfaces(scene: Scene, shape: Shape, name: str, scale: float) -> Iterator[str]:
+    if isinstance(shape, Triangle | Mesh):
+        corners = world_triangles(shape).astype(np.float64)
+        first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        # Degenerate triangles are never hit; Radiance would warn of each.
+        kept = np.flatnonzero(np.any(np.cross(first, second) != 0, axis=1))
+        # Each vertex is put into words once, whoever shares it.
+        vertices, uses = np.unique((corners[kept] * scale).reshape(-1, 3), axis=0, return_inverse=True)
+        words = [" ".join(map(repr, vertex)) for vertex in vertices.tolist()]
+        for face, (a, b, c) in zip(kept.tolist(), uses.reshape(-1, 3).tolist(), strict=True):
+            yield f"polygon {name}.{face} 0 0 9 {words[a]} {words[b]} {words[c]}"
+        return
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    if isinstance(shape, Sphere):
+        center = placed(matrix, np.asarray([shape.center]))[0]
+        radius = shape.radius * float(np.linalg.norm(matrix[:3, 0]))
+        yield f"sphere {name}.0 {_numbers([*(center * scale), radius * scale])}"
+    elif isinstance(shape, Plane):
+        above, normal = height(shape, scene.camera.eye)
+        foot = np.asarray(scene.camera.eye) - above * normal
+        yield f"ring {name}.0 {_numbers([*(foot * scale), *normal, 0.0, reach(scene) * scale])}"
+    elif isinstance(shape, Square):
+        yield f"polygon {name}.0 {_numbers(_turned(matrix, SQUARE_CORNERS) * scale)}"
+    elif isinstance(shape, Cube):
+        for side in CUBE_SIDES:
+            yield f"polygon {name}.0 {_numbers(_turned(matrix, CUBE_CORNERS[list(side)]) * scale)}"
+    else:
+        raise LookupError(f"Radiance has not been taught the shape {type(shape).__name__}")
+
+
+def _turned(matrix: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return corners in world space, turned around under a mirror: a polygon's normal is by its winding."""
+    world = placed(matrix, corners)
+    return (world[::-1] if np.linalg.det(matrix[:3, :3]) < 0 else world).ravel()
+
+
+def _numbers(values: Iterable[float]) -> str:
+    digits = [repr(float(value)) for value in values]
+    return f"0 0 {len(digits)} {' '.join(digits)}"
