@@ -1,0 +1,63 @@
+"""Embree as a reference: which triangle a ray meets first, and whether one lies in between."""
+
+from collections.abc import Collection
+from importlib.metadata import version as installed_version
+from importlib.util import find_spec
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import Stage
+from reference import REFERENCES
+from reference.embree.refusals import refusal
+from reference.embree.stages import CLEARANCE, answers, rays
+
+
+@REFERENCES.register("embree", independent=True)
+class Embree:
+    """Intel's ray tracing kernels, on flat shapes alone; its word is which triangle is hit and which light is hidden.
+
+    It decides in float32. The distance is not its own number: the plane of the triangle that it names is met again in
+    float64, by the ray as it was meant, and position and normal follow from that; they are right to 1e-15 wherever its
+    decision is. A feeler counts as blocked only if float64 finds the blocker that Embree names ahead of its start.
+    """
+
+    precision = "float32"
+
+    @staticmethod
+    def missing() -> str | None:
+        """Return why it cannot run here and how to install it, or None."""
+        return None if find_spec("embreex") is not None else "Embree is not installed; pip install embreex."
+
+    def version(self) -> str:
+        """Return program and version, for the report."""
+        return f"Embree (embreex {installed_version('embreex')})"
+
+    def unsupported(self, scene: Scene, stage: Stage) -> str | None:
+        """Return a sentence that says why it cannot answer here, or None if it can."""
+        return self.missing() or refusal(scene, stage)
+
+    def settings(self, scene: Scene) -> dict[str, str]:
+        """Return what its answer depends on besides the scene."""
+        return {
+            "scene": "robust, triangles, relative to the eye",
+            "feelers": f"from {CLEARANCE:.3g} of the distance to the eye",
+        }
+
+    def epsilon_at(self, seen: Answers) -> np.ndarray:
+        """Return how near [m] to a hit blockers do not count, (height, width), 0 on a miss."""
+        distance = seen[Stage.DISTANCE][..., 0]
+        return np.where(np.isfinite(distance), CLEARANCE * distance, 0.0)
+
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+        """Answer `stages` from ray to visibility.
+
+        Raises:
+            ValueError: samples > 1, which asks for a mean radiance.
+
+        """
+        if samples != 1:
+            raise ValueError(f"Embree has no radiance to take the mean of over {samples} x {samples} samples")
+        found = {Stage.RAY: rays(scene)} if Stage.RAY in stages else {}
+        return found | answers(scene, stages) if set(stages) - {Stage.RAY} else found

@@ -1,0 +1,88 @@
+"""Embree's answers, float32, and the same hits in float64: the plane of the triangle that it names, met again."""
+
+from typing import Any
+
+import numpy as np
+
+from reference.embree.facets import Facets
+
+# How often a feeler may be asked again beyond what float32 wrongly took for a blocker.
+ATTEMPTS = 16
+# A ray's start and a hit's distance are off by some roundings of their size in float32; beyond is what lies this many
+# times farther than they are large.
+BEYOND = 16 * 2.0**-24
+
+
+class World:
+    """Triangles as Embree holds them."""
+
+    def __init__(self, facets: Facets) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        self.facets = facets
+        # Robust: rays do not pass between triangles that share an edge.
+        self._scene: Any = EmbreeScene(robust=True)
+        vertices, uses = np.unique(facets.corners.reshape(-1, 3), axis=0, return_inverse=True)
+        if len(facets.shape):
+            TriangleMesh(self._scene, vertices.astype(np.float32), uses.reshape(-1, 3).astype(np.int32))
+
+    def nearest(self, direction: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the triangle that each ray from the eye meets first between start and end [m], -1 for none, and t [m].
+
+        `direction` is (n, 3) and unit; the other shapes are (n,).
+        """
+        hit, _ = self._ask(start[:, np.newaxis] * direction, direction, end - start)
+        distance = self.distances(hit, np.zeros(3), direction)
+        # float32 may take a triangle for hit whose plane the ray runs along.
+        met = np.isfinite(distance)
+        return np.where(met, hit, -1), np.where(met, distance, np.inf)
+
+    def distances(self, hit: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Return t in float64 at which rays meet the planes of the triangles `hit` (n,), inf where that is -1."""
+        hits = np.flatnonzero(hit >= 0)
+        corners = self.facets.corners[hit[hits]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        starts = np.broadcast_to(origin, direction.shape)[hits]
+        above = np.einsum("ij,ij->i", normal, corners[:, 0] - starts)
+        t = np.full(len(hit), np.inf)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t[hits] = above / np.einsum("ij,ij->i", normal, direction[hits])
+        return t
+
+    def blocked(self, origin: np.ndarray, target: np.ndarray, least: np.ndarray) -> np.ndarray:
+        """Return whether a triangle lies between origins (n, 3) and the point `target`, relative to the eye, (n,) bool.
+
+        What is nearer to an origin than `least` [m] (n,) along the feeler does not count. A blocker that float64 does
+        not find ahead of the origin, such as the surface that the feeler leaves, is passed over.
+        """
+        toward = target - origin
+        length = np.linalg.norm(toward, axis=1)
+        direction = toward / length[:, np.newaxis]
+        blocked = np.zeros(len(origin), dtype=bool)
+        left, start = np.arange(len(origin)), least.copy()
+        for _ in range(ATTEMPTS):
+            ahead = length[left] - start[left]
+            left = left[ahead > 0]
+            if not len(left):
+                break
+            begin = origin[left] + start[left, np.newaxis] * direction[left]
+            hit, t = self._ask(begin, direction[left], length[left] - start[left])
+            exact = self.distances(hit, origin[left], direction[left])
+            # Written so that a NaN, of a plane along the ray, is no blocker.
+            real = (hit >= 0) & (exact > least[left]) & (exact < length[left])
+            blocked[left[real]] = True
+            again = (hit >= 0) & ~real
+            size = np.abs(begin).max(axis=1) + t
+            left, step = left[again], (t + BEYOND * size)[again]
+            start[left] += step
+        return blocked
+
+    def _ask(self, origin: np.ndarray, direction: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nearest triangle, -1 for none, and Embree's own t, in float64."""
+        if not len(self.facets.shape) or not len(origin):
+            return np.full(len(origin), -1), np.zeros(len(origin))
+        # Embree takes no infinity for a length, and writes its t into what it is given.
+        far = np.minimum(length, np.finfo(np.float32).max).astype(np.float32)
+        found = self._scene.run(origin.astype(np.float32), direction.astype(np.float32), far, output=True)
+        return found["primID"].astype(int), np.where(found["primID"] >= 0, found["tfar"], 0.0).astype(np.float64)
