@@ -16,7 +16,10 @@ Exit codes: 0 all pass or warn, 1 some fail, 2 bad usage or input, 3 something c
 """
 
 COMMANDS: dict[str, tuple[str, str]] = {
-    "run": ("reports.commands.run:run", "Judge the tracer on cases or scene files and write a report."),
+    "run": (
+        "reports.commands.run:run",
+        "Judge the tracer or another renderer on cases or scene files; write a report.",
+    ),
     "audit": ("reports.commands.audit:audit", "Plant faults one at a time and show which the harness kills."),
     "report": ("reports.commands.report:report", "Publish a results folder again, without rendering."),
     "list": ("reports.commands.list:catalogue", "List cases, formulas, references or metrics."),
@@ -29,6 +32,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "export": ("reports.commands.exchange:export_scene", "Write a scene as Mitsuba 3 XML."),
     "compare": ("reports.commands.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
     "tradeoff": ("reports.commands.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
+    "history": ("reports.commands.history:history", "Show error and time of each case over the runs that were kept."),
+    "adapt": ("reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
     "schema": ("reports.commands.schema:schema", "Print the JSON Schema of scene files."),
 }
 

@@ -34,7 +34,9 @@ struct Placement {
     Vec turn(Vec v) const { return v.x * a + v.y * b + v.z * c; }
     Vec point(Vec v) const { return turn(v) + t; }
     double determinant() const { return dot(a, cross(b, c)); }
-    Vec back(Vec v) const { return (1 / determinant()) * Vec{dot(v, cross(b, c)), dot(v, cross(c, a)), dot(v, cross(a, b))}; }
+    Vec back(Vec v) const {
+        return (1 / determinant()) * Vec{dot(v, cross(b, c)), dot(v, cross(c, a)), dot(v, cross(a, b))};
+    }
     Vec normal(Vec n) const {  // by the inverse transpose: its columns are the cofactors over the determinant
 #ifdef PLANTED_BUG
         return normalize(turn(n));
@@ -118,12 +120,9 @@ struct Scene {
     Hit nearest(const Ray& ray) const {
         Hit best;
         for (std::size_t i = 0; i < shapes.size(); ++i)
-            shapes[i].meet(ray, [&](double t, int face, Vec n) {
-                if (t < best.t) best = {t, int(i), type_is_mesh(i) ? face : 0, n};
-            });
+            shapes[i].meet(ray, [&](double t, int face, Vec n) { if (t < best.t) best = {t, int(i), face, n}; });
         return best;
     }
-    bool type_is_mesh(std::size_t i) const { return shapes[i].type == "mesh"; }
 };
 
 Shape read_shape(const Json& j, const std::string& path) {
@@ -132,7 +131,8 @@ Shape read_shape(const Json& j, const std::string& path) {
     if (j.has("center")) s.center = vec(j["center"]);
     if (j.has("radius")) s.radius = j["radius"].number;
     if (j.has("to_world")) {
-        auto column = [&](int k) { return Vec{j["to_world"][0][k].number, j["to_world"][1][k].number, j["to_world"][2][k].number}; };
+        const Json& rows = j["to_world"];
+        auto column = [&](int k) { return Vec{rows[0][k].number, rows[1][k].number, rows[2][k].number}; };
         s.place = {column(0), column(1), column(2), column(3)};
     }
     std::vector<std::array<Vec, 3>> corners;  // in object space
@@ -166,15 +166,15 @@ int main(int count, char** words) try {
 
     const Vec eye = vec(camera["eye"]), F = normalize(vec(camera["target"]) - eye);
     const Vec R = normalize(cross(F, vec(camera["up"]))), U = cross(R, F);
-    const double near = camera["near"].number, far = camera["far"].number, tangent = std::tan(camera["fovy"].number * PI / 360);
     const std::string clip = document["clip"].text;
+    const double near = clip == "none" ? 0 : camera["near"].number, far = clip == "none" ? INF : camera["far"].number;
+    const double tangent = std::tan(camera["fovy"].number * PI / 360), aspect = double(image.width) / image.height;
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) {
             const double sx = 2 * (x + 0.5) / image.width - 1, sy = 1 - 2 * (y + 0.5) / image.height;
-            const double aspect = double(image.width) / image.height;
             const Vec d = normalize(F + (sx * aspect * tangent) * R + (sy * tangent) * U);
             const double along = clip == "depth" ? dot(d, F) : 1;
-            const Hit hit = scene.nearest({eye, d, clip == "none" ? 0 : near / along, clip == "none" ? INF : far / along});
+            const Hit hit = scene.nearest({eye, d, near / along, far / along});
             auto put = [&](const char* stage, const char* axes, Vec v) {
                 for (int k = 0; k < 3; ++k) image.at(std::string(stage) + axes[k], x, y) = float(v[k]);
             };
@@ -187,14 +187,11 @@ int main(int count, char** words) try {
                 const auto& [position, flux] = scene.lights[i];
                 const Vec to = position - p;
                 const double r = length(to), cosine = any && r > 0 ? dot(n, to) / r : 0;
-                double free = 0;
-                if (cosine > 0) {  // the feeler starts a little above the surface, by a small multiple of doubles' spacing
-                    const double scale = std::max({1.0, length(p), length(eye)});
-                    const Vec start = p + (1e-12 * scale) * n;
-                    free = scene.nearest({start, position - start, 0, 1}).shape < 0;
-                }
-                image.at("visibility." + std::to_string(i), x, y) = float(free);
-                E = E + (free * cosine * (scene.simplified ? 1 : 1 / (4 * PI * r * r))) * flux;
+                // The feeler starts a little above the surface, by a small multiple of doubles' spacing.
+                const Vec start = p + (1e-12 * std::max({1.0, length(p), length(eye)})) * n;
+                const bool lit = cosine > 0 && scene.nearest({start, position - start, 0, 1}).shape < 0;
+                if (lit) E = E + (cosine * (scene.simplified ? 1 : 1 / (4 * PI * r * r))) * flux;
+                image.at("visibility." + std::to_string(i), x, y) = lit;
             }
             if (any) {
                 const Vec& albedo = scene.shapes[hit.shape].albedo;

@@ -1,4 +1,4 @@
-// rayproof's protocol, version 1, for a C++17 program: the scene read, images of named channels written. No other library.
+// rayproof's protocol, version 1, for a C++17 program: reads the scene, writes images of named channels.
 #pragma once
 
 #include <cmath>
@@ -117,7 +117,7 @@ inline Mesh read_mesh(const std::string& scene_path, const std::string& file) {
     return mesh;
 }
 
-// Channels by name, each width * height numbers with row 0 at the top. std::map keeps them sorted, as OpenEXR wants them.
+// Channels by name, each width * height numbers with row 0 at the top; std::map keeps them sorted, as OpenEXR wants.
 struct Image {
     int width, height;
     std::map<std::string, std::vector<float>> channels;

@@ -27,9 +27,10 @@ def run(
     memory: float = 8.0,
     cache: bool = True,
     full: bool = False,
+    history: Path | None = None,
     json: Path | None = None,
 ) -> int:
-    """Judge the tracer, or another renderer, on cases or scene files and write a report.
+    """Judge the tracer or another renderer on cases or scene files; write a report.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ def run(
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
-        Seconds that one render or one judgement may take.
+        Seconds that one render or one judgement may take; with --subject, one render of it.
     configuration
         A tracer configuration, such as float32/triangle=signed_areas. Repeatable. Default: the suite's own list.
     formula
@@ -59,6 +60,8 @@ def run(
     full
         Keep every renderer's images of every case, as EXR. Default: of a case that passed ours and the independent
         references' in one compact file, without loss; of any other everything.
+    history
+        Keep errors and times in this SQLite file, and say what became worse; `rayproof history` shows it.
     json
         Also write results.json to this file.
 
@@ -84,6 +87,12 @@ def run(
         tested = under_test(subject, seconds=timeout, memory=memory)
         panel(required, tested)
         writable_folder(out)
+        if history is not None:
+            from reports.history.database import opened
+
+            writable_folder(history.parent)
+            with opened(history, create=True):
+                pass  # it is one, and can be written
         if json is not None:
             writable_folder(json.parent)
             if json.is_dir():
@@ -100,6 +109,7 @@ def run(
         configurations=tuple(one.name for one in chosen),
         json=json,
         full=full,
+        history=history,
     )
     from reports.run.suite import run as run_suite
 

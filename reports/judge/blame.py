@@ -1,6 +1,8 @@
 """From a stage that failed to the specification item whose formula is to blame."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+
+import numpy as np
 
 from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from cases.stages import Stage
@@ -13,6 +15,8 @@ HITS: dict[type[Shape], tuple[str, ...]] = {
     Mesh: ("HIT-5", "HIT-6"),
     Square: ("HIT-7", "HIT-8"),
 }
+# rad: a normal that is wrong for another reason comes this near to one of two by chance in one case of a million.
+CLOSE = 1e-3
 NORMALS: dict[type[Shape], str] = {Sphere: "NRM-1", Cube: "NRM-2"}
 
 
@@ -26,12 +30,14 @@ def item(
     alone: bool,
     part: str | None = None,
     phantom: bool = False,
+    misplaced: bool = False,
 ) -> str:
     """Return the item to blame for `stage`, among the `items` that the configuration's formulas cover.
 
     `ours` and `theirs` are the shape indices at the worst pixel (-1: none). `alone` says that the stage is wrong even
     given the tracer's own previous stages; `part` is the camera stage's worst item; `phantom` says that distances are
-    wrong by themselves, so that something was hit where it is not.
+    wrong by themselves, so that something was hit where it is not; `misplaced` that a normal was brought into the world
+    by the wrong matrix.
     """
     if stage is Stage.CAMERA:
         return part or "CAM-1"
@@ -51,13 +57,28 @@ def item(
         return "XF-2"
     if stage is Stage.NORMAL:
         index = ours if ours >= 0 else theirs
-        local = NORMALS.get(type(scene.shapes[index])) if index >= 0 else None
+        local = NORMALS.get(type(scene.shapes[index])) if index >= 0 and not misplaced else None
         return local or "NRM-3"
     if stage is Stage.VISIBILITY:
         return _first(("LIT-2", "LIT-3", "LIT-4"), items, otherwise="LIT-1")
     if stage is Stage.IRRADIANCE:
         return "RAD-3" if scene.shading == "simplified" else "RAD-2"
     return "RAD-4"
+
+
+def misplaced(shape: Shape, ours: Sequence[float], theirs: Sequence[float]) -> bool:
+    """Say whether a wrong normal is the right one of object space, turned by the model matrix itself or not at all."""
+    matrix = np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
+    wrong, right = np.asarray(ours, dtype=np.float64), np.asarray(theirs, dtype=np.float64)
+    if len(wrong) != 3 or not (np.any(wrong) and np.any(right)) or _angle(wrong, right) <= CLOSE:
+        return False
+    local = matrix.T @ right
+    return min(_angle(wrong, matrix @ local), _angle(wrong, local)) <= CLOSE
+
+
+def _angle(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the angle [rad] between two lines: a normal may have been turned towards the viewer."""
+    return float(np.arctan2(np.linalg.norm(np.cross(one, other)), abs(np.dot(one, other))))
 
 
 def _first(wanted: tuple[str, ...], items: Collection[str], otherwise: str | None = None) -> str:

@@ -28,10 +28,12 @@ from reports.run.pool import Pool
 from reports.run.progress import CaseProgress, worst_first
 from reports.run.request import RunRequest
 from reports.run.supported import concerning
+from reports.run.tasks import UNDER_TEST
 from reports.subjects import PROGRAM, Subject
 
 INTERRUPTED = 130
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
+PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
 AHEAD = 3  # cases on their way at once: enough to keep every worker busy, few enough to stay small in memory
 
 
@@ -66,11 +68,29 @@ def run(request: RunRequest) -> int:
     results = _results(planned, records, heard, faults, started, subject)
     results["finished"] = not interrupted
     results["seconds"] = round(time.perf_counter() - start, 3)
+    worse = _remember(request, results, console)
     _publish(request, results, drawing.reason, console)
+    for sentence in worse:
+        console.print(f"worse than its history: {sentence}", style="yellow", soft_wrap=True, markup=False)
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
     return exit_code(concerning((Outcome(record["verdict"]) for record in records), tracer=subject.is_tracer))
+
+
+def _remember(request: RunRequest, results: dict[str, Any], console: Console) -> list[str]:
+    """Keep the run in its history, if it has one, and return what became worse; a history that fails costs no result."""
+    if request.history is None:
+        return []
+    from reports.history.database import HistoryError
+    from reports.history.keeping import keep
+
+    try:
+        return keep(request.history, results)
+    except HistoryError as error:
+        results["environment"]["history"] = f"not kept: {error}"
+        console.print(f"the run is not in its history: {error}", style="yellow", soft_wrap=True, markup=False)
+        return []
 
 
 def _cases(selectors: tuple[str, ...]) -> tuple[Case, ...]:
@@ -116,10 +136,9 @@ def _render_and_judge(
     subject = request.subject
     pool = Pool(
         jobs=request.jobs,
-        timeout=request.timeout,
+        timeout=request.timeout if subject.is_tracer else max(PATIENCE, request.timeout),
         copies={"judge": request.jobs, PROGRAM: request.jobs},
-        # A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
-        timeouts={PROGRAM: 2 * subject.seconds + request.timeout},
+        timeouts=_timeouts(request),
     )
     records: dict[str, dict[str, Any]] = {}
     # What must be answered is part of the question: a verdict of a run that did not require it is not taken up.
@@ -170,6 +189,17 @@ def _render_and_judge(
         finally:
             pool.close()
     return [records[one.case.name] for one in planned if one.case.name in records], interrupted
+
+
+def _timeouts(request: RunRequest) -> dict[str, float]:
+    """Return how long [s] the subject may take.
+
+    A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
+    """
+    subject = request.subject
+    if subject.is_tracer:
+        return {}
+    return {PROGRAM: 2 * subject.seconds + PATIENCE, f"{UNDER_TEST}{subject.name}": request.timeout}
 
 
 def _results(

@@ -27,7 +27,6 @@ class Subject:
     identity: tuple[str, ...] = ()  # what a result of it depends on: a finished case of another one is not taken up
     seconds: float = 120.0  # of a program: how long one call may take
     memory: int = 8 * 2**30  # bytes of address space that a program may have
-    output: int = 2**30  # bytes that a program may write in one call
 
     @property
     def is_tracer(self) -> bool:

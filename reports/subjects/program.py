@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.scene import Mesh, Scene
-from cases.stages import Stage
+from cases.stages import IMAGE_STAGES, Stage, exr_channels
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate
 from reports.judge.supersampled import finer
@@ -20,6 +20,8 @@ from reports.subjects.handing_over import hand_over, triangulated
 from reports.subjects.taking_back import Taken, take_back
 
 CAMERA = "The protocol has no channel for matrices."
+ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like
+GENEROUS = 16  # times the bytes of an image with every channel: other channels, other formats, drafts
 UNSAID = "It wrote no channel of it."
 ASKING = "--capabilities"
 
@@ -41,9 +43,15 @@ def ask_capabilities(subject: Subject, *, seconds: float) -> Capabilities:
     """
     with _Place("capabilities") as place:
         arguments = [word for word in subject.command if "{" not in word] + [ASKING]
-        ended = call(arguments, place.folder, seconds=seconds, memory=subject.memory, output=subject.output)
+        ended = call(arguments, place.folder, seconds=seconds, memory=subject.memory, output=ROOM)
     declared = capabilities_from(ended.said) if ended.problem is None else None
     return declared or Capabilities()
+
+
+def allowance(scene: Scene) -> int:
+    """Return how many bytes a program may write in one call."""
+    channels = sum(len(exr_channels(stage, lights=len(scene.lights))) for stage in IMAGE_STAGES)
+    return ROOM + GENEROUS * channels * scene.camera.width * scene.camera.height * 4
 
 
 def candidate(subject: Subject, scene: Scene, *, case: str, samples: int) -> Candidate:
@@ -91,11 +99,12 @@ def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1) -> Ta
             "{samples}": str(samples),
         }
         arguments = [_filled(word, names) for word in subject.command]
-        ended = call(arguments, place.folder, seconds=subject.seconds, memory=subject.memory, output=subject.output)
+        most = allowance(scene)
+        ended = call(arguments, place.folder, seconds=subject.seconds, memory=subject.memory, output=most)
         _conclude(ended, place)
         image = "image.pfm" if any("{output.pfm}" in word for word in subject.command) else "image.exr"
         try:
-            taken = take_back(place.folder / image, scene, most=subject.output)
+            taken = take_back(place.folder / image, scene, most=most)
         except ValueError as wrong:
             raise ProgramError(f"the program ended well, but {wrong}") from None
     for stage in able.stages or ():
