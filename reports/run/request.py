@@ -20,4 +20,5 @@ class RunRequest:
     json: Path | None  # where to copy results.json
     subject: Subject = THE_TRACER  # who is under test
     cached: bool = True  # take references' renders from the cache
+    history: Path | None = None  # where to keep what was found, for `rayproof history`
     full: bool = False  # keep every renderer's images of every case, as EXR

@@ -1,0 +1,101 @@
+"""`rayproof history`: error and time of each case over the runs that were kept, with the steps in both."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from reports.commands.output import say, show_table, write_json
+from reports.commands.usage import UsageError, told_in_one_line
+
+USUAL = "rayproof-history.sqlite"
+VARIABLE = "RAYPROOF_HISTORY"
+
+
+def history(*selectors: str, history: Path | None = None, subject: str = "tracer", json: Path | None = None) -> int:
+    """Show error and time of each case over the kept runs, and where they made a step.
+
+    Runs are kept by `rayproof run --history FILE`.
+
+    Parameters
+    ----------
+    selectors
+        Families, family/case names or patterns. Default: every case that the history has.
+    history
+        The history file. Default: $RAYPROOF_HISTORY, or rayproof-history.sqlite in the current folder.
+    subject
+        Whose history: tracer, or what --subject named.
+    json
+        Also write every point of every series to this file.
+
+    """
+    from fnmatch import fnmatchcase
+
+    from reports.history.database import opened
+    from reports.history.series import read_series
+    from reports.history.standing import worse
+
+    path = history or Path(os.environ.get(VARIABLE, USUAL))
+    with told_in_one_line(), opened(path) as connection:
+        runs = connection.execute(
+            "SELECT id, started, revision, verdict, seconds FROM runs WHERE subject = ? ORDER BY id", (subject,)
+        ).fetchall()
+        known = read_series(connection, subject)
+    chosen = [
+        one
+        for one in known
+        if not selectors or any(fnmatchcase(one.name, s) or one.name.split("/")[0] == s for s in selectors)
+    ]
+    if not runs:
+        raise UsageError(f"{path} has no run of {subject}")
+    if not chosen:
+        raise UsageError(f"{path} has no case called {' or '.join(selectors)}")
+    last = runs[-1][0]
+    found = worse(chosen, last)
+    write_json(json, document(runs, chosen, found))
+    rows = [row(one) for one in sorted(chosen, key=lambda one: -(one.points[-1].ratio or 0.0))]
+    show_table(
+        f"{len(chosen)} cases over {len(runs)} runs of {subject}",
+        ["case", "runs", "verdict", "error / limit", "steps in error", "time [s]", "steps in time"],
+        rows,
+    )
+    for entry in found:
+        say(f"worse than its history: {entry['sentence']}")
+    return 0
+
+
+def row(one: Any) -> list[str]:
+    """Return a case's row: the last value, and every step with the run at which it came."""
+    now = one.points[-1]
+    told = [
+        ", ".join(f"x{step.factor:.3g} at run {one.points[step.at].run}" for step in found) or "-"
+        for found in (one.error_steps, one.time_steps)
+    ]
+    return [
+        one.name,
+        str(len(one.points)),
+        now.verdict,
+        "-" if now.ratio is None else f"{now.ratio:.3g}",
+        told[0],
+        f"{now.seconds:.3g}",
+        told[1],
+    ]
+
+
+def document(runs: list[tuple[Any, ...]], chosen: list[Any], found: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the history as JSON data."""
+    from dataclasses import asdict
+
+    names = ("run", "started", "revision", "verdict", "seconds")
+    return {
+        "runs": [dict(zip(names, run, strict=True)) for run in runs],
+        "cases": [
+            {
+                "name": one.name,
+                "points": [asdict(point) for point in one.points],
+                "error_steps": [asdict(step) | {"run": one.points[step.at].run} for step in one.error_steps],
+                "time_steps": [asdict(step) | {"run": one.points[step.at].run} for step in one.time_steps],
+            }
+            for one in chosen
+        ],
+        "worse": found,
+    }
