@@ -1,38 +1,46 @@
-"""Adjudication: when candidate and reference differ, who is wrong? Never the tracer alone by default."""
+"""Adjudication: when candidate and reference differ, who is wrong? Never the one under test alone by default."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from cases.stages import Stage
 from reports.judge.checks import Check
+from reports.judge.matrix import Matrix
 from reports.judge.outcomes import Outcome
+from reports.judge.voices import SUBJECT
 
 ORACLE = "analytic"
 
 
 def adjudicate(
-    checks: Sequence[Check], panel: Mapping[tuple[str, Stage], Check], independent: Mapping[str, bool]
+    checks: Sequence[Check],
+    panel: Mapping[Stage, Matrix],
+    independent: Mapping[str, bool],
+    voice: Callable[[str], str],
 ) -> None:
-    """Turn a failure into `reference_suspect` where a third witness says that the reference is the one who is wrong.
+    """Turn a failure into `reference_suspect` where the panel's other voices say that the reference is the wrong one.
 
-    `panel` holds each other reference judged against the oracle: (reference, stage) -> check. Three rules, all with
-    evidence in the reason. A reference that differs from the tracer is suspect if the tracer passes against the
-    oracle and the reference does not. The oracle itself is suspect if it differs from the tracer, an independent
-    reference agrees with the tracer at this or the next stage that it can judge, and differs from the oracle there.
-    From that stage on no failure stands, against whomever: edges and limits are the suspect oracle's own.
+    Every independent voice that can compare both takes a side, at the failure's stage or the next one that it can
+    judge: it sides with the one under test if that passes against it while it differs from the reference, and with
+    the reference the other way round. More voices for the one under test than for the reference make the reference
+    suspect, the oracle like any other; a split panel leaves the failure standing. Where the oracle is suspect no
+    failure from that stage on stands, against whomever: edges and limits are the suspect oracle's own.
     """
     verdicts = {(check.configuration, check.reference, check.stage): check for check in checks}
     failed = [check for check in checks if check.outcome is Outcome.FAIL]
     suspects: list[tuple[Check, str]] = []
     for check in failed:
-        if check.reference == ORACLE:
-            witness = _against_oracle(check, verdicts, panel, independent)
-            if witness is not None:
-                suspects.append((check, f"{witness} agrees with the tracer and differs from {ORACLE}"))
-            continue
-        mine = verdicts.get((check.configuration, ORACLE, check.stage))
-        other = panel.get((check.reference, check.stage))
-        if mine is not None and mine.outcome is Outcome.PASS and other is not None and other.ratio > 1:
-            suspects.append((check, f"the tracer agrees with {ORACLE}, {check.reference} does not"))
+        witnesses = [name for name, alone in independent.items() if alone]
+        with_it, against_it = _sides(check, witnesses, verdicts, panel, voice)
+        check.evidence = {"with": with_it, "against": against_it}
+        mine, theirs = ({voice(name) for name in side} for side in (with_it, against_it))
+        if len(mine) > len(theirs):
+            words = ", ".join(f"{name} ({stage})" for name, stage in with_it.items())
+            suspects.append((check, f"{words} agrees with {check.configuration} and differs from {check.reference}"))
+        elif mine:
+            both = [", ".join(side) for side in (with_it, against_it)]
+            check.reason += (
+                f"; the panel is split: {both[0]} with {check.configuration}, {both[1]} with {check.reference}"
+            )
     resting = _resting_on_the_oracle(failed, suspects)
     suspects += resting
     for check, _ in resting:
@@ -40,6 +48,33 @@ def adjudicate(
     for check, evidence in suspects:
         check.outcome = Outcome.REFERENCE_SUSPECT
         check.reason = f"{check.reason}; {evidence}"
+
+
+def _sides(
+    check: Check,
+    witnesses: Sequence[str],
+    verdicts: Mapping[tuple[str, str, Stage], Check],
+    panel: Mapping[Stage, Matrix],
+    voice: Callable[[str], str],
+) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the witnesses that side with the one under test and those that side with its reference, with the stage."""
+    stages = list(Stage)
+    mine: dict[str, str] = {}
+    theirs: dict[str, str] = {}
+    for name in witnesses:
+        if voice(name) in (voice(check.reference), SUBJECT):
+            continue
+        for stage in stages[stages.index(check.stage) :]:
+            own = verdicts.get((check.configuration, name, stage))
+            agree = panel[stage].agree(name, check.reference) if stage in panel else None
+            if own is None or agree is None or (own.end_to_end is None and stage is not Stage.CAMERA):
+                continue
+            if own.outcome is Outcome.PASS and not agree:
+                mine[name] = stage.value
+            elif own.outcome is Outcome.FAIL and agree:
+                theirs[name] = stage.value
+            break
+    return mine, theirs
 
 
 def _resting_on_the_oracle(failed: Sequence[Check], suspects: Sequence[tuple[Check, str]]) -> list[tuple[Check, str]]:
@@ -56,25 +91,3 @@ def _resting_on_the_oracle(failed: Sequence[Check], suspects: Sequence[tuple[Che
             if check.configuration == configuration and order.index(check.stage) >= first and id(check) not in known
         ]
     return found
-
-
-def _against_oracle(
-    check: Check,
-    verdicts: Mapping[tuple[str, str, Stage], Check],
-    panel: Mapping[tuple[str, Stage], Check],
-    independent: Mapping[str, bool],
-) -> str | None:
-    """Return an independent reference that sides with the tracer against the oracle, or None."""
-    stages = list(Stage)
-    for reference, alone in independent.items():
-        if not alone or reference == ORACLE:
-            continue
-        for stage in stages[stages.index(check.stage) :]:
-            mine = verdicts.get((check.configuration, reference, stage))
-            other = panel.get((reference, stage))
-            if mine is None or other is None:
-                continue
-            if mine.outcome is Outcome.PASS and other.ratio > 1:
-                return f"{reference} ({stage})"
-            break
-    return None

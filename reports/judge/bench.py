@@ -48,7 +48,7 @@ class Bench:
     @cached_property
     def limits(self) -> Limits:
         """Return the limits: the candidate's rounding and output steps plus the witness's."""
-        rounding = self.ground.together(*self._roundoffs, by_matrices=self.candidate.by_matrices)
+        rounding = self.ground.together(*self._roundoffs, by_matrices=self._by_matrices)
         if not self._coarse:
             return rounding
         truth, whole = self.truth, dict(rounding.end_to_end)
@@ -91,12 +91,16 @@ class Bench:
     def _classes(self, shadow_epsilon: float | np.ndarray) -> Classes:
         """Return the classes for one epsilon; kept on the ground, since many parties round and step alike."""
         g = max(self._roundoffs, key=lambda each: each(1))
-        key = None if self._coarse else (*(each.key for each in self._roundoffs), self.candidate.by_matrices)
+        key = None if self._coarse else (*(each.key for each in self._roundoffs), self._by_matrices)
         return self.ground.classes(self.limits, g, shadow_epsilon, key=key)
 
     @cached_property
     def _coarseness(self) -> tuple[Coarseness, Coarseness]:
         return Coarseness(resolutions=self.candidate.resolutions), Coarseness(resolutions=self.witness.resolutions)
+
+    @property
+    def _by_matrices(self) -> bool:
+        return self.candidate.by_matrices or self.witness.by_matrices
 
     @property
     def _coarse(self) -> bool:
@@ -149,6 +153,14 @@ class Bench:
             good = np.isfinite(self.candidate.answers[stage]).all(axis=-1)
         return self._measure(stage, theirs, limit, edge, good)
 
+    def inside(self, stage: Stage) -> np.ndarray:
+        """Return error over limit end to end, (height, width), 0 at edges: what is judged strictly."""
+        assert self.candidate.answers is not None
+        limit = self.limits.end_to_end.get(stage, np.zeros(self.classes.outline.shape))
+        theirs = np.asarray(self.witness.answers[stage], dtype=np.float64)
+        ratio = ratios(stage, self.candidate.answers[stage], theirs, limit)[0]
+        return np.where(self.classes.edge(stage) | self._near, 0.0, ratio)
+
     def continued(self, stage: Stage, value: np.ndarray) -> Measurement:
         """Measure the candidate's stage against `value`, which the oracle made from the candidate's own stages."""
         assert self.candidate.answers is not None
@@ -169,8 +181,8 @@ class Bench:
             limit = limit + mine.step(stage, value) + other.step(stage, value)
             limit = limit + mine.handed_down(self.scene, stage, self.candidate.answers, self.conditioning)
         if not self.candidate.chained and stage in self.limits.end_to_end:
-            # Stages by passes of their own: each is off by its own end-to-end error, and by as much what it is continued
-            # from; at an edge the passes need not agree on the side.
+            # Stages by passes of their own: each is off by its own end-to-end error, and by as much what it is
+            # continued from; at an edge the passes need not agree on the side.
             own = self.ground.limits(self._roundoffs[0], by_matrices=self.candidate.by_matrices)
             limit, edge = limit + 2 * own.end_to_end[stage], edge | self.classes.edge(stage)
         good = np.ones(shape, dtype=bool)

@@ -43,6 +43,8 @@ class Check:
     informative: dict[str, Any] = field(default_factory=dict)
     part: str | None = None  # camera: the item of the worst part
     ratio: float = 0.0
+    evidence: dict[str, Any] = field(default_factory=dict)  # of a failure: which witnesses side with whom, and where
+    known: str | None = None  # the checked-in finding that explains it
     suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
     steps: str = ""  # what the parties' coarse outputs add to the limit, in words
     why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
@@ -65,6 +67,8 @@ class Check:
             "stage": self.stage.value,
             "verdict": self.outcome.value,
             "reason": self.reason,
+            **({"evidence": self.evidence} if self.evidence else {}),
+            **({"finding": self.known} if self.known else {}),
             "ratio": jsonable(self.ratio),
             "end_to_end": whole,
             "continued": self.continued.as_json() if self.continued else None,

@@ -17,11 +17,13 @@ from cases.stages import Stage
 class KnownFinding:
     """One defect of a reference, with its evidence."""
 
+    name: str
     reference: str
     version: str
     stage: Stage
-    cases: str  # glob over case names
-    smallest_scene: str  # case name
+    cases: str  # glob over the names of the cases that it explains; "" where the adapter keeps it out of every case
+    smallest_scene: str  # the scene file that shows it, in the repository
+    command: str  # that shows it
     third_witness: str
     what: str
 

@@ -12,15 +12,17 @@ from reports.judge.closed_forms import closed_forms
 from reports.judge.copies import copied
 from reports.judge.findings import explained
 from reports.judge.ground import ground
+from reports.judge.matrix import matrices
 from reports.judge.means import mean_checks
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome, worst
-from reports.judge.parties import Candidate, Witness, as_candidate
+from reports.judge.parties import Candidate, Witness
 from reports.judge.resolving import Coarseness
 from reports.judge.shapes_of_answers import misshapen as misshapen_answers
 from reports.judge.shapes_of_answers import without
 from reports.judge.sufficiency import crowded, only_at_edges, too_little
 from reports.judge.summing_up import Judged, sum_up
+from reports.judge.voices import voice
 
 
 def judge_case(
@@ -76,17 +78,22 @@ def judge_case(
         means, asked = mean_checks(case, candidates, witnesses, oracle)
         checks += means
         planned += asked
-    panel = _panel(witnesses, truth, stages, bench)
-    adjudicate(checks, panel, {witness.name: witness.independent for witness in witnesses})
+    panel = matrices(base, candidates, witnesses, stages, checks)
+    tested = {candidate.name for candidate in candidates}
+    independent = {witness.name: witness.independent for witness in witnesses}
+    adjudicate(checks, panel, independent, lambda name: voice(name, tested))
     for check in checks:
-        known = explained(check.reference, versions.get(check.reference, ""), check.stage, case.name)
-        if check.outcome is Outcome.REFERENCE_SUSPECT and known is not None:
+        guilty = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
+        known = explained(guilty, versions.get(guilty, ""), check.stage, case.name) if guilty else None
+        if known is not None:
             check.outcome, check.reason = Outcome.WARN, f"{check.reason}; known: {known.what}"
+            check.known = known.name
         failed = check.outcome in (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
         if failed and check.configuration in crowds and only_at_edges(check):
             check.outcome = Outcome.ERROR
             check.reason = f"{check.reason}; only at edges, and too many pixels are edges to tell their sides"
     judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in candidates})
+    judged.panel = panel
     if sparse:
         judged.outcome = worst([judged.outcome, Outcome.ERROR])
         judged.reason = judged.reason or sparse[0]
@@ -127,17 +134,3 @@ def _checks(
         else:
             checks.append(stage_check(bench, stage, oracle))
     return checks
-
-
-def _panel(witnesses: Sequence[Witness], truth: Witness, stages: Sequence[Stage], bench) -> dict:
-    """Return each other reference judged against the oracle, stage by stage."""
-    panel: dict[tuple[str, Stage], Check] = {}
-    for witness in witnesses:
-        if witness is truth or witness.error is not None:
-            continue
-        at = bench(as_candidate(witness), truth)
-        for stage in stages:
-            if stage in witness.answers:
-                is_camera = stage is Stage.CAMERA
-                panel[witness.name, stage] = camera_check(at) if is_camera else stage_check(at, stage, None)
-    return panel

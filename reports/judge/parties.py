@@ -49,6 +49,7 @@ class Witness:
     settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarse
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
+    by_matrices: bool = False  # its rays come by the inverse matrices (CAM-5)
 
     def answers_at(self, stage: Stage) -> bool:
         """Say whether it is asked about this stage: everything that it did not declare unsupported."""
@@ -68,4 +69,20 @@ def as_candidate(witness: Witness) -> Candidate:
         unsupported=witness.unsupported,
         resolutions=witness.resolutions,
         ray_epsilon=witness.ray_epsilon,
+    )
+
+
+def as_witness(candidate: Candidate) -> Witness:
+    """Return the one under test as a baseline for others; its word is no evidence for itself."""
+    return Witness(
+        name=candidate.name,
+        precision=candidate.precision,
+        independent=False,
+        shadow_epsilon=candidate.shadow_epsilon,
+        answers=candidate.answers or {},
+        unsupported=candidate.unsupported,
+        error=candidate.error,
+        resolutions=candidate.resolutions,
+        ray_epsilon=candidate.ray_epsilon,
+        by_matrices=candidate.by_matrices,
     )

@@ -1,13 +1,14 @@
 """From a case's checks and closed forms to its verdict, the stage to blame and the specification item behind it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from cases.case import Case
 from cases.stages import Stage
 from reports.judge import blame
 from reports.judge.checks import Check
+from reports.judge.matrix import Matrix
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.parties import Candidate
 
@@ -24,6 +25,7 @@ class Judged:
     item: str | None
     reason: str
     planned: int
+    panel: Mapping[Stage, Matrix] = field(default_factory=dict)  # everybody against everybody
 
 
 def sum_up(
@@ -78,6 +80,9 @@ def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> s
         theirs = int(measured.theirs[0]) if check.stage is Stage.OBJECT else ours
     if not -1 <= ours < len(case.scene.shapes):
         ours = -1
+    turned = False
+    if check.stage is Stage.NORMAL and measured is not None and ours >= 0:
+        turned = blame.misplaced(case.scene.shapes[ours], measured.ours, measured.theirs)
     return blame.item(
         check.stage,
         case.scene,
@@ -87,4 +92,5 @@ def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> s
         alone=check.alone,
         part=check.part,
         phantom=phantom,
+        misplaced=turned,
     )

@@ -167,4 +167,5 @@ class CaseRun:
             "notes": [],
             "checks": checks,
             "expectations": [],
+            "adjudication": {},
         }

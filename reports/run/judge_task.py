@@ -4,6 +4,7 @@ from functools import cache
 from typing import Any
 
 from reference.analytic import Analytic
+from reports.judge.adjudication import adjudication
 from reports.judge.judging import judge_case
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.remembering import Remembering
@@ -34,9 +35,14 @@ def judge(task: JudgeTask) -> dict[str, Any]:
             why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
             judged.outcome = worst([judged.outcome, Outcome.FAIL])
             judged.reason = judged.reason or f"{witness.name} is required and could not answer: {why}"
+    panel = adjudication(judged, task.candidates, task.witnesses, oracle)
     scene = write_scene(task.folder, task.case)
     images, pixels = keep_images(task, passed=judged.outcome is Outcome.PASS)
-    return _record(task, judged, scene, images) | {"pixels": pixels, "masks": masks(task, oracle)}
+    return _record(task, judged, scene, images) | {
+        "adjudication": panel,
+        "pixels": pixels,
+        "masks": masks(task, oracle),
+    }
 
 
 def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from reports.faults.patching import replaced
 @contextmanager
 def analytic_shadowless() -> Iterator[None]:
     """Let no shape block a light."""
-    right = feelers._blocked
+    right = feelers.blocked
 
     def wrong(scene: Any, index: int, source: Any, objects: Any, positions: Any) -> Any:
         return np.zeros(len(objects), dtype=bool)

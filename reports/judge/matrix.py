@@ -1,0 +1,121 @@
+"""Everybody against everybody: for each stage, every party judged against every other as the baseline.
+
+Whose interior and whose limits is always the oracle's ground; whom a row is compared with is its column. What the
+checks have measured already is taken from them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cases.stages import Stage
+from reports.judge.bench import Bench
+from reports.judge.checks import Check, camera_check
+from reports.judge.ground import Ground
+from reports.judge.measurement import jsonable
+from reports.judge.parties import Candidate, Witness, as_candidate, as_witness
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One party judged against another."""
+
+    ratio: float  # worst error over limit; edge pixels only if their value is neither side's
+    differing: int  # interior pixels over the limit; of the camera, which has none, 1 if it is over
+
+    @property
+    def agrees(self) -> bool:
+        """Say whether the row is within every limit of its column."""
+        return self.ratio <= 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matrix:
+    """One stage: `cells[row, column]` by names; what cannot be compared, and each with itself, is not there."""
+
+    stage: Stage
+    renderers: tuple[str, ...]
+    cells: Mapping[tuple[str, str], Cell]
+
+    def agree(self, one: str, other: str) -> bool | None:
+        """Say whether two parties agree, either way round; None where they cannot be compared."""
+        both = [self.cells[pair] for pair in ((one, other), (other, one)) if pair in self.cells]
+        return all(cell.agrees for cell in both) if both else None
+
+    def answered(self) -> tuple[str, ...]:
+        """Return who can be compared with anybody here."""
+        return tuple(name for name in self.renderers if any(name in pair for pair in self.cells))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain JSON data: rows are judged, columns are their baselines."""
+
+        def table(value: Callable[[Cell], float | int]) -> list[list[Any]]:
+            return [
+                [jsonable(value(self.cells[row, column])) if (row, column) in self.cells else None for column in names]
+                for row in names
+            ]
+
+        names = self.renderers
+        return {
+            "renderers": list(names),
+            "ratio": table(lambda cell: cell.ratio),
+            "differing": table(lambda cell: cell.differing),
+        }
+
+
+def matrices(
+    ground: Ground,
+    candidates: Sequence[Candidate],
+    witnesses: Sequence[Witness],
+    stages: Sequence[Stage],
+    checks: Sequence[Check],
+) -> dict[Stage, Matrix]:
+    """Return each stage's matrix over all parties; a stage of the wrong size must have been taken from its party."""
+    tested = [(candidate, as_witness(candidate)) for candidate in candidates]
+    parties = [*tested, *((as_candidate(witness), witness) for witness in witnesses)]
+    known = {
+        (check.configuration, check.reference, check.stage): check for check in checks if check.end_to_end is not None
+    }
+    names = tuple(candidate.name for candidate, _ in parties)
+    cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
+    for index, (mine, i_am) in enumerate(parties):
+        for theirs, they_are in parties[index + 1 :]:
+            here = Bench(ground=ground, candidate=mine, witness=they_are)
+            there = Bench(ground=ground, candidate=theirs, witness=i_am)
+            for stage in _both(ground, stages, mine, theirs):
+                check = known.get((mine.name, theirs.name, stage))
+                forth, home = _cells(here, there, stage, check)
+                cells[stage][mine.name, theirs.name] = forth
+                cells[stage][theirs.name, mine.name] = home
+    return {stage: Matrix(stage=stage, renderers=names, cells=found) for stage, found in cells.items()}
+
+
+def _both(ground: Ground, stages: Sequence[Stage], one: Candidate, other: Candidate) -> list[Stage]:
+    """Return the stages that two parties both answer, in the scene's size."""
+    size = ground.conditioning.hit.shape
+
+    def right(party: Candidate, stage: Stage) -> bool:
+        image = (party.answers or {}).get(stage)
+        if image is None or stage in party.unsupported:
+            return False
+        return stage is Stage.CAMERA or (np.ndim(image) == 3 and np.shape(image)[:2] == size)
+
+    return [stage for stage in stages if right(one, stage) and right(other, stage)]
+
+
+def _cells(here: Bench, there: Bench, stage: Stage, check: Check | None) -> tuple[Cell, Cell]:
+    """Return the cell of `here` and that of `there`, which is the same pair the other way round."""
+    if stage is Stage.CAMERA:
+        ratio = camera_check(here).ratio
+        cell = Cell(ratio=ratio, differing=int(not ratio <= 1))
+        return cell, cell
+    measured = check.end_to_end if check is not None else here.end_to_end(stage)
+    assert measured is not None
+    cell = Cell(ratio=measured.worst_ratio, differing=measured.over_inside)
+    # Only at edges does it matter who is judged: there the judged one must have a side's value.
+    if not measured.differ_at_edge:
+        return cell, cell
+    back = there.end_to_end(stage)
+    return cell, Cell(ratio=back.worst_ratio, differing=back.over_inside)
