@@ -1,4 +1,4 @@
-"""Certified truth: arb balls for values, a certified sign for every branch, exact algebraic numbers for ties."""
+"""Certified truth: a certified sign for every branch, balls or pairs with radii for values, exact numbers for ties."""
 
 from collections.abc import Collection, Iterator
 from importlib.metadata import version
@@ -11,10 +11,12 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import IMAGE_STAGES, Stage, exr_channels
 from reference import REFERENCES
+from reference.certified.bundles.walk import walked
 from reference.certified.cameras import camera_answer
 from reference.certified.continuing import continued
 from reference.certified.fields import START, precision
 from reference.certified.filters.suspects import everything, surfaces_of, suspects
+from reference.certified.paths import Suspects
 from reference.certified.truths import NARROW, NARROW_PAIR, Truth, enclosed, split, truths
 
 MOST_SURFACES = 200  # triangles and other shapes in a whole image; `at` and `enclose` take more
@@ -78,14 +80,16 @@ class Certified:
         if not stages:
             return {}
         reached = IMAGE_STAGES[: max(IMAGE_STAGES.index(stage) for stage in stages) + 1]
-        # All stages of a pixel in one row: numpy takes them apart faster than Python.
-        rows = [
-            [float(value) for balls in truth.values[: len(reached)] for value in balls]
-            for truth in _truths(scene, stages, points)
-        ]
+        points, last = np.asarray(points, dtype=np.float64), reached[-1]
         widths = [len(exr_channels(stage, lights=len(scene.lights))) for stage in reached]
         ends = np.cumsum(widths).tolist()
-        table = np.array(rows, dtype=np.float64).reshape(len(rows), ends[-1])
+        # All stages of a pixel in one row: numpy takes them apart faster than Python.
+        suspected = list(_suspects(scene, stages, points))
+        table, certain = walked(scene, points, suspected, last, widths)
+        rest = np.flatnonzero(~certain)
+        asked = ((x, y) for x, y in points[rest].tolist())
+        for row, truth in zip(rest, truths(scene, asked, (suspected[i] for i in rest), last, NARROW), strict=True):
+            table[row] = [float(value) for balls in truth.values[: len(reached)] for value in balls]
         return {
             stage: table[:, end - width : end]
             for stage, end, width in zip(reached, ends, widths, strict=True)
@@ -185,7 +189,11 @@ def _truths(
     scene: Scene, stages: Collection[Stage], points: np.ndarray, *, filtered: bool = True, accuracy: int = NARROW
 ) -> Iterator[Truth]:
     points = np.asarray(points, dtype=np.float64)
+    chosen = _suspects(scene, stages, points) if filtered else iter([everything(scene)] * len(points))
     last = max(stages, key=IMAGE_STAGES.index)
-    lights = IMAGE_STAGES.index(last) >= IMAGE_STAGES.index(Stage.VISIBILITY)
-    chosen = suspects(scene, points, lights=lights) if filtered else iter([everything(scene)] * len(points))
     return truths(scene, ((x, y) for x, y in points.tolist()), chosen, last, accuracy)
+
+
+def _suspects(scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Iterator[Suspects]:
+    lights = any(IMAGE_STAGES.index(stage) >= IMAGE_STAGES.index(Stage.VISIBILITY) for stage in stages)
+    return suspects(scene, points, lights=lights)

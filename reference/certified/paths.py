@@ -41,11 +41,11 @@ class Decisions:
 
 
 class Path:
-    """The light path of an image point (px, py) [px], as far as the image stage of number `last`."""
+    """The light path along a direction of depth 1, as far as the image stage of number `last`."""
 
-    def __init__(self, world: World, point: tuple[float, float], last: int) -> None:
+    def __init__(self, world: World, direction: Vector, last: int) -> None:
         self.world = world
-        self.direction = world.direction(*point)  # of depth 1
+        self.direction = direction
         self.last = last
         self.t: Any = None
         self.segment: Any = None

@@ -18,7 +18,7 @@ NARROW = 60  # bits of relative accuracy: half an ulp of float64 and 2^-7 of it
 NARROW_PAIR = 110  # bits, for a truth in two float64 numbers
 ABOUT_ZERO = 40  # more bits, of a vector's length: what a component may be uncertain by if it is about zero
 
-POSITION = IMAGE_STAGES.index(Stage.POSITION)
+POSITION, EXITANCE = IMAGE_STAGES.index(Stage.POSITION), IMAGE_STAGES.index(Stage.EXITANCE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,8 @@ def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last:
     while True:
         ctx.prec = bits
         if path is None:
-            path = Path(worlds.balls(bits), point, last)
+            world = worlds.balls(bits)
+            path = Path(world, world.direction(*point), last)
             path.follow(decisions)
         values = path.values(decisions)
         if bits == MOST or narrow(values, path.t, accuracy):
@@ -66,20 +67,23 @@ def _decided(
     bits = START
     while bits <= BEFORE_EXACT:
         ctx.prec = bits
-        path = Path(worlds.balls(bits), point, last)
+        world = worlds.balls(bits)
+        path = Path(world, world.direction(*point), last)
         try:
             return path.decide(suspects, leave_open=False), path, bits
         except UndecidedError:
             bits *= 2
-    return Path(worlds.tower(), point, last).decide(suspects, leave_open=True), None, START
+    world = worlds.tower()
+    return Path(world, world.direction(*point), last).decide(suspects, leave_open=True), None, START
 
 
 def narrow(values: Values, t: Any, accuracy: int = NARROW) -> bool:
     """Return whether every ball is narrower than 2^-accuracy of itself, or about zero beside the others of its stage.
 
-    A position is compared with the hit's depth too, for it may be the origin.
+    A position is compared with the hit's depth too, for it may be the origin. What leaves a surface is as narrow as
+    what arrives, for it is multiples of that, and is not asked.
     """
-    for number, balls in enumerate(values):
+    for number, balls in enumerate(values[:EXITANCE]):
         for ball in balls:
             if isinstance(ball, arb) and ball.rel_accuracy_bits() < accuracy:
                 largest = max(abs(float(other)) for other in balls)

@@ -46,43 +46,56 @@ def _piece(
     found = _all(scene, rational(scene.camera.eye), directions, _clip_span(scene, directions))
     nearest = found.high.min(axis=1, initial=np.inf)
     possible = ~(found.low > nearest[:, np.newaxis]) & (found.low != np.inf)
-    hits = _lists(possible)
     if not lights or not scene.lights:
-        for columns in hits:
-            yield Suspects(surfaces=[surfaces[column] for column in columns], blockers=())
+        yield from _told(surfaces, possible, [])
         return
     # Where one surface alone is left, and surely hit, the hit point is known well enough to filter the feelers.
-    alone = np.array([len(columns) == 1 for columns in hits], dtype=bool) & (nearest < np.inf)
-    rows = np.flatnonzero(alone)
-    own = np.array([hits[row][0] for row in rows], dtype=int)
+    rows = np.flatnonzero((possible.sum(axis=1) == 1) & (nearest < np.inf))
+    own = possible[rows].argmax(axis=1)
     low, high = found.low[rows, own], found.high[rows, own]
     radius = ((high - low) + np.abs(high) * UNIT) * SAFE
     t = Margin(low[:, np.newaxis], radius[:, np.newaxis])
     position = directions[rows] * t + of(rational(scene.camera.eye))
-    found_lists = [feelers(scene, index, position, own) for index in range(len(scene.lights))]
-    where = np.full(len(points), -1)
-    where[rows] = np.arange(len(rows))
-    for row, columns in enumerate(hits):
-        mine = [surfaces[column] for column in columns]
-        if where[row] < 0:
-            yield Suspects(surfaces=mine, blockers=(surfaces,) * len(scene.lights))
-            continue
-        blockers = [
-            None if blocked[where[row]] else [surfaces[column] for column in lists[where[row]]]
-            for blocked, lists in found_lists
-        ]
-        yield Suspects(surfaces=mine, blockers=blockers)
+    blockers = []
+    for light in range(len(scene.lights)):
+        blocked, maybe = np.zeros(len(points), dtype=bool), np.ones_like(possible)
+        blocked[rows], maybe[rows] = feelers(scene, light, position, own)
+        blockers.append((blocked, maybe))
+    yield from _told(surfaces, possible, blockers)
 
 
-def feelers(scene: Scene, light: int, position: Margin, own: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
-    """Return which positions are surely blocked by another surface, and which surfaces may block each."""
+def _told(
+    surfaces: tuple[Surface, ...], possible: np.ndarray, blockers: list[tuple[np.ndarray, np.ndarray]]
+) -> Iterator[Suspects]:
+    """Yield each row's suspects: of the surfaces `possible` (rays, surfaces), and per light what blocks or may block.
+
+    Neighbouring pixels suspect the same, so each combination is made once.
+    """
+    columns = [possible, *(part for blocked, maybe in blockers for part in (blocked[:, np.newaxis], maybe))]
+    packed = np.packbits(np.concatenate(columns, axis=1), axis=1)
+    width, made = packed.shape[1], {}
+    keys = packed.tobytes()
+    for row in range(len(packed)):
+        key = keys[row * width : (row + 1) * width]
+        if key not in made:
+            lists = [
+                None if blocked[row] else [surfaces[column] for column in np.flatnonzero(maybe[row])]
+                for blocked, maybe in blockers
+            ]
+            mine = [surfaces[column] for column in np.flatnonzero(possible[row])]
+            made[key] = Suspects(surfaces=mine, blockers=lists)
+        yield made[key]
+
+
+def feelers(scene: Scene, light: int, position: Margin, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which positions are surely blocked by another surface (N,), and which surfaces may block (N, surfaces)."""
     source = rational(scene.lights[light].position)
     ends = Span(low=floats(np.zeros((1, 1))), high=floats(np.ones((1, 1))))
     found = _all(scene, source, position - of(source), ends)
     possible, sure = found.low != np.inf, found.high < np.inf
     mine = (np.arange(len(own)), own)
     possible[mine] = sure[mine] = False
-    return np.asarray(sure.any(axis=1)), _lists(possible)
+    return np.asarray(sure.any(axis=1)), possible
 
 
 def _directions(view: View, points: np.ndarray) -> Margin:
@@ -120,8 +133,9 @@ def _all(scene: Scene, apex: Rational, rays: Margin, span: Span) -> Reach:
 def _lists(table: np.ndarray) -> list[list[int]]:
     """Return the columns where each row is true."""
     rows, columns = np.nonzero(table)
-    ends = np.searchsorted(rows, np.arange(1, len(table)))
-    return [part.tolist() for part in np.split(columns, ends)]
+    ends = np.searchsorted(rows, np.arange(len(table) + 1)).tolist()
+    numbers = columns.tolist()
+    return [numbers[ends[row] : ends[row + 1]] for row in range(len(table))]
 
 
 def hits_along(scene: Scene, directions: np.ndarray) -> Iterator[list[Surface]]:
@@ -148,8 +162,9 @@ def lights_from(scene: Scene, positions: np.ndarray, objects: np.ndarray) -> lis
     for part in _pieces(len(positions), len(surfaces)):
         with np.errstate(all="ignore"):
             found = [feelers(scene, light, floats(positions[part]), own[part]) for light in range(len(scene.lights))]
+            told = [(blocked, _lists(possible)) for blocked, possible in found]
         answer += [
-            [None if blocked[row] else [surfaces[column] for column in lists[row]] for blocked, lists in found]
+            [None if blocked[row] else [surfaces[column] for column in lists[row]] for blocked, lists in told]
             for row in range(len(positions[part]))
         ]
     return answer
