@@ -9,7 +9,7 @@ from reports.judge.masks import NAMES
 from reports.publish.atomic import write_text
 from reports.publish.encoding import pack_text
 from reports.publish.kept import inside, kept_images
-from reports.publish.pictures import picture_path
+from reports.publish.pictures import picture_path, view_path
 from reports.publish.pixels import script, write_pixels
 from reports.publish.results import plain
 
@@ -29,6 +29,7 @@ def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path
         **case,
         "pixels": pixels,
         "picture": picture_of(folder, case),
+        "view": view_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
         "mask_names": {str(bit): name for bit, name in NAMES.items()},
@@ -41,6 +42,12 @@ def picture_of(folder: Path, case: dict[str, Any]) -> str | None:
     """Return the case's PyVista picture relative to `folder`, if it was drawn."""
     picture = case.get("picture") or picture_path(case)
     return picture if picture and inside(folder, picture) else None
+
+
+def view_of(folder: Path, case: dict[str, Any]) -> str | None:
+    """Return the case's 3-D view relative to `folder`, if it was made."""
+    view = case.get("view") or view_path(case)
+    return view if view and inside(folder, view) else None
 
 
 def _eye(folder: Path, case: dict[str, Any]) -> tuple[float, float, float]:

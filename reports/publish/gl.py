@@ -40,6 +40,14 @@ def drawing_environment() -> dict[str, str]:
     return environment
 
 
+def recording_environment() -> dict[str, str]:
+    """Return the environment for a child process that only fills plotters: VTK dies if it looks for a screen."""
+    environment = dict(os.environ)
+    if sys.platform.startswith("linux"):
+        environment["VTK_DEFAULT_OPENGL_WINDOW"] = "vtkOSOpenGLRenderWindow"
+    return environment
+
+
 def why_not(cache: Path | None = None) -> str | None:
     """Return why VTK cannot draw here, or None if it can; the answer is kept in `cache` until something changes."""
     cache = cache or user_cache_path("rayproof")

@@ -29,8 +29,11 @@ from reports.publish.tradeoff import diagrams
 # In the order in which they build on each other.
 SCRIPTS = (
     "elements", "numbers", "verdicts", "address", "predict", "decode", "load", "colors", "paint",
-    "difference", "front", "audit", "coverage", "cases", "inspector", "figures", "checks", "case", "start",
+    "difference", "front", "audit", "coverage", "cases", "inspector", "figures", "checks", "scene",
+    "case", "start",
 )  # fmt: skip
+
+STYLES = ("style", "scene")
 
 FEW = 16  # cases that one process writes sooner than another one starts
 
@@ -65,7 +68,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     # Data of an earlier publication of the same folder, when it had more cases.
     for stale in set((folder / "data").glob("*.js")) - set(written):
         stale.unlink()
-    style = _asset("style.css")
+    style = "\n".join(_asset(f"{name}.css") for name in STYLES)
     script = "\n".join(_asset(f"{name}.js") for name in SCRIPTS)
     loud = " ".join(shouts(results))
     page = _PAGE.format(
@@ -97,7 +100,7 @@ def policy(script: str, style: str) -> str:
     """Return a content-security policy that lets nothing in but this folder and these two texts."""
     return (
         f"default-src 'none'; script-src 'self' file: '{_digest(script)}'; style-src '{_digest(style)}'; "
-        "img-src 'self' file: data: blob:; base-uri 'none'; form-action 'none'"
+        "img-src 'self' file: data: blob:; frame-src 'self' file:; base-uri 'none'; form-action 'none'"
     )
 
 

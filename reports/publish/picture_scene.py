@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from cases.scene import Camera, Scene
-from cases.stages import FACTS, Stage
+from cases.stages import Stage
 from reports.publish.atomic import replacing
+from reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage, title_of
 from reports.publish.picture_shapes import surface
 
 SIZE = (600, 450)  # px
-MOST_POINTS, MOST_RAYS, MOST_NORMALS = 1000, 24, 50
-# What is coloured unless the case blames a stage of its own.
-COLORED = (Stage.DISTANCE, Stage.POSITION, Stage.RADIANCE)
+MOST_RAYS, MOST_NORMALS = 24, 50
 NO_ERROR = 1e-16  # drawn where no pixel has an error at all, which has no logarithm
 
 
@@ -45,62 +44,35 @@ def _fill(plotter: Any, scene: Scene, *, ours: Any, theirs: Any, stage: str | No
     import pyvista
 
     eye = np.asarray(scene.camera.eye, dtype=np.float64)
-    points, normals, errors, title = _hits(ours, theirs, stage)
-    focus, extent = _framing(scene, points)
+    colored = colored_stage(ours, theirs, stage)
+    errors = None if colored is None else _log_errors(ours, theirs, colored)
+    hits = chosen_hits(ours, theirs, errors)
+    points = np.empty((0, 3)) if hits is None else hits.points
+    focus, extent = framing(scene, points)
     _add_shapes(plotter, scene, points, eye, extent)
     _add_camera(plotter, scene.camera, extent)
-    rays = _rays(eye, points, extent)
+    rays = ray_ends(eye, few(points), extent)
     if len(rays):
         _add(plotter, pyvista.line_segments_from_points(rays), color="#b8860b", line_width=1, opacity=0.6)
-    if len(points):
-        _add_hits(plotter, points, normals, errors, title, extent)
+    if hits is not None:
+        shown = None if errors is None else hits.of(errors)
+        _add_hits(plotter, points, hits.normals, shown, title_of(colored) if colored else "", extent)
     for light in scene.lights:
         bulb = pyvista.Sphere(radius=0.02 * extent, center=light.position)
         _add(plotter, bulb, color="#f5b700", lighting=False)
-    _aim(plotter, scene.camera, focus, extent)
+    aim(plotter, scene.camera, focus, extent)
 
 
-def _hits(ours: Any, theirs: Any, stage: str | None) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, str]:
-    """Return hit points (n, 3), normals (n, 3), log10 errors (n,) or None, and what the errors are of."""
-    answers = ours or theirs or {}
-    if Stage.POSITION not in answers or Stage.OBJECT not in answers:
-        return np.empty((0, 3)), np.empty((0, 3)), None, ""
-    hit = answers[Stage.OBJECT][..., 0] >= 0
-    hit &= np.isfinite(answers[Stage.POSITION]).all(axis=-1)
-    error, title = _error(ours, theirs, stage)
-    rows, columns = np.nonzero(hit)
-    chosen = np.linspace(0, len(rows) - 1, min(len(rows), MOST_POINTS)).astype(int) if len(rows) else np.empty(0, int)
-    if error is not None and len(rows):
-        # The worst pixels are what one looks for; thinning must not lose them.
-        worst = np.argsort(error[rows, columns])[-20:]
-        chosen = np.unique(np.concatenate([chosen, worst]))
-    rows, columns = rows[chosen], columns[chosen]
-    normals = answers.get(Stage.NORMAL, np.zeros_like(answers[Stage.POSITION]))[rows, columns]
-    points = answers[Stage.POSITION][rows, columns].astype(np.float64)
-    return points, normals, None if error is None else error[rows, columns], title
-
-
-def _error(ours: Any, theirs: Any, stage: str | None) -> tuple[np.ndarray | None, str]:
-    """Return log10 of the largest absolute difference over channels (height, width), and its title."""
-    both = [s for s in Stage if ours and theirs and s in ours and s in theirs]
-    wanted = [s for s in (stage, *COLORED) if s in both]
-    if not wanted:
-        return None, ""
-    chosen = Stage(wanted[0])
-    a, b = ours[chosen].astype(np.float64), theirs[chosen].astype(np.float64)
-    if a.shape != b.shape:
-        return None, ""
-    with np.errstate(invalid="ignore"):
-        difference = np.where(a == b, 0.0, np.abs(a - b)).max(axis=-1)
+def _log_errors(ours: Any, theirs: Any, stage: Stage) -> np.ndarray:
+    """Return log10 of the error (height, width)."""
+    difference = absolute_error(ours, theirs, stage)
     # NaN and infinities are worse than any number and take the top of the scale; no error takes its bottom.
     known = difference[np.isfinite(difference) & (difference > 0)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (NO_ERROR, NO_ERROR)
-    difference = np.where(np.isfinite(difference), np.maximum(difference, low), high)
-    unit = FACTS[chosen].unit
-    return np.log10(difference), f"log10 |{chosen} error|" + (f" [{unit}]" if unit != "1" else "")
+    return np.log10(np.where(np.isfinite(difference), np.maximum(difference, low), high))
 
 
-def _framing(scene: Scene, points: np.ndarray) -> tuple[np.ndarray, float]:
+def framing(scene: Scene, points: np.ndarray) -> tuple[np.ndarray, float]:
     """Return what to look at [m] and its size [m]: the hits, the bounded shapes near them and, unless far, the eye."""
     eye = np.asarray(scene.camera.eye, dtype=np.float64)
     # Hits out to the horizon would shrink everything else to nothing: the middle nine tenths decide.
@@ -154,7 +126,14 @@ def _add_camera(plotter: Any, camera: Camera, extent: float) -> None:
     """Add the frustum as lines from the eye, as deep as a sixth of the scene."""
     import pyvista
 
-    eye, forward, right, up = _basis(camera)
+    segments, tick = frustum(camera, extent)
+    _add(plotter, pyvista.line_segments_from_points(segments), color="#1d4e89", line_width=2)
+    _add(plotter, pyvista.Line(*tick), color="#1d4e89", line_width=3)
+
+
+def frustum(camera: Camera, extent: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ends [m] of the frustum's edges, two rows each, and of a tick above its upper edge, which is up."""
+    eye, forward, right, up = basis(camera)
     depth = 0.12 * extent
     half = depth * np.tan(camera.alpha)
     ends = [
@@ -162,16 +141,17 @@ def _add_camera(plotter: Any, camera: Camera, extent: float) -> None:
         for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
     ]
     lines = [(eye, end) for end in ends] + [(ends[i], ends[(i + 1) % 4]) for i in range(4)]
-    segments = np.asarray(lines, dtype=np.float64).reshape(-1, 3)
-    _add(plotter, pyvista.line_segments_from_points(segments), color="#1d4e89", line_width=2)
-    # A tick above the upper edge says which way up is.
     tick = (ends[2] + ends[3]) / 2
-    _add(plotter, pyvista.Line(tick, tick + 0.25 * half * up), color="#1d4e89", line_width=3)
+    return np.asarray(lines, dtype=np.float64).reshape(-1, 3), np.asarray([tick, tick + 0.25 * half * up])
 
 
-def _rays(eye: np.ndarray, points: np.ndarray, extent: float) -> np.ndarray:
-    """Return the ends [m] of some rays, two rows each."""
-    ends = points[np.linspace(0, len(points) - 1, min(len(points), MOST_RAYS)).astype(int)] if len(points) else points
+def few(points: np.ndarray, most: int = MOST_RAYS) -> np.ndarray:
+    """Return at most `most` rows, evenly spaced."""
+    return points[np.linspace(0, len(points) - 1, min(len(points), most)).astype(int)] if len(points) else points
+
+
+def ray_ends(eye: np.ndarray, ends: np.ndarray, extent: float) -> np.ndarray:
+    """Return the ends [m] of rays from the eye to `ends`, two rows each; from afar only their last stretch."""
     back = eye - ends
     length = np.linalg.norm(back, axis=-1, keepdims=True)
     # From afar only the last stretch: lines a kilometre long lose their digits in the depth buffer.
@@ -201,8 +181,8 @@ def _add_hits(plotter: Any, points: np.ndarray, normals: np.ndarray, errors: Any
                 "render": False, "position_x": 0.2, "position_y": 0.02, "width": 0.6, "height": 0.09,
             },
         )  # fmt: skip
-    few = np.linspace(0, len(points) - 1, min(len(points), MOST_NORMALS)).astype(int)
-    unit = few[np.linalg.norm(normals[few], axis=-1) > 0.5]
+    some = np.linspace(0, len(points) - 1, min(len(points), MOST_NORMALS)).astype(int)
+    unit = some[np.linalg.norm(normals[some], axis=-1) > 0.5]
     unit = unit[np.isfinite(normals[unit]).all(axis=-1)]
     if len(unit):
         ends = points[unit] + 0.05 * extent * normals[unit]
@@ -210,9 +190,9 @@ def _add_hits(plotter: Any, points: np.ndarray, normals: np.ndarray, errors: Any
         _add(plotter, pyvista.line_segments_from_points(segments), color="#c0392b", line_width=1.5)
 
 
-def _aim(plotter: Any, camera: Camera, focus: np.ndarray, extent: float) -> None:
+def aim(plotter: Any, camera: Camera, focus: np.ndarray, extent: float) -> None:
     """Look from beside and above the scene's own camera, so that both it and what it sees are in view."""
-    _, forward, right, up = _basis(camera)
+    _, forward, right, up = basis(camera)
     direction = -0.75 * forward + 0.75 * right + 0.5 * up
     plotter.camera.focal_point = tuple(focus)
     plotter.camera.position = tuple(focus + direction / np.linalg.norm(direction) * 1.7 * extent)
@@ -221,7 +201,7 @@ def _aim(plotter: Any, camera: Camera, focus: np.ndarray, extent: float) -> None
     plotter.renderer.ResetCameraClippingRange()
 
 
-def _basis(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def basis(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return eye, forward, right and up; all but the first unit."""
     eye = np.asarray(camera.eye, dtype=np.float64)
     forward = np.asarray(camera.target, dtype=np.float64) - eye

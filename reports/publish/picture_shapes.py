@@ -7,9 +7,14 @@ import numpy as np
 from cases.baking import world_triangles
 from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 
+ROUND = 48  # corners of a sphere's equator
 
-def surface(shape: Shape, *, patch: np.ndarray | None, margin: float = 0.0) -> Any:
-    """Return `shape` in world space; of an infinite plane the part around the world points `patch`, or None."""
+
+def surface(shape: Shape, *, patch: np.ndarray | None, margin: float = 0.0, around: int = ROUND) -> Any:
+    """Return `shape` in world space; of an infinite plane the part around the world points `patch`, or None.
+
+    `around` is the number of corners of a sphere's equator.
+    """
     import pyvista
 
     if isinstance(shape, Triangle | Mesh):
@@ -17,7 +22,9 @@ def surface(shape: Shape, *, patch: np.ndarray | None, margin: float = 0.0) -> A
         faces = np.arange(corners.size // 3).reshape(-1, 3)
         return pyvista.PolyData.from_regular_faces(corners.reshape(-1, 3).astype(np.float64), faces)
     if isinstance(shape, Sphere):
-        mesh = pyvista.Sphere(radius=shape.radius, center=shape.center, theta_resolution=48, phi_resolution=32)
+        mesh = pyvista.Sphere(
+            radius=shape.radius, center=shape.center, theta_resolution=around, phi_resolution=2 * around // 3
+        )
     elif isinstance(shape, Cube):
         mesh = pyvista.Cube()
     elif isinstance(shape, Square):

@@ -15,16 +15,23 @@ def main() -> None:
     from cases.scene_json import load_scene
     from reports.publish.kept import kept_images
     from reports.publish.picture_scene import draw, new_plotter
+    from reports.publish.view_file import write_view
+    from reports.publish.view_state import new_recorder
 
-    plotter = new_plotter()
+    plotter, recorder = None, new_recorder()
     for line in sys.stdin:
         job = json.loads(line)
         _say(state="started", name=job["name"])
         try:
             scene = load_scene(Path(job["scene"]))
-            images, _ = kept_images(Path(job["folder"]), job["case"])
+            folder = Path(job["folder"])
+            images, _ = kept_images(folder, job["case"])
             ours, theirs = images.get(job["ours"]), images.get(job["theirs"])
-            draw(plotter, Path(job["picture"]), scene, ours=ours, theirs=theirs, stage=job["stage"])
+            shown = {"ours": ours, "theirs": theirs, "stage": job["stage"]}
+            if job["picture"] is not None:
+                plotter = plotter or new_plotter()
+                draw(plotter, Path(job["picture"]), scene, **shown)
+            write_view(recorder, folder, job["view"], scene, **shown)
         except (OSError, ValueError) as error:
             _say(state="failed", name=job["name"], why=str(error))
         else:

@@ -1,4 +1,7 @@
-"""A PyVista picture of every case's scene, all drawn in one child process that may die without harm."""
+"""A PyVista picture of every case's scene and its 3-D view, all made in one child process that may die without harm.
+
+Pictures need OpenGL; views do not, and are made without, too.
+"""
 
 import contextlib
 import json
@@ -17,10 +20,10 @@ OURS, THEIRS = "tracer-float32", "analytic"
 
 
 def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str], None] | None = None) -> str | None:
-    """Draw DIR/pictures/<case>.png for each case, note it in `results`, and return why any were left out, or None.
+    """Draw DIR/pictures/<case>.png and write its view for each case; return why any pictures were left out, or None.
 
-    `progress` is told the name of each case drawn. `results` is changed in place (`picture` of each case); the caller
-    writes it.
+    `progress` is told the name of each case drawn. `results` is changed in place (`picture` and `view` of each case);
+    the caller writes it.
     """
     with Drawing(folder, progress) as drawing:
         for case in results["cases"]:
@@ -29,9 +32,9 @@ def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str
 
 
 class Drawing:
-    """Pictures drawn in a child process while other work goes on: submit finished cases, leave the block, ask why.
+    """Pictures and views made in a child process while other work goes on: submit cases, leave the block, ask why.
 
-    The child starts with the first case that can be drawn, after the machine was once found able to draw.
+    The child starts with the first case that can be drawn, after the machine was asked whether it can.
     """
 
     def __init__(self, folder: Path, progress: Callable[[str], None] | None = None) -> None:
@@ -40,6 +43,7 @@ class Drawing:
         self._progress = progress
         self._cases: dict[str, dict[str, Any]] = {}
         self._drawn = 0
+        self._pictures = True  # whether the machine can draw
         self._current = "the first case"
         self._failures: list[str] = []
         self._child: subprocess.Popen[str] | None = None
@@ -51,16 +55,17 @@ class Drawing:
         return self
 
     def submit(self, case: dict[str, Any]) -> None:
-        """Have a case drawn; its `picture` is set when it is."""
-        case["picture"] = None
+        """Have a case drawn; its `picture` and `view` are set when they are there."""
+        case["picture"] = case["view"] = None
         job = _job(self._folder, case)
-        if job is None or self.reason is not None:
+        if job is None:
             return
         if self._child is None:
             self.reason = gl.why_not()
-            if self.reason is not None:
-                return
+            self._pictures = self.reason is None
             self._start()
+        if not self._pictures:
+            job["picture"] = None
         self._cases[case["name"]] = case
         assert self._child is not None
         assert self._child.stdin is not None
@@ -80,7 +85,7 @@ class Drawing:
         self._reader.join()
         assert self._child.stdout is not None
         self._child.stdout.close()
-        self.reason = self._conclude(self._child.wait())
+        self.reason = self._conclude(self._child.wait()) or self.reason
 
     def _start(self) -> None:
         self._complaints = tempfile.TemporaryFile()  # noqa: SIM115 (closed when the block is left)
@@ -89,7 +94,7 @@ class Drawing:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._complaints,
-            env=gl.drawing_environment(),
+            env=gl.drawing_environment() if self._pictures else gl.recording_environment(),
             cwd=Path(__file__).parents[2],
             text=True,
             encoding="utf-8",
@@ -114,7 +119,9 @@ class Drawing:
                 self._failures.append(f"{name}: {report['why']}")
             else:
                 self._drawn += 1
-                self._cases[name]["picture"] = picture_path(self._cases[name])
+                case = self._cases[name]
+                case["picture"] = picture_path(case) if self._pictures else None
+                case["view"] = view_path(case)
                 if self._progress is not None:
                     self._progress(name)
 
@@ -136,10 +143,19 @@ class Drawing:
 
 def picture_path(case: dict[str, Any]) -> str | None:
     """Return where a case's picture goes below the results folder: named as the run named its scene, or None."""
+    return _beside(case, ".png")
+
+
+def view_path(case: dict[str, Any]) -> str | None:
+    """Return where a case's 3-D view goes below the results folder, or None."""
+    return _beside(case, ".view.js")
+
+
+def _beside(case: dict[str, Any], suffix: str) -> str | None:
     parts = PurePosixPath(case.get("scene") or "").parts
     if len(parts) < 2 or parts[0] != "scenes" or ".." in parts:
         return None
-    return PurePosixPath("pictures", *parts[1:]).with_suffix(".png").as_posix()
+    return PurePosixPath("pictures", *parts[1:]).with_suffix(suffix).as_posix()
 
 
 def _job(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
@@ -152,8 +168,16 @@ def _job(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
         "scene": str((folder / scene).resolve()),
         "folder": str(folder.resolve()),
         "case": {key: case.get(key) for key in ("renders", "pixels")},
-        "ours": OURS,
-        "theirs": THEIRS,
+        **_compared(case),
         "stage": case.get("stage"),
         "picture": str((folder / str(picture_path(case))).resolve()),
+        "view": view_path(case),
     }
+
+
+def _compared(case: dict[str, Any]) -> dict[str, str | None]:
+    """Return whose answers are drawn: the tracer's, or whatever else was put under test, and a reference's."""
+    names = [str(render.get("renderer")) for render in case.get("renders", [])]
+    ours = OURS if OURS in names else next(iter(names), None)
+    others = [name for name in names if name != ours and not name.startswith("tracer-")]
+    return {"ours": ours, "theirs": THEIRS if THEIRS in others else next(iter(others), None)}

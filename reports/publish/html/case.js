@@ -63,6 +63,8 @@
     const stagePanel = e("section", { class: "panel", role: "tabpanel", "aria-label": "Stage" });
     const pixelPanel = e("div");
     const tabBar = e("div");
+    let choose3d = () => {};
+    const scene = rayproof.scene(data, { onpixel: (x, y) => choose3d(x, y) });
 
     async function show() {
       const wanted = rayproof.address();
@@ -82,7 +84,7 @@
       const inspector = rayproof.inspector(data, stages, [[mine || "ours", mine], [other || "reference", other]], stage.name, view.metric);
       const pictures = e("div");
       let marked = null;
-      const point = (x, y) => { view.pixel = [x, y]; inspector.show(x, y); };
+      const point = (x, y) => { view.pixel = [x, y]; inspector.show(x, y); scene?.pixel(x, y, mine, other); };
       const draw = () => {
         if (!a && !b) return rayproof.replace(pictures, e("p", { class: "muted" }, stage.name === "camera"
           ? "The camera stage is matrices, not an image; the checks below compare them." : "No image of this stage was kept."));
@@ -92,6 +94,7 @@
         return rayproof.replace(pictures, marked.node);
       };
       const go = (x, y) => { marked?.mark(x, y); pictures.scrollIntoView({ block: "nearest" }); };
+      choose3d = go;
       const channels = [[-1, "all channels"], ...(data.channels[stage.name] || []).map((name, i) => [i, name])];
       const redraw = () => { draw(); if (view.pixel && marked) marked.mark(...view.pixel); };
       rayproof.replace(stagePanel,
@@ -117,11 +120,8 @@
     }
 
     const swatch = (name) => e("i", { class: `swatch ${name}` });
-    const picture = data.picture ? e("figure", { class: "panel scene" }, e("img", { src: data.picture.split("/").map(encodeURIComponent).join("/"),
-      width: 600, height: 450, loading: "lazy", alt: "The scene with its camera, rays, hit points coloured by error, normals and lights" }),
-      e("figcaption", { class: "muted" }, "Geometry, camera (blue), some rays (ochre), normals (red), lights (yellow) and hit points coloured by the logarithm of their error.")) : null;
     rayproof.append(root, [rayproof.shoutBars(results), header(row, data),
-      stages.length ? [tabBar, stagePanel, e("div", { class: "pair" }, pixelPanel, picture)] : [e("p", { class: "panel muted" }, "Nothing was measured in this case."), picture],
+      stages.length ? [tabBar, stagePanel, e("div", { class: "pair" }, pixelPanel, scene?.node)] : [e("p", { class: "panel muted" }, "Nothing was measured in this case."), scene?.node],
       rayproof.expectations(data.expectations || []), rayproof.unsupported(data.unsupported || []), rayproof.renders(data)]);
     await show();
     return root;

@@ -1,0 +1,95 @@
+// The scene in 3-D: PyVista's picture until it is asked for, then the viewer in a frame. Pixels go both ways.
+(function (rayproof) {
+  "use strict";
+  const e = rayproof.element;
+  const CAPTION = "Geometry, camera (blue), some rays (ochre), feelers that arrive (blue) or are blocked (orange), normals, lights (yellow) and hit points coloured by their error.";
+
+  const token = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (word) => word.toString(36)).join("");
+
+  // A frame with the viewer: a page of its own beside the report, or text in a report that is a single file.
+  function frame(name) {
+    const inlined = document.querySelector('script[data-path="viewer/index.html"]');
+    const source = inlined ? { srcdoc: JSON.parse(inlined.textContent) } : { src: rayproof.place("viewer/index.html") };
+    return e("iframe", { ...source, name, title: "The scene in 3-D", class: "viewer" });
+  }
+
+  const pair = (value, data) => Array.isArray(value) && value.length === 2 && value.every(Number.isInteger)
+    && value[0] >= 0 && value[1] >= 0 && value[0] < data.width && value[1] < data.height;
+
+  // What the viewer draws of a pixel: numbers of ours, and the reference's normal.
+  async function story(data, ours, theirs, x, y) {
+    const at = async (renderer, stage) => {
+      const image = renderer ? await data.image(renderer, stage) : null;
+      if (!image || x >= image.width || y >= image.height) return null;
+      return Array.from(image.values.subarray((y * image.width + x) * image.channels, (y * image.width + x + 1) * image.channels));
+    };
+    const [object, position, ray, visible, mine, other] = await Promise.all([at(ours, "object"), at(ours, "position"),
+      at(ours, "ray"), at(ours, "visibility"), at(ours, "normal"), at(theirs, "normal")]);
+    return { position: object && object[0] >= 0 ? position : null, ray, visible: visible || [], ours: mine, theirs: other };
+  }
+
+  // -> {node, pixel(x, y, ours, theirs), close()}, or null without picture and view. onpixel(x, y): chosen in 3-D.
+  rayproof.scene = function (data, { onpixel }) {
+    if (!data.picture && !data.view) return null;
+    const stage = e("div", { class: "stage3d" });
+    const note = e("span", { role: "status" });
+    let opened = null, wanted = null, drawn = false;
+
+    const post = (kind, content) => opened.node.contentWindow.postMessage({ token: opened.token, kind, ...content }, "*");
+
+    async function pixel(x, y, ours, theirs) {
+      wanted = [x, y, ours, theirs];
+      if (!drawn) return;
+      const told = await story(data, ours, theirs, x, y);
+      if (drawn && wanted[0] === x && wanted[1] === y) post("pixel", told);
+    }
+
+    const handlers = {
+      ready: async () => {
+        const text = await rayproof.request(data.view);
+        if (opened) post("scene", { text });
+      },
+      drawn: () => {
+        drawn = true;
+        opened.node.dataset.drawn = String(Math.round(performance.now() - opened.since));
+        if (wanted) pixel(...wanted);
+      },
+      failed: (said) => { close(); rayproof.replace(note, `No 3-D view: ${said.why}`); },
+      pixel: (said) => { if (pair(said.pixel, data)) onpixel(...said.pixel); },
+    };
+
+    // On disk every file is an origin called "null": what tells the viewer from a stranger is its window and our token.
+    function hear(event) {
+      if (!opened?.node.isConnected) { window.removeEventListener("message", hear); return; }
+      const said = event.data;
+      if (event.source !== opened.node.contentWindow || said === null || typeof said !== "object" || said.token !== opened.token) return;
+      if (Object.hasOwn(handlers, said.kind)) handlers[said.kind](said);
+    }
+
+    function open() {
+      const name = token();
+      rayproof.replace(note);
+      opened = { token: name, node: frame(name), since: performance.now() };
+      window.addEventListener("message", hear);
+      figure.classList.add("opened");
+      rayproof.replace(stage, opened.node, e("button", { class: "quiet", onclick: close }, "close 3-D"));
+    }
+
+    function close() {
+      window.removeEventListener("message", hear);
+      [opened, drawn] = [null, false];
+      figure.classList.remove("opened");
+      rayproof.replace(stage, poster());
+    }
+
+    const poster = () => [
+      data.picture ? e("img", { src: rayproof.place(data.picture), width: 600, height: 450, loading: "lazy",
+        alt: "The scene with its camera, rays, hit points coloured by error, normals and lights" })
+        : e("p", { class: "muted" }, "No picture was drawn of this scene."),
+      data.view ? e("button", { class: "open3d", onclick: open }, "open in 3-D") : null];
+
+    rayproof.replace(stage, poster());
+    const figure = e("figure", { class: "panel scene" }, stage, e("figcaption", { class: "muted" }, CAPTION, " ", note));
+    return { pixel, close, node: figure };
+  };
+})(window.rayproof);
