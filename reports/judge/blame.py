@@ -70,7 +70,8 @@ def misplaced(shape: Shape, ours: Sequence[float], theirs: Sequence[float]) -> b
     """Say whether a wrong normal is the right one of object space, turned by the model matrix itself or not at all."""
     matrix = np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
     wrong, right = np.asarray(ours, dtype=np.float64), np.asarray(theirs, dtype=np.float64)
-    if len(wrong) != 3 or not (np.any(wrong) and np.any(right)) or _angle(wrong, right) <= CLOSE:
+    usable = all(len(one) == 3 and np.isfinite(one).all() and np.any(one) for one in (wrong, right))
+    if not usable or _angle(wrong, right) <= CLOSE:
         return False
     local = matrix.T @ right
     return min(_angle(wrong, matrix @ local), _angle(wrong, local)) <= CLOSE
