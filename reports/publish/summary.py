@@ -1,4 +1,4 @@
-"""summary.md for CI step summaries: shouts, verdict, totals, what failed, coverage. No images, never 1 MB.
+"""summary.md for CI step summaries: shouts, verdict, totals, what failed with small pictures, coverage; never 1 MB.
 
 GitHub refuses a whole step summary of more than 1024 kB, so rows are left out, and counted, before that.
 """
@@ -14,6 +14,7 @@ from reports.publish.atomic import write_text
 from reports.publish.audit import load_audit, sentence
 from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
 from reports.publish.results import LEDGER, number
+from reports.publish.thumbnails import thumbnails
 
 MOST_BYTES = 900_000
 _LONGEST = 240  # characters of any one text; a hostile name must not push the rest out
@@ -35,7 +36,8 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     audit = load_audit(folder)
     head += [f"{escaped(sentence(audit))}\n"] if audit else []
     coverage = _coverage(results)
-    failures = _failures(results, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
+    pictures = thumbnails(folder, results)
+    failures = _failures(results, pictures, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
     # Were the fixed parts alone too large (a results.json with a million ids), the end is cut at a line.
     lines, size = [], 0
     for line in [*head, *failures, *coverage]:
@@ -55,7 +57,7 @@ def _totals(results: dict[str, Any]) -> list[str]:
     return [*lines, "", f"{seconds:.0f} s; `results.json` and `index.html` have the rest.\n"]
 
 
-def _failures(results: dict[str, Any], room: int) -> list[str]:
+def _failures(results: dict[str, Any], pictures: dict[str, str], room: int) -> list[str]:
     cases = [case for case in worst_first(results["cases"]) if case["verdict"] in BAD | {Outcome.UNSUPPORTED}]
     if not cases:
         return []
@@ -70,6 +72,9 @@ def _failures(results: dict[str, Any], room: int) -> list[str]:
             lines.append(f"\n{len(cases) - done} more are left out here; `results.json` has them all.")
             break
         lines.append(row)
+    if pictures:
+        lines += ["", "Ours, the reference's, and their difference, worst first:\n"]
+        lines += [f"![{rank}]({path}) {escaped(name)}\n" for rank, (name, path) in enumerate(pictures.items(), start=1)]
     return [*lines, ""]
 
 

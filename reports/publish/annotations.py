@@ -1,0 +1,44 @@
+"""annotations.txt: GitHub's workflow commands for the worst ten cases, which a CI job prints to annotate its run.
+
+Source: GitHub Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon and comma.
+GitHub shows ten errors a step.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from reports.judge.outcomes import Outcome
+from reports.publish import PUBLISHERS
+from reports.publish.atomic import write_text
+from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
+
+MOST = 10
+_LONGEST = 1000  # characters of one message
+_ESCAPES = {"%": "%25", "\r": "%0D", "\n": "%0A"}
+_IN_PROPERTIES = {":": "%3A", ",": "%2C"}
+
+
+def message(text: object) -> str:
+    """Return `text` as a workflow command's message: one line, in which nothing begins a second command."""
+    line = "".join(c if c.isprintable() else " " for c in str(text))[:_LONGEST]
+    return "".join(_ESCAPES.get(character, character) for character in line)
+
+
+def prop(text: object) -> str:
+    """Return `text` as a property's value."""
+    return "".join(_IN_PROPERTIES.get(character, character) for character in message(text))
+
+
+@PUBLISHERS.register("annotations")
+def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+    """Write annotations.txt; of a run that passed, one notice."""
+    lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
+    bad = [case for case in worst_first(results["cases"]) if Outcome(case["verdict"]) in BAD]
+    for case in bad[:MOST]:
+        ratio = worst_ratio(case)
+        size = "" if ratio is None else f" (error / limit {ratio:.3g})"
+        said = ": ".join(filter(None, [f"{case['verdict']}{size}", blame(case), str(case.get("reason") or "")]))
+        lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
+    left = f" The worst {MOST} of {len(bad)} are annotated." if len(bad) > MOST else ""
+    lines.append(f"::{'error' if bad else 'notice'} title=rayproof::{message(headline(results) + left)}")
+    return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]

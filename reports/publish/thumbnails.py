@@ -1,0 +1,83 @@
+"""Small pictures of the worst cases: ours, the reference's and their difference at the blamed stage, side by side."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.stages import IMAGE_STAGES, Stage
+from reports.judge.outcomes import Outcome
+from reports.publish.atomic import replacing
+from reports.publish.headline import BAD, ratio_of, worst_first
+from reports.publish.kept import kept_images
+from reports.publish.results import number
+
+MOST = 10
+WIDTH = 160  # px of one of the three panels, at most
+GAP = 4  # px between panels
+BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
+
+
+def thumbnails(folder: Path, results: dict[str, Any]) -> dict[str, str]:
+    """Draw the worst cases that did not pass and have images; return case name -> path relative to `folder`."""
+    drawn: dict[str, str] = {}
+    for index, case in enumerate(worst_first(results["cases"])):
+        if Outcome(case["verdict"]) not in BAD or len(drawn) == MOST:
+            break
+        panels = _panels(folder, case)
+        if panels is not None:
+            path = Path("thumbnails", f"{index + 1:02}.png")  # by rank: names are hostile
+            _save(folder / path, panels)
+            drawn[case["name"]] = path.as_posix()
+    return drawn
+
+
+def _panels(folder: Path, case: dict[str, Any]) -> list[np.ndarray] | None:
+    """Return three images, (height, width, 3) in [0, 1], or None where the case kept no two to compare."""
+    order = [outcome.value for outcome in Outcome]
+    checks = [check for check in case.get("checks", []) if check.get("stage") in IMAGE_STAGES]
+    checks.sort(
+        key=lambda c: (c["stage"] != case.get("stage"), -order.index(c["verdict"]), -(number(ratio_of(c)) or 0.0))
+    )
+    renders, _ = kept_images(folder, case) if checks else ({}, [])
+    for check in checks:
+        ours = renders.get(f"tracer-{check['configuration']}", renders.get(check["configuration"], {}))
+        theirs = renders.get(check["reference"], {})
+        stage = Stage(check["stage"])
+        if stage in ours and stage in theirs and ours[stage].shape == theirs[stage].shape:
+            return _shown(np.asarray(ours[stage], np.float64), np.asarray(theirs[stage], np.float64))
+    return None
+
+
+def _shown(ours: np.ndarray, theirs: np.ndarray) -> list[np.ndarray]:
+    """Return both images on one scale, and their absolute difference on its own."""
+    finite = np.concatenate([image[np.isfinite(image)] for image in (ours, theirs)])
+    low, high = (float(np.quantile(finite, q)) for q in (0.0, 0.99)) if len(finite) else (0.0, 1.0)
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(ours - theirs)
+    # Equal infinities do not differ.
+    difference[(ours == theirs) | (np.isnan(ours) & np.isnan(theirs))] = 0.0
+    known = difference[np.isfinite(difference)]
+    most = float(known.max(initial=0.0))
+    return [_scaled(ours, low, high), _scaled(theirs, low, high), _scaled(difference, 0.0, most)]
+
+
+def _scaled(image: np.ndarray, low: float, high: float) -> np.ndarray:
+    # A range that spans more than the floats is halved first.
+    span = (high / 2 - low / 2) or 0.5
+    three = image[..., :3] if image.shape[-1] >= 3 else np.repeat(image[..., :1], 3, axis=-1)
+    broken = ~np.isfinite(three).all(axis=-1)
+    with np.errstate(invalid="ignore", over="ignore"):
+        shown = np.clip(np.nan_to_num((three / 2 - low / 2) / span), 0, 1)
+    shown[broken] = BROKEN
+    return shown
+
+
+def _save(path: Path, panels: list[np.ndarray]) -> None:
+    from matplotlib.image import imsave
+
+    step = max(1, -(-panels[0].shape[1] // WIDTH))
+    small = [panel[::step, ::step] for panel in panels]
+    gap = np.ones((small[0].shape[0], GAP, 3))
+    with replacing(path) as draft:
+        imsave(draft, np.concatenate([small[0], gap, small[1], gap, small[2]], axis=1))

@@ -1,0 +1,52 @@
+"""Thumbnails: of what did not pass, at the blamed stage, whatever numbers are in it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from cases.stages import Stage
+from reports.publish.exr import write_answers
+from reports.publish.thumbnails import BROKEN, GAP, thumbnails
+from tests.reports.publish.sample import make_folder
+
+
+def test_what_did_not_pass_and_has_images_is_drawn(tmp_path: Path) -> None:
+    results = make_folder(tmp_path)
+
+    drawn = thumbnails(tmp_path, results)
+
+    assert {"sphere/sheared", "lights/acne", "lights/broken"} <= set(drawn)
+    assert not {"sphere/plain", "plane/tilted", "mesh/crash"} & set(drawn)
+    for path in drawn.values():
+        image = imread(tmp_path / path)
+        assert image.shape[:2] == (30, 3 * 40 + 2 * GAP)
+        assert image[:, -40:, :3].max() > 0  # the difference
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 3e38])
+def test_numbers_of_any_kind_are_drawn(value: float, tmp_path: Path) -> None:
+    results = make_folder(tmp_path)
+    case = next(case for case in results["cases"] if case["name"] == "lights/broken")
+    ours = next(render for render in case["renders"] if render["renderer"].startswith("tracer"))
+    image = np.zeros((30, 40, 3))
+    image[3, 4] = value
+    write_answers(tmp_path / ours["image"], {Stage.RADIANCE: image}, lights=2, comments="")
+
+    drawn = thumbnails(tmp_path, results | {"cases": [case]})
+
+    shown = imread(tmp_path / drawn["lights/broken"])[3, 4, :3]
+    assert tuple(shown) == (BROKEN if not np.isfinite(value) else (1.0, 1.0, 1.0))
+
+
+def test_summary_and_junit_point_to_them(tmp_path: Path) -> None:
+    from reports.publish.junit import publish as junit
+    from reports.publish.summary import publish as summary
+
+    results = make_folder(tmp_path)
+
+    (markdown,), (xml,) = summary(tmp_path, results), junit(tmp_path, results)
+
+    assert "](thumbnails/01.png)" in markdown.read_text()
+    assert "[[ATTACHMENT|thumbnails/01.png]]" in xml.read_text()
