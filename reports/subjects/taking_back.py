@@ -1,10 +1,12 @@
 """A program's image: OpenEXR with named channels, or PFM for radiance. Whatever is wrong with it is one sentence."""
 
+import ctypes
+import io
 import os
 import re
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -108,14 +110,18 @@ def _sorted(channels: dict[str, np.ndarray], *, lights: int) -> Taken:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Keep what a C++ library prints about a broken file off the terminal; what it raises says enough."""
+    """Keep what a library prints, by C or by Python, off the terminal; what it raises says enough."""
+    flush = ctypes.CDLL(None).fflush  # C keeps its lines until it is asked, and would print them later
+    flush(None)
     kept = [(number, os.dup(number)) for number in (1, 2)]
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         for number, _ in kept:
             os.dup2(nowhere, number)
-        yield
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+            yield
     finally:
+        flush(None)
         for number, copy in kept:
             os.dup2(copy, number)
             os.close(copy)

@@ -1,0 +1,98 @@
+"""What a program declares is taken as it is, refused in one line, or, if it does not know the question, nothing."""
+
+import pytest
+
+from cases.stages import Stage
+from reports.subjects.capabilities import Capabilities, capabilities_from
+from reports.subjects.program import ask_capabilities
+from tests.reports.subjects.conftest import SCENE, Writing
+
+
+def test_everything_that_can_be_declared_is_taken() -> None:
+    found = capabilities_from(
+        '{"protocol": 1, "name": "mine", "version": "2.1", "precision": "float64", "stages": ["normal", "radiance"],'
+        ' "shapes": ["mesh"], "shading": ["simplified"], "clip": ["none"], "two_sided": false, "affine": false,'
+        ' "triangulated": true, "epsilons": {"shadow": 1e-6, "ray": 0.5}}'
+    )
+
+    assert found == Capabilities(
+        name="mine",
+        version="2.1",
+        precision="float64",
+        stages=(Stage.NORMAL, Stage.RADIANCE),
+        shapes=("mesh",),
+        shading=("simplified",),
+        clip=("none",),
+        two_sided=False,
+        affine=False,
+        triangulated=True,
+        shadow_epsilon=1e-6,
+        ray_epsilon=0.5,
+    )
+    assert found is not None
+    assert found.title == "mine 2.1"
+
+
+@pytest.mark.parametrize("text", ["", "usage: render SCENE", "[1, 2]", "3", "[" * 100_000])
+def test_what_is_no_object_declares_nothing(text: str) -> None:
+    assert capabilities_from(text) is None
+
+
+WRONG = {
+    "no protocol": ('{"name": "mine"}', "protocol must be 1"),
+    "another protocol": ('{"protocol": 2}', "protocol must be 1, got 2"),
+    "unknown key": ('{"protocol": 1, "colour": true}', "'colour' is not known"),
+    "unknown shape": ('{"protocol": 1, "shapes": ["torus"]}', "'torus' is not known; known: sphere"),
+    "no list": ('{"protocol": 1, "stages": "normal"}', "stages must be a list of names"),
+    "the camera stage": ('{"protocol": 1, "stages": ["camera"]}', "'camera' is not known"),
+    "half precision": ('{"protocol": 1, "precision": "float16"}', "'float16' is not known"),
+    "no flag": ('{"protocol": 1, "affine": 1}', "affine must be true or false"),
+    "negative epsilon": ('{"protocol": 1, "epsilons": {"shadow": -1}}', "epsilons.shadow"),
+    "infinite epsilon": ('{"protocol": 1, "epsilons": {"ray": Infinity}}', "epsilons.ray"),
+    "unknown epsilon": ('{"protocol": 1, "epsilons": {"far": 1}}', "epsilons must be an object"),
+    "a name of many lines": ('{"protocol": 1, "name": "a\\nb"}', "printable"),
+}
+
+
+@pytest.mark.parametrize(("text", "said"), WRONG.values(), ids=WRONG.keys())
+def test_what_is_declared_wrongly_is_refused_in_one_line(text: str, said: str) -> None:
+    with pytest.raises(ValueError, match=r"^[^\n]+$") as refused:
+        capabilities_from(text)
+
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("declared", "said"),
+    [
+        pytest.param(Capabilities(shapes=("cube", "square", "triangle", "mesh")), "no sphere", id="shape"),
+        pytest.param(Capabilities(two_sided=False), "two-sided", id="sides"),
+        pytest.param(Capabilities(affine=False), "shapes[1]", id="affine"),
+        pytest.param(Capabilities(shading=("simplified",)), "inverse_square", id="light"),
+        pytest.param(Capabilities(clip=("none",)), "clip by depth", id="clip"),
+    ],
+)
+def test_a_scene_beyond_what_was_declared_is_refused_with_the_reason(declared: Capabilities, said: str) -> None:
+    assert said in (declared.refusal(SCENE) or "")
+
+
+def test_meshes_stand_for_flat_shapes_where_they_are_asked_for() -> None:
+    meshes = Capabilities(shapes=("sphere", "mesh"), triangulated=True)
+
+    assert meshes.refusal(SCENE) is None
+    assert "no cube" in (Capabilities(shapes=("sphere", "mesh")).refusal(SCENE) or "")
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["sys.exit(2)", "pass", "print('a renderer')", "import time; time.sleep(60)", "os.abort()"],
+    ids=["exit-code", "silence", "words", "hang", "abort"],
+)
+def test_a_program_that_does_not_know_the_question_declares_nothing(program: Writing, line: str) -> None:
+    assert ask_capabilities(program(line), seconds=0.5) == Capabilities()
+
+
+def test_the_question_comes_without_the_places_of_scene_and_image(program: Writing) -> None:
+    subject = program("if sys.argv[1:] == ['--capabilities']:", '    print(\'{"protocol": 1, "name": "asked"}\')')
+
+    assert ask_capabilities(subject, seconds=10).name == "asked"

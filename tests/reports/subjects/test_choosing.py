@@ -1,0 +1,110 @@
+"""A subject is found by name or by command line, or refused in one line that says why."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from reference import REFERENCES
+from reports.run.panel import panel
+from reports.subjects import Subject
+from reports.subjects.capabilities import Capabilities
+from reports.subjects.choosing import chosen
+
+
+def nothing(subject: Subject) -> Capabilities:
+    return Capabilities()
+
+
+def choose(text: str) -> Subject:
+    return chosen(text, seconds=5.0, memory=2**30, ask=nothing)
+
+
+def test_a_reference_is_chosen_by_its_name() -> None:
+    assert choose("mitsuba_scalar").renderer("mitsuba_scalar") == "mitsuba_scalar"
+
+
+def test_a_program_is_found_and_its_files_made_absolute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("adapter.py").touch()
+
+    subject = choose("exec:python3 adapter.py --fast 'two words' {scene} {output}")
+
+    assert Path(subject.command[0]).is_absolute()
+    assert subject.command[1:] == (str(tmp_path / "adapter.py"), "--fast", "two words", "{scene}", "{output}")
+
+
+def test_a_program_that_was_built_anew_is_another_subject(tmp_path: Path) -> None:
+    path = tmp_path / "render"
+    path.write_text("#!/bin/sh\n")
+    path.chmod(0o755)
+    before = choose(f"exec:{path} {{scene}}").identity
+
+    assert choose(f"exec:{path} {{scene}}").identity == before
+    path.write_text("#!/bin/sh\nexit 1\n")
+    assert choose(f"exec:{path} {{scene}}").identity != before
+
+
+WRONG = {
+    "unknown": ("maya", "no renderer is called 'maya'; known: analytic"),
+    "the oracle": ("analytic", "double_double"),
+    "no command": ("exec:", "no command"),
+    "no program": ("exec:no-such-renderer {scene}", "'no-such-renderer' is no program"),
+    "open quote": ("exec:true 'half", "quotation"),
+}
+
+
+@pytest.mark.parametrize(("text", "said"), WRONG.values(), ids=WRONG.keys())
+def test_what_cannot_be_put_under_test_says_why(text: str, said: str) -> None:
+    with pytest.raises((ValueError, LookupError), match=r"^[^\n]+$") as refused:
+        choose(text)
+
+    assert said in str(refused.value)
+
+
+def test_a_wrong_answer_to_the_question_refuses_the_program() -> None:
+    def wrong(subject: Subject) -> Capabilities:
+        raise ValueError("protocol must be 1, got 2")
+
+    with pytest.raises(ValueError, match="its answer to --capabilities: protocol must be 1"):
+        chosen(f"exec:{sys.executable}", seconds=5.0, memory=2**30, ask=wrong)
+
+
+def test_neither_the_subject_nor_its_kin_is_a_witness() -> None:
+    found = panel((), choose("mitsuba_llvm"))
+
+    assert found.names[0] == "analytic"
+    assert not {"mitsuba_llvm", "mitsuba_scalar"} & set(found.names)
+    assert "under test" in found.absent["mitsuba_llvm"]
+    assert "shares its code" in found.absent["mitsuba_scalar"]
+
+
+class Absent:
+    """A reference whose program is not installed."""
+
+    @staticmethod
+    def missing() -> str | None:
+        return "lumen is not installed; `apt install lumen`."
+
+
+@pytest.fixture
+def lumen(monkeypatch: pytest.MonkeyPatch) -> None:
+    REFERENCES.load()
+    monkeypatch.setitem(REFERENCES._things, "lumen", Absent)
+    monkeypatch.setitem(REFERENCES._about, "lumen", {"optional": True})
+
+
+@pytest.mark.usefixtures("lumen")
+def test_what_is_not_installed_is_left_out_with_the_reason() -> None:
+    found = panel(())
+
+    assert "lumen" not in found.names
+    assert found.absent["lumen"] == "lumen is not installed; `apt install lumen`."
+
+
+@pytest.mark.usefixtures("lumen")
+def test_what_is_required_must_be_installed() -> None:
+    with pytest.raises(LookupError, match="--require lumen: lumen is not installed"):
+        panel(("lumen",))
+    with pytest.raises(ValueError, match="--subject lumen: lumen is not installed"):
+        choose("lumen")
