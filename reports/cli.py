@@ -34,6 +34,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "tradeoff": ("reports.commands.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
     "history": ("reports.commands.history:history", "Show error and time of each case over the runs that were kept."),
     "adapt": ("reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
+    "cache": ("reports.commands.cache:cache", "List, verify or clear kept renders of references."),
     "schema": ("reports.commands.schema:schema", "Print the JSON Schema of scene files."),
 }
 

@@ -1,10 +1,18 @@
-"""What the tests share: the packaged LLVM is chosen before anything can import Dr.Jit."""
+"""What the tests share: the packaged LLVM is chosen before anything can import Dr.Jit, and no test keeps renders."""
+
+import os
 
 import pytest
 
 from tracer import llvm
 
 llvm.select()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keep renders of references, in this process and in its workers, out of the user's own cache."""
+    os.environ.setdefault("RAYPROOF_CACHE", str(tmp_path_factory.mktemp("references")))
 
 
 @pytest.fixture(params=["float32", "float64"])

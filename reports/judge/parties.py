@@ -49,6 +49,7 @@ class Witness:
     settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarse
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
+    cached: bool = False  # its images are those of an earlier run, kept by content
     by_matrices: bool = False  # its rays come by the inverse matrices (CAM-5)
 
     def answers_at(self, stage: Stage) -> bool:

@@ -10,6 +10,7 @@ from cases.stages import Stage
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
 from reports.run.orders import ReferenceTask
+from reports.run.reference_cache import Rendered, cached
 from reports.subjects import ITEMS_OF_OTHERS
 
 
@@ -18,10 +19,8 @@ def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: 
     scene, stages = task.scene, stages_of(task.scene)
     unsupported = {stage: why for stage in stages if (why := reference.unsupported(scene, stage)) is not None}
     asked = tuple(stage for stage in stages if stage not in unsupported)
-    answers: Answers = reference.render(scene, asked) if asked else {}
-    mean = None
-    if task.samples > 1 and Stage.RADIANCE in asked:
-        mean = reference.render(scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
+    found = _rendered(name, reference, task, asked)
+    answers = found.answers
     notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
     resolution = _ability(reference, "resolution")
     coarse = {stage: resolution(scene, stage) for stage in asked} if resolution is not None else {}
@@ -32,12 +31,29 @@ def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: 
         shadow_epsilon=_shadow_epsilon(reference, scene, answers),
         answers={stage: answers[stage] for stage in asked if stage in answers},
         unsupported=unsupported,
-        notes=tuple(notes(scene)) if notes is not None else (),
-        mean=mean,
+        notes=(*(notes(scene) if notes is not None else ()), *found.notes),
+        mean=found.mean,
+        cached=found.cached,
         settings=dict(settings(scene)) if settings is not None else {},
         resolutions={stage: one for stage, one in coarse.items() if one is not None},
         ray_epsilon=float(getattr(reference, "ray_epsilon", 0.0)),
     )
+
+
+def _rendered(name: str, reference: Reference, task: ReferenceTask, asked: tuple[Stage, ...]) -> Rendered:
+    """Return the reference's images, from the cache where the task allows it."""
+
+    def render() -> tuple[Answers, np.ndarray | None]:
+        answers: Answers = reference.render(task.scene, asked) if asked else {}
+        mean = None
+        if task.samples > 1 and Stage.RADIANCE in asked:
+            mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
+        return answers, mean
+
+    if task.cached and asked:
+        return cached(name, reference, task.scene, asked, task.samples, render)
+    answers, mean = render()
+    return Rendered(answers=answers, mean=mean, cached=False)
 
 
 def put_to_test(witness: Witness) -> Candidate:

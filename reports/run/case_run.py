@@ -109,6 +109,7 @@ class CaseRun:
                 subject=self._subject,
                 notes=self._notes,
                 full=self._full,
+                cached=self._cached,
             )
             # Judged before anything else is rendered: finished cases leave memory.
             self._pool.submit("judge", task, self._judged, first=True)

@@ -12,6 +12,7 @@ from reports.judge.sentinels import stand_guard
 from reports.judge.summing_up import Judged
 from reports.run.keeping import keep_images, masks
 from reports.run.orders import JudgeTask
+from reports.run.reference_cache import KeepingOracle
 from reports.run.reproducing import reproduce, write_scene
 from reports.run.supported import count_what_is_supported
 
@@ -27,7 +28,7 @@ def _guarded() -> int:
 def judge(task: JudgeTask) -> dict[str, Any]:
     """Judge one case and return its record."""
     _guarded()
-    oracle = Remembering(_ORACLE)
+    oracle = Remembering(KeepingOracle(_ORACLE) if task.cached else _ORACLE)
     judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions)
     count_what_is_supported(judged, task.candidates)
     for witness in task.witnesses:
@@ -51,6 +52,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
     name_of = {task.subject.renderer(c.name): c for c in task.candidates}
     errors = {name: c.error for name, c in name_of.items()} | {w.name: w.error for w in task.witnesses}
     unable = [(name, c.unsupported) for name, c in name_of.items()] + [(w.name, w.unsupported) for w in task.witnesses]
+    kept = {witness.name for witness in task.witnesses if witness.cached}
     notes = [(task.subject.name, note) for note in task.notes] + [
         (w.name, note) for w in task.witnesses for note in w.notes
     ]
@@ -77,6 +79,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
                 "configuration": name_of[name].name if name in name_of else None,
                 "image": images.get(name),
                 "error": error,
+                "cached": name in kept,
             }
             for name, error in errors.items()
         ],

@@ -58,3 +58,4 @@ class JudgeTask:
     subject: Subject = THE_TRACER
     notes: tuple[str, ...] = ()  # what the subject says of its answers
     full: bool = False  # keep every image of every case
+    cached: bool = False  # the oracle's edges may be taken from the cache

@@ -114,16 +114,16 @@ def code_digest() -> str:
 
 def key(planned: PlannedCase, references: tuple[str, ...]) -> str:
     """Return the digest under which a finished case may be taken up again by `--resume`."""
-    content = [_plain(planned.case), planned.configurations, references, code_digest()]
+    content = [plain(planned.case), planned.configurations, references, code_digest()]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Return dataclasses as JSON data with the name of their type; a mesh by its digest."""
     if isinstance(value, Mesh):
         return ["Mesh", value.digest, value.file]
     if is_dataclass(value) and not isinstance(value, type):
-        return [type(value).__name__, {field.name: _plain(getattr(value, field.name)) for field in fields(value)}]
+        return [type(value).__name__, {field.name: plain(getattr(value, field.name)) for field in fields(value)}]
     if isinstance(value, tuple | list):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return value

@@ -1,0 +1,87 @@
+"""`rayproof cache`: list, verify or clear what references answered before."""
+
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from reports.commands.output import say, show_table, write_json
+from reports.commands.usage import told_in_one_line
+
+if TYPE_CHECKING:
+    from reports.run.store import Item, Store
+
+DAMAGED = 1  # exit code of `verify` where an entry was not what was written
+
+
+def cache(
+    what: Literal["list", "verify", "clear"] = "list", *, folder: Path | None = None, json: Path | None = None
+) -> int:
+    """List, verify or clear kept renders of references.
+
+    Nothing of a renderer under test is ever kept. A run reads an entry only if its checksum holds.
+
+    Parameters
+    ----------
+    what
+        list: what is there, the least recently used first, which goes first where room is needed. verify: read
+        everything, remove what is damaged, and exit with 1 if anything was. clear: remove everything.
+    folder
+        Where the cache is. Default: RAYPROOF_CACHE if set, or rayproof/references in the user's cache folder.
+    json
+        Also write the answer to this file.
+
+    """
+    from reports.run.store import Store, usual_folder
+
+    store = Store(folder or usual_folder())
+    with told_in_one_line():
+        if what == "verify":
+            return _verify(store, json)
+        if what == "clear":
+            count, size = store.clear()
+            write_json(json, {"folder": str(store.folder), "removed": count, "bytes": size})
+            say(f"{count} entries removed, {_mebibytes(size)}, from {store.folder}")
+            return 0
+        return _list(store, json)
+
+
+def _list(store: "Store", json: Path | None) -> int:
+    items = store.items()
+    rows = [_row(item) for item in items]
+    size = sum(item.size for item in items)
+    write_json(json, {"folder": str(store.folder), "bytes": size, "entries": rows})
+    columns = ["used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key"]
+    show_table(f"{len(rows)} entries in {store.folder}", columns, [[row[name] for name in columns] for row in rows])
+    say(f"{_mebibytes(size)} in {len(rows)} entries")
+    return 0
+
+
+def _row(item: "Item") -> dict[str, Any]:
+    """Return what a listing says of an entry."""
+    about = item.about
+    width, height = about.get("size", ("?", "?"))
+    return {
+        "key": item.path.stem[:12],
+        "used": datetime.fromtimestamp(item.used).isoformat(sep=" ", timespec="seconds"),
+        "kind": about.get("kind", "unreadable"),
+        "renderer": about.get("reference", "?"),
+        "version": about.get("version", "?"),
+        "scene": f"{width}x{height}, {about.get('shapes', '?')} shapes, {about.get('lights', '?')} lights",
+        "stages": len(about.get("stages", ())),
+        "seconds": about.get("seconds", "?"),
+        "bytes": item.size,
+    }
+
+
+def _verify(store: "Store", json: Path | None) -> int:
+    good, bad = store.verify()
+    found = [{"file": str(path), "why": why} for path, why in bad]
+    write_json(json, {"folder": str(store.folder), "good": good, "damaged": found})
+    for path, why in bad:
+        say(f"damaged and removed: {path}: {why}")
+    say(f"{good} entries are whole, {len(bad)} were damaged, in {store.folder}")
+    return DAMAGED if bad else 0
+
+
+def _mebibytes(size: int) -> str:
+    return f"{size / 2**20:.1f} MiB"

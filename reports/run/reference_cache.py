@@ -1,0 +1,187 @@
+"""What references answered before, by content: the same scene, renderer, version, settings and code, the same answer.
+
+Only references are here; what the renderer under test answers is never taken from anywhere but itself.
+"""
+
+import hashlib
+import json
+import os
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.answers import Answers, Reference
+from cases.scene import Scene
+from cases.stages import Stage
+from reference.analytic.edges import Edges
+from reference.analytic.edges.lamps import LightEnd
+from reports.run.entries import DamagedEntryError
+from reports.run.plan import plain
+from reports.run.store import Store, usual_folder
+
+# Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
+READING = 2e8  # bytes/s
+OPENING = 2e-3  # s
+CODE = ("cases", "reference", "reports/run/asking.py", "reports/run/entries.py", "reports/run/reference_cache.py")
+PACKAGES = ("drjit", "mitsuba", "numpy", "trimesh")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rendered:
+    """A reference's images, and where they come from."""
+
+    answers: Answers
+    mean: np.ndarray | None  # radiance over a case's samples
+    cached: bool
+    notes: tuple[str, ...] = ()  # what went wrong with the cache, in sentences
+
+
+def cached(
+    name: str,
+    reference: Reference,
+    scene: Scene,
+    stages: tuple[Stage, ...],
+    samples: int,
+    render: Callable[[], tuple[Answers, np.ndarray | None]],
+    *,
+    store: Store | None = None,
+) -> Rendered:
+    """Return what `render` returned for the same question before, or now.
+
+    An entry that is not what was written is removed, rendered anew and told of. A cache that cannot be written costs
+    a note and nothing else.
+    """
+    store = store or Store(usual_folder())
+    settings = getattr(reference, "settings", None)
+    about = {
+        "kind": "render",
+        "reference": name,
+        "version": reference.version(),
+        "settings": dict(settings(scene)) if settings is not None else {},
+        "stages": [stage.value for stage in stages],
+        "samples": samples,
+    }
+    key = _key(about, scene)
+    notes: tuple[str, ...] = ()
+    try:
+        found = store.get(key)
+        if found is not None:
+            return Rendered(answers=_answers(found[1]), mean=found[1].get("mean"), cached=True)
+    except DamagedEntryError as wrong:
+        notes = (f"A kept render was damaged ({wrong}) and was rendered anew.",)
+    start = time.perf_counter()
+    answers, mean = render()
+    seconds = time.perf_counter() - start
+    arrays = _arrays(answers) | ({} if mean is None else {"mean": np.asarray(mean)})
+    notes += _keep(store, key, about | _seen(scene, seconds), arrays, seconds)
+    return Rendered(answers=answers, mean=mean, cached=False, notes=notes)
+
+
+class KeepingOracle:
+    """The oracle with its edges kept, which cost more than anything else that judging asks of it."""
+
+    def __init__(self, oracle: Any, *, store: Store | None = None) -> None:
+        self.render, self.at, self.continue_from = oracle.render, oracle.at, oracle.continue_from
+        self._oracle = oracle
+        self._store = store or Store(usual_folder())
+
+    def edges(self, scene: Scene) -> Edges:
+        """Return the scene's edges, from the store if they are there unharmed."""
+        about = {"kind": "edges", "reference": "analytic", "version": self._oracle.version()}
+        key = _key(about, scene)
+        try:
+            found = self._store.get(key)
+        except DamagedEntryError:
+            found = None  # it is gone, and the edges are computed: no answer depends on it
+        if found is not None:
+            return _edges(*found)
+        start = time.perf_counter()
+        edges = self._oracle.edges(scene)
+        seconds = time.perf_counter() - start
+        ends = [[int(end.light), int(end.shape), int(end.face), float(end.gap)] for end in edges.light_ends]
+        arrays = {name: getattr(edges, name) for name in ("silhouette", "shadow", "terminator", "gap", "behind")}
+        arrays |= {f"end {index}": end.pixels for index, end in enumerate(edges.light_ends)}
+        _keep(self._store, key, about | {"light_ends": ends} | _seen(scene, seconds), arrays, seconds)
+        return edges
+
+
+def _edges(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Edges:
+    ends = tuple(
+        LightEnd(light=light, shape=shape, face=face, gap=gap, pixels=arrays[f"end {index}"])
+        for index, (light, shape, face, gap) in enumerate(about["light_ends"])
+    )
+    plainly = {name: array for name, array in arrays.items() if not name.startswith("end ")}
+    return Edges(**plainly, light_ends=ends)
+
+
+def _keep(
+    store: Store, key: str, about: dict[str, Any], arrays: dict[str, np.ndarray], seconds: float
+) -> tuple[str, ...]:
+    """Write an entry if reading it is cheaper than rendering it again; return a sentence if it cannot be written."""
+    if seconds <= OPENING + sum(array.nbytes for array in arrays.values()) / READING:
+        return ()
+    try:
+        store.put(key, about, arrays)
+    except OSError as wrong:
+        return (f"Its render could not be kept in {store.folder}: {wrong.strerror or wrong}.",)
+    return ()
+
+
+def _seen(scene: Scene, seconds: float) -> dict[str, Any]:
+    """Return what a listing tells of an entry."""
+    size = [scene.camera.width, scene.camera.height]
+    return {"size": size, "shapes": len(scene.shapes), "lights": len(scene.lights), "seconds": round(seconds, 4)}
+
+
+def _arrays(answers: Answers) -> dict[str, np.ndarray]:
+    """Return answers as named arrays; the camera stage is a dictionary of them."""
+    found: dict[str, np.ndarray] = {}
+    for stage, image in answers.items():
+        if stage is Stage.CAMERA:
+            found |= {f"{stage.value}.{part}": np.asarray(array) for part, array in image.items()}
+        else:
+            found[stage.value] = np.asarray(image)
+    return found
+
+
+def _answers(arrays: dict[str, np.ndarray]) -> Answers:
+    answers: Answers = {}
+    for name, array in arrays.items():
+        stage, _, part = name.partition(".")
+        if part:
+            answers.setdefault(Stage(stage), {})[part] = array
+        elif name != "mean":
+            answers[Stage(stage)] = array
+    return answers
+
+
+def _key(about: dict[str, Any], scene: Scene) -> str:
+    """Return the digest of everything that an answer depends on."""
+    content = [about, plain(scene), _code(), _machine()]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _code() -> str:
+    """Return the SHA-256 of the code that asks and answers."""
+    root = Path(__file__).resolve().parents[2]
+    content = hashlib.sha256()
+    for place in CODE:
+        path = root / place
+        for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
+            content.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
+    return content.hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _machine() -> list[str]:
+    """Return what beside code and version decides an answer's last bits."""
+    packages = [f"{package} {version(package)}" for package in PACKAGES]
+    return [*packages, platform.machine(), os.environ.get("DRJIT_LIBLLVM_PATH", "")]

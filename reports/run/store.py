@@ -1,0 +1,169 @@
+"""The store behind the reference cache: a folder of entries by key, checked on every read, the least used go first.
+
+Many processes may use it at once: an entry is written beside its place and renamed into it, a reader sees all of one or
+nothing, and a file that another process removed meanwhile is simply not there.
+"""
+
+import os
+import time
+import uuid
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+
+from reports.run.entries import DamagedEntryError, about, decode, encode
+
+VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
+LIMIT = 2 * 2**30  # bytes: three default suites
+LEAVE = 0.9  # of the limit, after the least recently used entries went
+SUFFIX, DRAFT = ".entry", ".draft"
+HEAD = 2**16  # bytes of an entry that a listing reads
+
+
+@dataclass(frozen=True, kw_only=True)
+class Item:
+    """One entry of a listing."""
+
+    path: Path
+    size: int  # bytes
+    used: float  # s since the epoch
+    about: dict[str, Any]  # empty where it cannot be read
+
+
+def usual_folder() -> Path:
+    """Return the cache's folder: RAYPROOF_CACHE, or the user's own cache folder."""
+    chosen = os.environ.get(VARIABLE)
+    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("rayproof")) / "references"
+
+
+class Store:
+    """Entries by key below a folder that need not exist yet."""
+
+    def __init__(self, folder: Path, *, limit: int = LIMIT) -> None:
+        self.folder = folder
+        self._limit = limit
+        self._size: int | None = None  # bytes, as far as this process knows
+
+    def path(self, key: str) -> Path:
+        """Return where a key's entry lies."""
+        return self.folder / key[:2] / f"{key}{SUFFIX}"
+
+    def get(self, key: str) -> tuple[dict[str, Any], dict[str, np.ndarray]] | None:
+        """Return what a key's entry says and holds, None without one.
+
+        Raises:
+            DamagedEntryError: it is not what was written under this key; it has been removed.
+
+        """
+        path = self.path(key)
+        try:
+            data = path.read_bytes()
+        except OSError:
+            return None
+        try:
+            told, arrays = decode(data)
+            if told.get("key") != key:
+                raise DamagedEntryError("it is another's entry")
+        except DamagedEntryError:
+            path.unlink(missing_ok=True)
+            raise
+        self._touch(path)
+        return told, arrays
+
+    def put(self, key: str, told: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        """Write an entry, and let the least recently used go if that is too much; raise OSError if it cannot."""
+        data = encode({**told, "key": key}, arrays)
+        if len(data) > self._limit:
+            return
+        self._write(self.path(key), data)
+        if self._size is None:
+            self._size = sum(size for _, size, _ in self._files())
+        else:
+            self._size += len(data)
+        if self._size > self._limit:
+            self._evict()
+
+    @staticmethod
+    def _write(path: Path, data: bytes) -> None:
+        """Write a whole entry or none; a draft's name is nobody else's, be it another thread of this process."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft = path.with_name(f"{path.stem}.{uuid.uuid4().hex}{DRAFT}")
+        try:
+            draft.write_bytes(data)
+            draft.replace(path)
+        finally:
+            draft.unlink(missing_ok=True)
+
+    def items(self) -> list[Item]:
+        """Return all entries, the least recently used first."""
+        return [Item(path=path, size=size, used=used, about=_told(path)) for path, size, used in self._by_use()]
+
+    def verify(self) -> tuple[int, list[tuple[Path, str]]]:
+        """Read every entry; return how many are good, and those that are not, with the reason; these are removed."""
+        good, bad = 0, []
+        for path, _, _ in self._by_use():
+            try:
+                told, _ = decode(path.read_bytes())
+                if path != self.path(str(told.get("key"))):
+                    raise DamagedEntryError("it is another's entry")
+                good += 1
+            except FileNotFoundError:
+                continue  # another process let it go meanwhile
+            except DamagedEntryError as wrong:
+                path.unlink(missing_ok=True)
+                bad.append((path, str(wrong)))
+        return good, bad
+
+    def clear(self) -> tuple[int, int]:
+        """Remove every entry; return how many there were and their bytes."""
+        count = size = 0
+        for path, length, _ in list(self._files()):
+            path.unlink(missing_ok=True)
+            count, size = count + 1, size + length
+        for draft in list(self.folder.glob(f"??/*{DRAFT}")):
+            draft.unlink(missing_ok=True)  # of a process that was killed
+        return count, size
+
+    def _files(self) -> Iterator[tuple[Path, int, float]]:
+        """Yield every entry's path, size [bytes] and time of last use [s]; what vanishes meanwhile is left out."""
+        for path in self.folder.glob(f"??/*{SUFFIX}"):
+            try:
+                found = path.stat()
+            except OSError:
+                continue
+            yield path, found.st_size, found.st_mtime
+
+    def _by_use(self) -> list[tuple[Path, int, float]]:
+        return sorted(self._files(), key=lambda file: (file[2], file[0]))
+
+    def _evict(self) -> None:
+        """Remove the least recently used entries until there is room again."""
+        files = self._by_use()
+        left = sum(size for _, size, _ in files)
+        for path, size, _ in files:
+            if left <= LEAVE * self._limit:
+                break
+            path.unlink(missing_ok=True)
+            left -= size
+        self._size = left
+
+    @staticmethod
+    def _touch(path: Path) -> None:
+        """Note that an entry was used."""
+        now = time.time()
+        try:
+            os.utime(path, (now, now))
+        except OSError:
+            return  # gone meanwhile, or a folder that is only read: its order of use is not ours to keep
+
+
+def _told(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            return about(file.read(HEAD))
+    except (OSError, DamagedEntryError):
+        return {}
