@@ -1,0 +1,13 @@
+from typing import Any
+
+import pytest
+
+from reference import REFERENCES
+
+
+@pytest.fixture
+def tachyon():
+    reference: Any = REFERENCES["tachyon"]
+    if missing := reference.missing():
+        pytest.skip(missing)
+    return reference()
