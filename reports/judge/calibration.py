@@ -22,11 +22,15 @@ MITSUBA = "calibrated on Mitsuba 3.9.1: factor 1 at float32; normals from baked 
 # Its geometry is float64 with no more roundings than are counted; what it adds up in float32 it declares itself.
 RADIANCE = "derived: float64 with the same counts of roundings; normals from baked float32 corners"
 EMBREE = "derived: float32 decides what is hit; the values, continued in float64, are held to its counts"
+POVRAY = "derived: float64 with the same counts of roundings; normals from baked float32 corners"
+TACHYON = "derived: the scene is read as float32, what follows is float64; normals from float32 corners"
 CALIBRATED: dict[str, Calibration] = {
     "mitsuba_scalar": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True),
     "mitsuba_llvm": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True),
     "embree": Calibration(factor=1.0, origin=EMBREE),
+    "povray": Calibration(factor=1.0, origin=POVRAY, baked_normals=True),
     "radiance": Calibration(factor=1.0, origin=RADIANCE, baked_normals=True),
+    "tachyon": Calibration(factor=1.0, origin=TACHYON, baked_normals=True),
 }
 
 
