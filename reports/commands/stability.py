@@ -60,9 +60,10 @@ def stability(
         records.append(one)
         tell(len(records), planned.climbs, one)
     surprises = sum(bool(one["surprise"]) for one in records) + len(doubts)
-    write_json(json, summary(planned, records, doubts, surprises))
+    found = summary(planned, records, doubts, surprises)
+    write_json(json, found)
     if out is not None:
-        written(out / "stability", planned, records)
+        written(out / "stability", planned, found)
     show(records, doubts, surprises, everything=bool(formulas or ladder))
     return 1 if surprises else 0
 
@@ -93,15 +94,16 @@ def summary(planned: Any, records: list[dict[str, Any]], doubts: list[str], surp
     }
 
 
-def written(folder: Path, planned: Any, records: list[dict[str, Any]]) -> None:
-    """Write every ladder's files and a list of them."""
+def written(folder: Path, planned: Any, found: dict[str, Any]) -> None:
+    """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
     from reports.stability.publish import publish
 
     with told_in_one_line():
         writable_folder(folder)
     for ladder, _ in planned.ladders:
-        publish(folder, ladder, [one for one in records if one["ladder"] == ladder.name])
+        publish(folder, ladder, [one for one in found["ladders"] if one["ladder"] == ladder.name])
     write_json(folder / "ladders.json", [ladder.name for ladder, _ in planned.ladders])
+    write_json(folder / "about.json", {key: value for key, value in found.items() if key != "ladders"})
 
 
 def show(records: list[dict[str, Any]], doubts: list[str], surprises: int, *, everything: bool) -> None:

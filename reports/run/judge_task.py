@@ -14,6 +14,7 @@ from reports.run.keeping import keep_images, masks
 from reports.run.orders import JudgeTask
 from reports.run.reference_cache import KeepingOracle
 from reports.run.reproducing import reproduce, write_scene
+from reports.run.said import said
 from reports.run.supported import count_what_is_supported
 
 _ORACLE = Analytic()
@@ -73,6 +74,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "height": case.scene.camera.height,
         "lights": len(case.scene.lights),
         "shapes": [type(shape).__name__ for shape in case.scene.shapes],
+        "settings": {w.name: told for w in task.witnesses if (told := said(w))},
         "renders": [
             {
                 "renderer": name,

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from cases.ladders.ladder import Inputs, Ladder
 from reports.stability.questions import QUESTIONS, Grades, Truth
@@ -21,6 +22,8 @@ class Rung:
     false_misses: int
     invalid: int
     median: float | None  # error in the ladder's unit
+    median_low: float | None  # its 95 % interval
+    median_high: float | None
     p99: float | None
     worst: float | None
     index: float | None  # largest error / (K u)
@@ -110,13 +113,27 @@ def _finite(values: np.ndarray) -> np.ndarray:
     return values[np.isfinite(values)]
 
 
+def _median_interval(values: np.ndarray) -> tuple[float, float]:
+    """Return a distribution-free 95 % interval of the median: how many of n values lie below it is binomial."""
+    ordered, n = np.sort(values), len(values)
+    below = max(0, int(stats.binom.ppf(0.025, n, 0.5)) - 1)
+    return float(ordered[below]), float(ordered[n - 1 - below])
+
+
 def _rung(value: float, grades: Grades, part: np.ndarray) -> Rung:
     error, index = _finite(grades.error[part]), _finite(grades.index[part])
     invalid = grades.invalid[part]
-    some: dict[str, Any] = {"median": None, "p99": None, "worst": None}
+    some: dict[str, Any] = dict.fromkeys(("median", "median_low", "median_high", "p99", "worst"))
     if error.size:
         middle, high, worst = np.quantile(error, (0.5, 0.99, 1.0))
-        some = {"median": float(middle), "p99": float(high), "worst": float(worst)}
+        low, up = _median_interval(error)
+        some = {
+            "median": float(middle),
+            "median_low": low,
+            "median_high": up,
+            "p99": float(high),
+            "worst": float(worst),
+        }
     return Rung(
         value=value,
         rays=len(part),

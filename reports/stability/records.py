@@ -62,6 +62,8 @@ def rung_record(rung: Rung) -> dict[str, Any]:
         "false_misses": rung.false_misses,
         "invalid": rung.invalid,
         "median": rung.median,
+        "median_low": rung.median_low,
+        "median_high": rung.median_high,
         "p99": rung.p99,
         "worst": rung.worst,
         "worst_over_Ku": rung.index,
@@ -74,6 +76,7 @@ def about(ladder: Ladder) -> dict[str, Any]:
     return {
         "ladder": ladder.name,
         "group": ladder.group,
+        "kind": ladder.kind,
         "slots": list(ladder.slots),
         "parameter": ladder.parameter,
         "values": list(ladder.values),
@@ -87,6 +90,16 @@ def about(ladder: Ladder) -> dict[str, Any]:
         "first_to_break": ladder.first_to_break,
         "survivor": ladder.survivor,
         "measured": ladder.measured,
+        "laws": [
+            {
+                "formulas": list(law.formulas),
+                "precisions": list(law.precisions),
+                "slope": law.slope,
+                "because": law.because,
+                "first": ladder.values[law.skip],
+            }
+            for law in ladder.laws
+        ],
     }
 
 

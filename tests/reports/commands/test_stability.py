@@ -62,6 +62,10 @@ def test_files_of_every_ladder(rayproof: Rayproof, tmp_path: Path) -> None:
     for name in names:
         for kind in ("json", "csv", "svg"):
             assert (tmp_path / "stability" / f"{name}.{kind}").stat().st_size
+    about = json.loads((tmp_path / "stability" / "about.json").read_text())
+    assert (about["surprises"], about["quick"]) == (0, True)
+    rung = json.loads((tmp_path / "stability" / "PLN-FAR.json").read_text())["climbs"][0]["values"][0]
+    assert rung["median_low"] <= rung["median"] <= rung["median_high"]
 
 
 @pytest.mark.parametrize(

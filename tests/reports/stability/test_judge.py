@@ -24,6 +24,8 @@ def climbed(ladder: Ladder, *, broken_from: float, slope: float) -> Climb:
             false_misses=100 if value >= broken_from else 0,
             invalid=0,
             median=1e-6,
+            median_low=1e-6,
+            median_high=1e-6,
             p99=1e-6,
             worst=1e-6,
             index=1.0,

@@ -1,0 +1,77 @@
+// Plots by Plotly: the library is loaded with the first plot, each plot drawn when it comes near the screen.
+(function (rayproof) {
+  "use strict";
+  const e = rayproof.element;
+  const LIBRARY = "plots/plotly-basic.min.js";
+  // Hues that stay apart without colour vision, and a shape beside each.
+  const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#a6761d", "#7f8c8d", "#b2475d"];
+  const SYMBOLS = ["circle", "square", "diamond", "triangle-up", "triangle-down", "pentagon", "star", "hexagon", "cross", "x"];
+  let loading = null;
+
+  rayproof.hue = (index) => COLORS[index % COLORS.length];
+  rayproof.symbol = (index, open) => SYMBOLS[index % SYMBOLS.length] + (open ? "-open" : "");
+
+  function library() {
+    loading = loading || new Promise((resolve, reject) => {
+      const script = document.createElement("script");
+      const inlined = document.querySelector(`script[type="application/json"][data-path="${LIBRARY}"]`);
+      script.onload = () => resolve(window.Plotly);
+      script.onerror = () => { loading = null; reject(new Error(`${LIBRARY} is missing beside index.html`)); };
+      if (inlined) script.textContent = JSON.parse(inlined.textContent);
+      else script.src = rayproof.place(LIBRARY);
+      document.head.append(script);
+      if (inlined) resolve(window.Plotly);
+    });
+    return loading;
+  }
+
+  const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+  function themed(layout) {
+    const line = color("--line"), text = color("--text");
+    const axis = { gridcolor: line, linecolor: line, zerolinecolor: line, exponentformat: "power", automargin: true };
+    return { margin: { l: 64, r: 12, t: 12, b: 48 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      font: { color: text, size: 12, family: "system-ui, sans-serif" }, hovermode: "closest",
+      hoverlabel: { bgcolor: color("--panel"), bordercolor: line, font: { color: text } },
+      legend: { font: { size: 11 }, itemsizing: "constant" }, ...layout,
+      xaxis: { ...axis, ...layout.xaxis }, yaxis: { ...axis, ...layout.yaxis } };
+  }
+
+  // Below this width [CSS px] a legend beside a plot would leave nothing of the plot.
+  const NARROW = 560;
+  const OPTIONS = { displaylogo: false, modeBarButtonsToRemove: ["toImage", "select2d", "lasso2d", "autoScale2d"] };
+
+  async function draw(node, { traces, layout, onpoint, instead }) {
+    try {
+      const plotly = await library();
+      if (!node.isConnected) return;
+      const narrow = node.clientWidth < NARROW;
+      const legend = narrow ? { orientation: "h", y: -0.25 } : {};
+      await plotly.newPlot(node, traces, themed({ ...layout, legend: { font: { size: 11 }, ...legend } }), { ...OPTIONS, displayModeBar: narrow ? false : "hover" });
+      node.on("plotly_click", ({ points }) => { if (points[0]?.customdata !== undefined) onpoint(points[0].customdata); });
+      new ResizeObserver(() => { if (node.isConnected && node.clientWidth) plotly.Plots.resize(node); }).observe(node);
+      node.dataset.drawn = "yes";
+    } catch (error) {
+      rayproof.replace(node, instead || e("p", { class: "muted" }, error.message));
+    }
+  }
+
+  // -> a node that holds what a promise brings, or why it did not
+  rayproof.later = function (promise) {
+    const node = e("div", { class: "later" }, e("p", { class: "muted" }, "loading \u2026"));
+    promise.then((content) => rayproof.replace(node, content), (error) => rayproof.replace(node, e("p", { class: "shout", role: "alert" }, error.message)));
+    return node;
+  };
+
+  // -> a node that draws itself when it is seen. make() -> {traces, layout, onpoint(customdata), instead: node or null}
+  rayproof.plot = function (label, make) {
+    const node = e("div", { class: "plot", role: "img", "aria-label": label });
+    const seen = new IntersectionObserver((entries) => {
+      if (!entries.some((entry) => entry.isIntersecting)) return;
+      seen.disconnect();
+      draw(node, make());
+    }, { rootMargin: "200px" });
+    seen.observe(node);
+    return node;
+  };
+})(window.rayproof);
