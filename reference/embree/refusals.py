@@ -6,8 +6,10 @@ from cases.scene import Cube, Mesh, Scene, Square, Triangle
 from cases.stages import Stage
 from reference.embree.facets import facets
 
-# Embree ignores geometry with coordinates above 1.8e18; half the digits of that are room for products.
-LARGEST = 1e15  # m
+# Embree gets lengths over the largest coordinate; an eye or a light farther out than this many of those is beyond
+# what it takes, and squares of lengths out of these bounds leave float64 beside it.
+FARTHEST = 1e15
+SMALLEST, LARGEST = 1e-140, 1e140  # m
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY)
 
 
@@ -22,8 +24,11 @@ def refusal(scene: Scene, stage: Stage) -> str | None:
     for index, shape in enumerate(scene.shapes):
         if not isinstance(shape, Triangle | Mesh | Square | Cube):
             return f"Embree is asked about triangles alone, and shapes[{index}] is a {type(shape).__name__.lower()}."
-    lights = [np.subtract(light.position, scene.camera.eye) for light in scene.lights]
-    largest = max(
-        (float(np.abs(points).max()) for points in (*lights, facets(scene).corners) if points.size), default=0.0
-    )
-    return None if largest <= LARGEST else f"Embree's float32 does not reach {largest:g} m from the eye."
+    corners = np.abs(facets(scene).corners)
+    size = float(corners.max(initial=0.0))
+    lights = [float(np.abs(np.subtract(light.position, scene.camera.eye)).max()) for light in scene.lights]
+    if size and not SMALLEST < size < LARGEST:
+        return f"Squares of lengths of {size:g} m leave the range of the numbers that Embree's hits are continued in."
+    if size and max(lights, default=0.0) > FARTHEST * size:
+        return f"Embree's float32 does not reach a light at {max(lights):g} m from shapes within {size:g} m of the eye."
+    return None

@@ -49,7 +49,7 @@ def answers(scene: Scene, stages: Collection[Stage]) -> Answers:
 def _shading_normals(scene: Scene, world: World, hit: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Return the specification's N (n, 3): outward, and on two-sided shapes towards the viewer."""
     outward = world.facets.normal[hit]
-    two_sided = np.array([shape.two_sided for shape in scene.shapes])[world.facets.shape[hit]]
+    two_sided = np.array([shape.two_sided for shape in scene.shapes], dtype=bool)[world.facets.shape[hit]]
     away = np.einsum("ij,ij->i", outward, direction) > 0
     return np.where((two_sided & away)[:, np.newaxis], -outward, outward)
 

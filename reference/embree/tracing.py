@@ -21,11 +21,13 @@ class World:
         from embreex.rtcore_scene import EmbreeScene
 
         self.facets = facets
+        # A power of two near the largest coordinate, by which lengths are divided: float32 has room for its squares.
+        self._unit = float(2.0 ** np.frexp(np.abs(facets.corners).max(initial=0.0))[1])
         # Robust: rays do not pass between triangles that share an edge.
         self._scene: Any = EmbreeScene(robust=True)
         vertices, uses = np.unique(facets.corners.reshape(-1, 3), axis=0, return_inverse=True)
         if len(facets.shape):
-            TriangleMesh(self._scene, vertices.astype(np.float32), uses.reshape(-1, 3).astype(np.int32))
+            TriangleMesh(self._scene, (vertices / self._unit).astype(np.float32), uses.reshape(-1, 3).astype(np.int32))
 
     def nearest(self, direction: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the triangle that each ray from the eye meets first between start and end [m], -1 for none, and t [m].
@@ -83,6 +85,8 @@ class World:
         if not len(self.facets.shape) or not len(origin):
             return np.full(len(origin), -1), np.zeros(len(origin))
         # Embree takes no infinity for a length, and writes its t into what it is given.
-        far = np.minimum(length, np.finfo(np.float32).max).astype(np.float32)
-        found = self._scene.run(origin.astype(np.float32), direction.astype(np.float32), far, output=True)
-        return found["primID"].astype(int), np.where(found["primID"] >= 0, found["tfar"], 0.0).astype(np.float64)
+        far = np.minimum(length / self._unit, np.finfo(np.float32).max).astype(np.float32)
+        begin = (origin / self._unit).astype(np.float32)
+        found = self._scene.run(begin, direction.astype(np.float32), far, output=True)
+        t = np.where(found["primID"] >= 0, found["tfar"], 0.0).astype(np.float64)
+        return found["primID"].astype(int), t * self._unit

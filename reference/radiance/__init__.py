@@ -11,7 +11,7 @@ from reference.radiance import materials, programs
 from reference.radiance.extents import FTINY, extent, reach, scale
 from reference.radiance.refusals import refusal
 from reference.radiance.stages import image, single
-from reference.radiance.tracing import World, cells
+from reference.radiance.tracing import World
 
 # Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, their product
 # with cosine and solid angle, the product of the two. White and the light that irradiance is read off by are exact.
@@ -48,7 +48,6 @@ class Radiance:
         units = scale(scene)
         return {
             "rtrace": " ".join(programs.OPTIONS),
-            "oconv": f"-r {cells(scene)}",
             "unit": f"{1 / units:g} m",
             "light": f"illum, sphere of radius {materials.LIGHT_RADIUS / units:g} m, one at a time",
         }

@@ -44,13 +44,13 @@ def version() -> str:
     return f"Radiance rtrace {said} (pyradiance {installed_version('pyradiance')})"
 
 
-def octree(place: Path, name: str, text: str, resolution: int) -> None:
-    """Write a scene's `text` as `name`.rad into the folder `place`, and its octree, at most `resolution` cells wide.
+def octree(place: Path, name: str, text: str) -> None:
+    """Write a scene's `text` as `name`.rad into the folder `place`, and its octree beside it.
 
     The octree names the scene's file and rtrace reads both: a frozen octree would keep 31 bits of each number.
     """
     (place / f"{name}.rad").write_text(text, encoding="ascii")
-    (place / f"{name}.oct").write_bytes(_run("oconv", "-r", str(resolution), f"{name}.rad", place=place))
+    (place / f"{name}.oct").write_bytes(_run("oconv", f"{name}.rad", place=place))
 
 
 def radiances(place: Path, name: str, rays: np.ndarray, limited: bool) -> np.ndarray:

@@ -1,6 +1,6 @@
 """The specification's shapes as Radiance's, in Radiance's scene language (refman, "Surfaces").
 
-A surface is called `face.shape`; numbers are written with all the digits that a float64 has.
+Face m of shape n is called `s<n>.<m>`; numbers are written with all the digits that a float64 has.
 """
 
 from collections.abc import Iterable, Iterator
@@ -24,13 +24,29 @@ def is_similar(shape: Shape) -> bool:
     return bool(np.abs(gram / (np.trace(gram) / 3) - np.eye(3)).max() <= SIMILAR)
 
 
+def radius(sphere: Sphere) -> float:
+    """Return the radius [m] of a sphere under a similarity."""
+    return sphere.radius * float(np.linalg.norm(np.asarray(sphere.to_world)[:3, 0]))
+
+
 def surfaces(scene: Scene, scale: float) -> Iterator[str]:
-    """Yield every shape's surfaces in units of 1/scale m; shape n's modifier is `m<n>`, its surfaces `s<n>.<face>`."""
+    """Yield the finite shapes' surfaces, in units of 1/scale m; shape n's modifier is `m<n>`."""
     for index, shape in enumerate(scene.shapes):
-        yield from (f"m{index} {text}" for text in _surfaces(scene, shape, f"s{index}", scale))
+        if not isinstance(shape, Plane):
+            yield from (f"m{index} {text}" for text in _surfaces(shape, f"s{index}", scale))
 
 
-def _surfaces(scene: Scene, shape: Shape, name: str, scale: float) -> Iterator[str]:
+def discs(scene: Scene, scale: float) -> Iterator[tuple[int, str]]:
+    """Yield each plane's index and the disc about the foot of the eye that stands in for it, without a modifier."""
+    eye = np.asarray(scene.camera.eye)
+    for index, shape in enumerate(scene.shapes):
+        if isinstance(shape, Plane):
+            above, normal = height(shape, scene.camera.eye)
+            numbers = _numbers([*((eye - above * normal) * scale), *normal, 0.0, reach(scene) * scale])
+            yield index, f"ring s{index}.0 {numbers}"
+
+
+def _surfaces(shape: Shape, name: str, scale: float) -> Iterator[str]:
     if isinstance(shape, Triangle | Mesh):
         corners = world_triangles(shape).astype(np.float64)
         first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -45,12 +61,7 @@ def _surfaces(scene: Scene, shape: Shape, name: str, scale: float) -> Iterator[s
     matrix = np.asarray(shape.to_world, dtype=np.float64)
     if isinstance(shape, Sphere):
         center = placed(matrix, np.asarray([shape.center]))[0]
-        radius = shape.radius * float(np.linalg.norm(matrix[:3, 0]))
-        yield f"sphere {name}.0 {_numbers([*(center * scale), radius * scale])}"
-    elif isinstance(shape, Plane):
-        above, normal = height(shape, scene.camera.eye)
-        foot = np.asarray(scene.camera.eye) - above * normal
-        yield f"ring {name}.0 {_numbers([*(foot * scale), *normal, 0.0, reach(scene) * scale])}"
+        yield f"sphere {name}.0 {_numbers([*(center * scale), radius(shape) * scale])}"
     elif isinstance(shape, Square):
         yield f"polygon {name}.0 {_numbers(_turned(matrix, SQUARE_CORNERS) * scale)}"
     elif isinstance(shape, Cube):

@@ -27,7 +27,7 @@ def single(scene: Scene, world: World, stages: Collection[Stage]) -> Answers:
     if set(LIT) & set(stages):
         found |= _lit(scene, world, hits, normal)
     size = (scene.camera.height, scene.camera.width)
-    return {stage: found[stage].reshape(*size, -1 if len(found[stage].T) else 0) for stage in stages if stage in found}
+    return {stage: rows.reshape(*size, rows.shape[1]) for stage, rows in found.items() if stage in stages}
 
 
 def image(scene: Scene, world: World, samples: int) -> np.ndarray:

@@ -7,18 +7,16 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from cases.scene import Plane, PointLight, Scene
+from cases.scene import PointLight, Scene, Sphere
 from reference.radiance import materials, programs
-from reference.radiance.extents import FTINY, extent, reach, scale
-from reference.radiance.shapes import surfaces
+from reference.radiance.extents import FTINY, scale
+from reference.radiance.shapes import discs, radius, surfaces
 
 # How far above a surface, in rtrace's units, its irradiance is read: more than it overlooks at a ray's start.
 LIFT = 8 * FTINY
-# oconv's usual number of cells along the octree's edge; a plane's disc around the scene asks for finer ones.
-CELLS = 2**14
-MOST_CELLS = 2**30
-# What the folder's scenes are called: the shapes alone, and those with a light.
-SHAPES, LIT = "shapes", "lit"
+# What the folder's scenes are called: the finite shapes, all shapes, all shapes and a light. A plane's disc is so much
+# larger than everything else that it must not be sorted into the same octree.
+FINITE, ALL, LIT = "finite", "all", "lit"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,16 +40,10 @@ class Hits:
     normal: np.ndarray  # (n, 3), unit, as the surface is oriented
 
 
-def cells(scene: Scene) -> int:
-    """Return how many cells the octree may have along an edge."""
-    around = max(1.0, reach(scene) / extent(scene)) if any(isinstance(shape, Plane) for shape in scene.shapes) else 1.0
-    return int(min(CELLS * 2.0 ** np.ceil(np.log2(around)), MOST_CELLS))
-
-
 class World:
     """A scene in rtrace's units and language, in a temporary folder, as a context.
 
-    Its shapes are sorted into one octree, which the scenes with a light hold as an instance.
+    Its finite shapes are sorted into one octree, of which the other scenes hold an instance.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -60,8 +52,8 @@ class World:
 
     def __enter__(self) -> "World":
         try:
-            text = "\n".join([*materials.painted(self.scene), *surfaces(self.scene, self.scale), ""])
-            programs.octree(self._place, SHAPES, text, cells(self.scene))
+            self._write(FINITE, [*materials.painted(self.scene), *surfaces(self.scene, self.scale)])
+            self._write(ALL, self._shapes("void"))
         except BaseException:
             self._folder.cleanup()
             raise
@@ -72,9 +64,25 @@ class World:
 
     def hits(self, rays: Rays) -> Hits:
         """Return what the rays meet first."""
-        names, found = programs.first_hits(self._place, SHAPES, *self._rows(rays))
+        hits = self._met(rays)
+        # rtrace solves a sphere's quadratic from the ray's origin and loses the square of its distance over the radius
+        # in roundings; so a sphere that was met is asked about again, from as far off as its radius.
+        radii = [radius(shape) if isinstance(shape, Sphere) else 0.0 for shape in self.scene.shapes]
+        lead = np.array([*radii, 0.0])[hits.shape]
+        again = np.flatnonzero((lead > 0) & (hits.distance - lead > rays.start))
+        if len(again):
+            near = hits.distance[again] - lead[again]
+            closer = self._met(Rays(direction=rays.direction[again], start=near, end=near + 2 * lead[again]))
+            # At its limb one may miss what the other meets.
+            same = closer.shape == hits.shape[again]
+            for name in ("distance", "position", "normal"):
+                getattr(hits, name)[again[same]] = getattr(closer, name)[same]
+        return hits
+
+    def _met(self, rays: Rays) -> Hits:
+        names, found = programs.first_hits(self._place, ALL, *self._rows(rays))
         numbers = {name: _numbers(name.decode("ascii")) for name in set(names)}
-        shape, face = np.array([numbers[name] for name in names], dtype=int).T
+        shape, face = np.array([numbers[name] for name in names], dtype=int).reshape(-1, 2).T
         hit = shape >= 0
         return Hits(
             direction=found[:, 0:3],
@@ -96,13 +104,14 @@ class World:
 
     def radiance(self, light: PointLight, portions: Iterable[Rays]) -> Iterator[np.ndarray]:
         """Yield the radiance [W/(m^2 sr)] that `light` alone gives along rays, (n, 3) for each portion of them."""
-        largest = max(light.flux)
-        if largest == 0:
+        if not any(light.flux):
             return
-        # As a fraction of the largest, because any flux is right and float32 does not hold every one.
-        self._illuminate(light, [channel / largest for channel in light.flux], paint="void")
+        # Fractions and powers of two, because any flux is right and float32 does not hold every one.
+        fractions, exponents = np.frexp(light.flux)
+        self._illuminate(light, fractions.tolist(), paint="void")
         for rays in portions:
-            yield programs.radiances(self._place, LIT, *self._rows(rays)) * (largest * self._per_watt)
+            found = programs.radiances(self._place, LIT, *self._rows(rays))
+            yield np.ldexp(found * self._per_watt, exponents)
 
     @property
     def _per_watt(self) -> float:
@@ -115,9 +124,16 @@ class World:
 
     def _illuminate(self, light: PointLight, color: Sequence[float], *, paint: str) -> None:
         """Make the scene with this one light, `paint` over every shape, or their own albedo ("void")."""
-        shapes = [f"{paint} instance shapes 1 ./{SHAPES}.oct 0 0"] if self.scene.shapes else []
-        lamp = materials.light(light, color, self.scale)
-        programs.octree(self._place, LIT, "\n".join([materials.WHITE_PAINT, *lamp, *shapes, ""]), CELLS)
+        self._write(LIT, [*materials.light(light, color, self.scale), *self._shapes(paint)])
+
+    def _shapes(self, paint: str) -> list[str]:
+        """Return all shapes under `paint`, or under their own materials."""
+        rings = [f"{f'm{i}' if paint == 'void' else paint} {disc}" for i, disc in discs(self.scene, self.scale)]
+        finite = [f"{paint} instance finite 1 ./{FINITE}.oct 0 0"] if len(rings) < len(self.scene.shapes) else []
+        return [materials.WHITE_PAINT, *materials.painted(self.scene), *finite, *rings]
+
+    def _write(self, name: str, lines: Iterable[str]) -> None:
+        programs.octree(self._place, name, "\n".join([*lines, ""]))
 
     def _rows(self, rays: Rays) -> tuple[np.ndarray, bool]:
         """Return origins and directions in rtrace's units, (n, 6), and whether the rays end at the directions' tips."""
