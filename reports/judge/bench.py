@@ -7,7 +7,7 @@ import numpy as np
 
 from cases.answers import Answers
 from cases.scene import Scene
-from cases.stages import Stage
+from cases.stages import Stage, upto
 from reports.judge.calibration import calibration
 from reports.judge.classes import Classes
 from reports.judge.conditioning import Conditioning
@@ -62,7 +62,7 @@ class Bench:
             cosine[..., index] += np.divide(moved, r, out=np.zeros_like(r), where=r > 0) + turned
         return replace(rounding, end_to_end=whole, cosine=cosine, position=rounding.position + moved)
 
-    @property
+    @cached_property
     def classes(self) -> Classes:
         """Return the pixel classes for the larger of the two roundoffs and the sum of the two epsilons."""
         return self._classes(self.candidate.shadow_epsilon + self.witness.shadow_epsilon)
@@ -141,7 +141,27 @@ class Bench:
         return excused(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
 
     def end_to_end(self, stage: Stage) -> Measurement:
-        """Measure the candidate's stage against the witness's own."""
+        """Measure the candidate's stage against the witness's own; once for candidates that are equal in it."""
+        ours, theirs = self.candidate.answers, self.witness.answers[stage]
+        assert ours is not None
+        # At an edge what the candidate sees there decides which sides its value may be.
+        seen = tuple(ours.get(one) for one in (Stage.RAY, *GEOMETRY))
+        return self.ground.once(
+            ("end to end", stage, self._rules), (ours[stage], theirs, *seen), lambda: self._end_to_end(stage)
+        )
+
+    @cached_property
+    def _rules(self) -> tuple:
+        """Return what the limits and classes of this bench depend on beside the ground."""
+        parties = (self.candidate, self.witness)
+        epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
+        steps = tuple((stage, one) for party in parties for stage, one in party.resolutions.items())
+        names = tuple(party.name for party in parties) if steps else ()
+        kinds = tuple(each.key for each in self._roundoffs)
+        near = tuple(party.ray_epsilon for party in parties)
+        return kinds, self._by_matrices, epsilon.tobytes(), steps, names, near, self.candidate.chained
+
+    def _end_to_end(self, stage: Stage) -> Measurement:
         assert self.candidate.answers is not None
         shape = self.classes.outline.shape
         limit = self.limits.end_to_end.get(stage, np.zeros(shape))
@@ -163,6 +183,13 @@ class Bench:
 
     def continued(self, stage: Stage, value: np.ndarray) -> Measurement:
         """Measure the candidate's stage against `value`, which the oracle made from the candidate's own stages."""
+        assert self.candidate.answers is not None
+        ours = tuple(self.candidate.answers.get(one) for one in upto(stage) if one is not Stage.CAMERA)
+        return self.ground.once(
+            ("continued", stage, self._rules), (value, *ours), lambda: self._continued(stage, value)
+        )
+
+    def _continued(self, stage: Stage, value: np.ndarray) -> Measurement:
         assert self.candidate.answers is not None
         shape = self.classes.outline.shape
         edge = self.classes.outline if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL) else np.zeros(shape, bool)

@@ -5,6 +5,7 @@ inverts, the eye goes to 0, corners go to the clip cube's corners with depth 0 a
 so it is the third witness when two cameras disagree.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ ITEMS = {
 }
 
 
+@lru_cache(maxsize=16)
 def scales(camera: Camera) -> dict[str, Any]:
     """Return the size of each part's error per unit roundoff, broadcastable to the part's shape."""
     basis = basis_condition(camera)

@@ -83,7 +83,9 @@ def camera_check(bench: Bench) -> Check:
     theirs = bench.witness.answers[Stage.CAMERA]
     # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
     g = max(Roundoff(bench.candidate.precision), Roundoff(bench.witness.precision), key=lambda each: each(1))
-    ratio, part, error, limit = camera.worst_part(mine, theirs, bench.scene.camera, g)
+    ratio, part, error, limit = bench.ground.once(
+        ("camera", g.key), (mine, theirs), lambda: camera.worst_part(mine, theirs, bench.scene.camera, g)
+    )
     check = Check(
         configuration=bench.candidate.name,
         reference=bench.witness.name,
@@ -119,7 +121,8 @@ def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
         return check
     _conclude(check)
     if stage is INFORMED:
-        check.informative = _inform(ours[stage], bench.witness.answers[stage])
+        both = ours[stage], bench.witness.answers[stage]
+        check.informative = bench.ground.once(("informative",), both, lambda: _inform(*both))
     return check
 
 

@@ -1,6 +1,8 @@
 """The ground that all judging of a scene stands on: the oracle's truth, its edges, the scene's conditioning."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,6 +13,8 @@ from reports.judge.classes import Classes, Edges, classify
 from reports.judge.conditioning import Conditioning, condition
 from reports.judge.limits import Limits, Roundoff, limits
 from reports.judge.oracle import FullOracle
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,6 +28,7 @@ class Ground:
     oracle: FullOracle
     _limits: dict[tuple, Limits] = field(default_factory=dict)
     _classes: dict[tuple, Classes] = field(default_factory=dict)
+    _known: dict[tuple, tuple[tuple, Any]] = field(default_factory=dict)
 
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
         """Return the limits of one kind of rounding."""
@@ -44,6 +49,16 @@ class Ground:
                 position=mine.position + theirs.position,
             )
         return self._limits[key]
+
+    def once(self, key: tuple, objects: tuple, found: Callable[[], T]) -> T:
+        """Return what `found` returns, computed once for `key` and the same `objects`, which are told by identity.
+
+        The objects are held, so that no other can take their identity.
+        """
+        whole = (*key, *map(id, objects))
+        if whole not in self._known:
+            self._known[whole] = (objects, found())
+        return self._known[whole][1]
 
     def classes(self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, *, key: tuple | None) -> Classes:
         """Return the pixel classes under limits; `key` says which ones these are, None that they are not kept."""

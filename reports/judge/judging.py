@@ -20,6 +20,7 @@ from reports.judge.parties import Candidate, Witness
 from reports.judge.resolving import Coarseness
 from reports.judge.shapes_of_answers import misshapen as misshapen_answers
 from reports.judge.shapes_of_answers import without
+from reports.judge.sharing import shared
 from reports.judge.sufficiency import crowded, only_at_edges, too_little
 from reports.judge.summing_up import Judged, sum_up
 from reports.judge.voices import voice
@@ -54,7 +55,7 @@ def judge_case(
         return sum_up(case, checks, [], len(planned), None)
     base = ground(scene, stages, oracle, known=truth.answers)
     misshapen = {candidate.name: misshapen_answers(scene, candidate) for candidate in candidates}
-    candidates = [without(candidate, misshapen[candidate.name]) for candidate in candidates]
+    candidates = shared([without(candidate, misshapen[candidate.name]) for candidate in candidates])
 
     def bench(candidate: Candidate, witness: Witness) -> Bench:
         return Bench(ground=base, candidate=candidate, witness=witness)

@@ -14,8 +14,9 @@ from cases.stages import Stage
 from reports.judge.bench import Bench
 from reports.judge.checks import Check, camera_check
 from reports.judge.ground import Ground
-from reports.judge.measurement import jsonable
+from reports.judge.measurement import jsonable, ratios
 from reports.judge.parties import Candidate, Witness, as_candidate, as_witness
+from reports.judge.resolving import WHOLE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,11 +112,26 @@ def _cells(here: Bench, there: Bench, stage: Stage, check: Check | None) -> tupl
         ratio = camera_check(here).ratio
         cell = Cell(ratio=ratio, differing=int(not ratio <= 1))
         return cell, cell
-    measured = check.end_to_end if check is not None else here.end_to_end(stage)
-    assert measured is not None
+    if check is None or check.end_to_end is None:
+        within = _within(here, stage)
+        if within is not None:
+            return within, within
+    measured = check.end_to_end if check is not None and check.end_to_end is not None else here.end_to_end(stage)
     cell = Cell(ratio=measured.worst_ratio, differing=measured.over_inside)
     # Only at edges does it matter who is judged: there the judged one must have a side's value.
     if not measured.differ_at_edge:
         return cell, cell
     back = there.end_to_end(stage)
     return cell, Cell(ratio=back.worst_ratio, differing=back.over_inside)
+
+
+def _within(bench: Bench, stage: Stage) -> Cell | None:
+    """Return the cell of two who agree everywhere, edges or not; None if they differ anywhere."""
+    assert bench.candidate.answers is not None
+    ours, theirs = bench.candidate.answers[stage], bench.witness.answers[stage]
+    if ours is theirs:
+        return Cell(ratio=0.0, differing=0)
+    if stage in WHOLE:
+        return Cell(ratio=0.0, differing=0) if np.array_equal(ours, theirs) else None
+    worst = float(ratios(stage, ours, theirs, bench.limits.end_to_end[stage])[0].max())
+    return Cell(ratio=worst, differing=0) if worst <= 1 else None
