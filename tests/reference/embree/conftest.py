@@ -1,0 +1,13 @@
+from typing import Any
+
+import pytest
+
+from reference import REFERENCES
+
+
+@pytest.fixture
+def embree():
+    reference: Any = REFERENCES["embree"]()
+    if reference.missing():
+        pytest.skip(reference.missing())
+    return reference
