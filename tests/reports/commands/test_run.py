@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 
 from reports.run.request import RunRequest
+from reports.subjects import Subject
+from reports.subjects.capabilities import Capabilities
 from tests.reports.commands.conftest import Rayproof
 
 
@@ -41,6 +43,30 @@ def test_the_options_arrive(rayproof: Rayproof, asked: list[RunRequest], tmp_pat
             json=tmp_path / "results.json",
         )
     ]
+
+
+def test_another_renderer_is_put_under_test(rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path) -> None:
+    rayproof(
+        *("run", "primitives", "--out", tmp_path / "out", "--subject", "mitsuba_scalar", "--no-cache"),
+        *("--require", "radiance, embree", "--require", "analytic"),
+    )
+
+    assert asked[0].subject == Subject(name="mitsuba_scalar", title="mitsuba_scalar")
+    assert asked[0].require == ("radiance", "embree", "analytic")
+    assert not asked[0].cached
+
+
+def test_a_program_comes_with_what_it_declares(rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path) -> None:
+    script = tmp_path / "render"
+    script.write_text("""#!/bin/sh\necho '{"protocol": 1, "name": "mine", "shapes": ["mesh"]}'\n""")
+    script.chmod(0o755)
+
+    rayproof("run", "--out", tmp_path / "out", "--subject", f"exec:{script} {{scene}}", "--timeout", 7, "--memory", 0.5)
+
+    subject = asked[0].subject
+    assert subject.command == (str(script), "{scene}")
+    assert subject.capabilities == Capabilities(name="mine", shapes=("mesh",))
+    assert (subject.seconds, subject.memory) == (7.0, 2**29)
 
 
 def test_the_default_is_the_whole_suite_into_report(

@@ -1,0 +1,137 @@
+"""The shipped C++ ray tracer passes where it is put under test, and its twin with one planted bug is found out."""
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from cases.case import Case
+from cases.families import all_cases
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.cli import main
+from reports.judge.judging import judge_case
+from reports.judge.oracle import stages_of
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Witness
+from reports.judge.summing_up import Judged
+from reports.run.supported import count_what_is_supported
+from reports.subjects import PROGRAM, Subject
+from reports.subjects.program import ask_capabilities, candidate
+
+RENDERERS = Path(__file__).parents[2] / "examples" / "renderers"
+STARTERS = Path(__file__).parents[2] / "reports" / "subjects" / "starters"
+COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
+# One of each family: what the family's others ask is of the same kind. No mesh so large that it takes seconds.
+CASES = tuple({case.family: case for case in reversed(all_cases()) if case.name != "models/ant"}.values())
+ORACLE = Analytic()
+
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="there is no C++ compiler")
+
+
+def built(folder: Path, source: Path, *flags: str) -> Subject:
+    """Compile a renderer with every warning an error and return it as a subject."""
+    program = folder / "renderer"
+    command = [str(COMPILER), "-O2", "-std=c++17", "-Wall", "-Wextra", "-Werror", *flags, "-o", str(program)]
+    subprocess.run([*command, str(source)], check=True, capture_output=True, timeout=120)
+    return Subject(name=PROGRAM, title="exec:test", command=(str(program), "{scene}", "{output}"))
+
+
+@pytest.fixture(scope="module")
+def lecture(tmp_path_factory: pytest.TempPathFactory) -> Subject:
+    return built(tmp_path_factory.mktemp("lecture"), RENDERERS / "lecture.cpp")
+
+
+@pytest.fixture(scope="module")
+def twin(tmp_path_factory: pytest.TempPathFactory) -> Subject:
+    return built(tmp_path_factory.mktemp("twin"), RENDERERS / "lecture.cpp", "-DPLANTED_BUG")
+
+
+def judged(subject: Subject, case: Case) -> Judged:
+    """Judge a program on a case before the oracle alone."""
+    given = candidate(subject, case.scene, case=case.name, samples=1)
+    answers = ORACLE.render(case.scene, stages_of(case.scene))
+    truth = Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
+    found = judge_case(case, [given], [truth], ORACLE, {})
+    count_what_is_supported(found, [given])
+    return found
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_the_example_passes_on_a_case_of_every_family(lecture: Subject, case: Case) -> None:
+    if case.samples > 1:
+        case = Case(**{name: value for name, value in vars(case).items() if name != "samples"})
+
+    found = judged(lecture, case)
+
+    assert (found.outcome, found.reason) == (Outcome.PASS, "")
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cube", "square", "plane", "triangle", "mesh"])
+def test_the_twins_normals_are_blamed_under_a_shear(twin: Subject, shape: str) -> None:
+    (case,) = (case for case in all_cases() if case.name == f"transforms/{shape}_sheared")
+
+    found = judged(twin, case)
+
+    assert (found.outcome, found.stage, found.item) == (Outcome.FAIL, Stage.NORMAL, "NRM-3")
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cube", "mesh"])
+def test_where_both_matrices_turn_alike_the_twin_passes(twin: Subject, shape: str) -> None:
+    (case,) = (case for case in all_cases() if case.name == f"transforms/{shape}_rotated")
+
+    assert judged(twin, case).outcome is Outcome.PASS
+
+
+@pytest.mark.parametrize(("which", "code"), [("lecture", 0), ("twin", 1)])
+def test_a_run_ends_as_the_renderer_deserves(
+    which: str, code: int, request: pytest.FixtureRequest, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    subject: Subject = request.getfixturevalue(which)
+    title = f"exec:{subject.command[0]} {{scene}} {{output}}"
+
+    ended = main(["run", "transforms/square_sheared", "--subject", title, "--out", str(tmp_path)])
+
+    printed = capsys.readouterr().out
+    results = json.loads((tmp_path / "results.json").read_text())
+    (case,) = results["cases"]
+    assert ended == code, printed
+    assert results["subject"] == title
+    assert results["environment"]["exec"].startswith("lecture 1")
+    assert case["reproduce"] == f"rayproof run transforms/square_sheared --subject '{title}'"
+    assert (case["stage"], case["item"]) == ((None, None) if code == 0 else ("normal", "NRM-3"))
+    assert {check["stage"] for check in case["checks"] if check["verdict"] == "unsupported"} == {"camera"}
+
+
+def test_the_starter_and_the_example_share_their_header() -> None:
+    assert (RENDERERS / "rayproof.hpp").read_text() == (STARTERS / "rayproof.hpp").read_text()
+
+
+def test_the_starter_in_cpp_passes_on_spheres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["adapt", str(tmp_path / "mine.cpp")]) == 0
+    assert "c++ -O2 -std=c++17 -o adapter mine.cpp" in capsys.readouterr().out
+
+    passes_on_spheres(built(tmp_path, tmp_path / "mine.cpp"))
+
+
+def passes_on_spheres(subject: Subject) -> None:
+    from dataclasses import replace
+
+    able = replace(subject, capabilities=ask_capabilities(subject, seconds=10))
+    found = {case.name: judged(able, case).outcome for case in all_cases() if case.name in SPHERES}
+
+    assert found == SPHERES
+
+
+SPHERES = {
+    "primitives/sphere": Outcome.PASS,
+    "inside/one_sided_sphere": Outcome.PASS,
+    "inside/sphere": Outcome.PASS,
+    "nearest/spheres": Outcome.PASS,
+    "transforms/sphere_rotated": Outcome.PASS,
+    "transforms/sphere_scaled": Outcome.PASS,
+    "transforms/sphere_sheared": Outcome.UNSUPPORTED,
+    "primitives/cube": Outcome.UNSUPPORTED,
+}

@@ -1,0 +1,43 @@
+"""`rayproof adapt` writes a program that works as it stands, and overwrites nothing."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from cases.families import select
+from reports.subjects import PROGRAM, Subject
+from reports.subjects.program import ask_capabilities, candidate
+from tests.examples.test_renderers import judged
+from tests.reports.commands.conftest import Rayproof
+
+
+def test_the_starter_in_python_passes_on_spheres(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof("adapt", tmp_path / "mine.py")
+
+    assert ended.code == 0
+    assert 'rayproof run primitives/sphere nearest --subject "exec:python3 mine.py {scene} {output}"' in ended.out
+    command = (sys.executable, "-I", "-W", "error", str(tmp_path / "mine.py"), "{scene}", "{output}")
+    subject = Subject(name=PROGRAM, title="exec:mine", command=command)
+    able = replace(subject, capabilities=ask_capabilities(subject, seconds=10))
+    (sphere,), (cube,) = select(["primitives/sphere"]), select(["primitives/cube"])
+    assert judged(able, sphere).outcome == "pass"
+    assert "draws no cube" in next(iter(candidate(able, cube.scene, case=cube.name, samples=1).unsupported.values()))
+
+
+def test_what_exists_is_left_alone(rayproof: Rayproof, tmp_path: Path) -> None:
+    (tmp_path / "rayproof.hpp").write_text("mine")
+
+    ended = rayproof("adapt", tmp_path / "new.cpp")
+
+    assert ended.code == 2
+    assert ended.error == f"rayproof: {tmp_path / 'rayproof.hpp'}: exists already, and is not overwritten\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["rayproof.hpp"]
+
+
+def test_the_language_is_the_endings_unless_it_is_said(rayproof: Rayproof, tmp_path: Path) -> None:
+    assert rayproof("adapt", tmp_path / "a" / "renderer", "--language", "c++").code == 0
+    assert rayproof("adapt", tmp_path / "b" / "renderer").code == 0
+
+    assert "#include" in (tmp_path / "a" / "renderer").read_text()
+    assert "import json" in (tmp_path / "b" / "renderer").read_text()
+    assert rayproof("adapt", tmp_path / "c", "--language", "fortran").code == 2
