@@ -14,7 +14,6 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from reports.run.worker import Reply, serve
-from reports.subjects.orphans import end_below
 
 LONGEST_WAIT = 3600.0  # s; operating systems count milliseconds in 32 bits, and a deadline may be infinite
 
@@ -150,6 +149,8 @@ class Pool:
 def _end(process: BaseProcess) -> None:
     """End a worker with all that it started: a program under test does not outlive the run that called it."""
     if process.pid is not None and process.is_alive():
+        from reports.subjects.orphans import end_below
+
         end_below(process.pid)
     process.kill()
 

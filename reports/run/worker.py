@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from reports.run import tasks
-
 
 @dataclass(frozen=True, kw_only=True)
 class Reply:
@@ -26,8 +24,10 @@ class Reply:
     seconds: float
 
 
-def serve(kind: str, connection: Connection, handlers: Callable[[str], Callable[[Any], Any]] = tasks.handler) -> None:
-    """Answer tasks until the other end closes; `handlers` says what a worker of `kind` does."""
+def serve(kind: str, connection: Connection, handlers: Callable[[str], Callable[[Any], Any]] | None = None) -> None:
+    """Answer tasks until the other end closes; `handlers` says what a worker of `kind` does, if it is not a run's."""
+    if handlers is None:
+        from reports.run.tasks import handler as handlers
     # Ctrl-C goes to the whole process group; only the main process decides what it means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     handler: Callable[[Any], Any] | None = None
