@@ -1,5 +1,6 @@
 """What the references of a run say of themselves, gathered from its cases, and what was found out about them."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
@@ -7,6 +8,7 @@ from typing import Any
 
 from reports.judge.findings import known_findings
 
+_NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")
 MOST = 40  # sentences of a reference: more are in the cases
 FEW = 4  # values of a setting
 
@@ -27,8 +29,8 @@ def panel(cases: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     return {
         name: {
             "settings": {key: _few(list(values)) for key, values in settings.get(name, {}).items()},
-            "notes": notes.get(name, Counter()).most_common(MOST),
-            "unsupported": refusals.get(name, Counter()).most_common(MOST),
+            "notes": _alike(notes.get(name, Counter())),
+            "unsupported": _alike(refusals.get(name, Counter())),
         }
         for name in sorted({*notes, *refusals, *settings})
     }
@@ -40,6 +42,15 @@ def findings(results: Mapping[str, Any]) -> list[dict[str, Any]]:
     if isinstance(recorded, list):
         return [dict(entry) for entry in _mappings(recorded)]
     return [asdict(entry) for entry in known_findings()]
+
+
+def _alike(sentences: Counter[str]) -> list[tuple[str, int]]:
+    """Return the sentences that differ in more than numbers, the first of each, and how often it was said."""
+    first: dict[str, str] = {}
+    counts: Counter[str] = Counter()
+    for sentence, count in sentences.items():
+        counts[first.setdefault(_NUMBER.sub("#", sentence), sentence)] += count
+    return counts.most_common(MOST)
 
 
 def _few(values: list[str]) -> list[str]:

@@ -24,15 +24,16 @@
     const errors = rayproof.measures(ladder);
     const y = errors ? numbers(median).map((one) => (one > 0 ? one : null))
       : wrong.map((count, i) => (rays[i] ? Math.max(count / rays[i], LEAST_SHARE) : null));
+    // An interval that reaches down to exact is drawn a decade long: zero has no place on a logarithmic axis.
     const arms = errors && low.some(numeric) ? { error_y: { type: "data", symmetric: false, thickness: 1, width: 2,
       array: y.map((one, i) => (numeric(one) && numeric(high[i]) ? high[i] - one : 0)),
-      arrayminus: y.map((one, i) => (numeric(one) && numeric(low[i]) ? one - low[i] : 0)) } } : {};
+      arrayminus: y.map((one, i) => (numeric(one) && numeric(low[i]) ? Math.min(one - low[i], 0.9 * one) : 0)) } } : {};
     const bad = climb.expected === "fail";
     return { x: value.map((one) => place(axis, one)), y, ...arms, type: "scatter", mode: "lines+markers", legendgroup: climb.formula,
-      name: rayproof.variant(climb.formula) + (bad ? " (known to fail)" : ""), customdata: value.map((_, i) => ({ climb, i })),
+      name: rayproof.plotText(rayproof.variant(climb.formula)) + (bad ? " \u2020" : ""), customdata: value.map((_, i) => ({ climb, i })),
       line: { color: rayproof.hue(index), width: 1.5, dash: bad ? "dash" : "solid" },
       marker: { color: rayproof.hue(index), symbol: rayproof.symbol(index), size: 6 },
-      hovertemplate: `${climb.formula}<br>%{x}: %{y:.3g}<extra></extra>` };
+      hovertemplate: `${rayproof.plotText(climb.formula)}<br>%{x}: %{y:.3g}<extra></extra>` };
   }
 
   // The law's line through the middle of what was measured from where it holds.
@@ -56,8 +57,8 @@
     const traces = [...climbs.map((climb) => predicted(ladder, climb, axis, index(climb))).filter(Boolean),
       ...climbs.map((climb) => measured(ladder, climb, axis, index(climb)))];
     return { traces, onpoint, instead, layout: {
-      xaxis: { ...axis, title: { text: ladder.parameter } },
-      yaxis: { type: "log", title: { text: rayproof.measures(ladder) ? `median error [${ladder.unit}]` : "share of wrong answers" } },
+      xaxis: { ...axis, title: { text: rayproof.plotText(ladder.parameter) } },
+      yaxis: { type: "log", title: { text: rayproof.measures(ladder) ? `median error [${rayproof.plotText(ladder.unit)}]` : "share of wrong answers" } },
       shapes: drawable ? [{ type: "line", x0: gate, x1: gate, yref: "paper", y0: 0, y1: 1, line: { dash: "dash", width: 1, color: "#8a949e" } }] : [],
       annotations: drawable ? [{ x: Math.log10(gate), yref: "paper", y: 1, text: "gate", showarrow: false, xanchor: "left", yanchor: "top", font: { color: "#8a949e" } }] : [] } };
   };

@@ -11,6 +11,9 @@
   rayproof.hue = (index) => COLORS[index % COLORS.length];
   rayproof.symbol = (index, open) => SYMBOLS[index % SYMBOLS.length] + (open ? "-open" : "");
 
+  // Plotly reads markup, links and templates in its texts; names of others are to stay text.
+  rayproof.plotText = (text) => String(text).replaceAll("<", "\u2039").replaceAll("%{", "% {").replaceAll("$", "\uFF04");
+
   function library() {
     loading = loading || new Promise((resolve, reject) => {
       const script = document.createElement("script");
@@ -29,9 +32,11 @@
 
   function themed(layout) {
     const line = color("--line"), text = color("--text");
-    const axis = { gridcolor: line, linecolor: line, zerolinecolor: line, exponentformat: "power", automargin: true };
+    // Powers would be superscripts, which Plotly styles in a way that a strict policy refuses.
+    const axis = { gridcolor: line, linecolor: line, zerolinecolor: line, exponentformat: "e", automargin: true };
     return { margin: { l: 64, r: 12, t: 12, b: 48 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: { color: text, size: 12, family: "system-ui, sans-serif" }, hovermode: "closest",
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: color("--muted"), activecolor: color("--text") },
       hoverlabel: { bgcolor: color("--panel"), bordercolor: line, font: { color: text } },
       legend: { font: { size: 11 }, itemsizing: "constant" }, ...layout,
       xaxis: { ...axis, ...layout.xaxis }, yaxis: { ...axis, ...layout.yaxis } };
@@ -39,7 +44,8 @@
 
   // Below this width [CSS px] a legend beside a plot would leave nothing of the plot.
   const NARROW = 560;
-  const OPTIONS = { displaylogo: false, modeBarButtonsToRemove: ["toImage", "select2d", "lasso2d", "autoScale2d"] };
+  // Named one by one: the usual buttons hold one that sends the data to a company's server.
+  const OPTIONS = { displaylogo: false, plotlyServerURL: "", modeBarButtons: [["zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d"]] };
 
   async function draw(node, { traces, layout, onpoint, instead }) {
     try {

@@ -13,7 +13,7 @@
       const own = Object.entries(settings);
       return [
         own.length ? e("dl", { class: "facts dense" }, own.map(([key, values]) => [e("dt", {}, key.replaceAll("_", " ")), e("dd", {}, values.join(" or "))])) : null,
-        notes.map(([note, count]) => e("p", { class: "muted" }, e("bdi", {}, note), count > 1 ? ` (${count} cases)` : "")),
+        notes.map(([note, count]) => e("p", { class: "muted" }, e("bdi", {}, note), count > 1 ? ` (${count} cases, with numbers of their own)` : "")),
         unsupported.length ? e("details", {}, e("summary", {}, `cannot answer (${unsupported.length})`), e("ul", {}, unsupported.map(([why, count]) =>
           e("li", {}, e("bdi", {}, why), e("span", { class: "muted" }, ` ${count} stage${count === 1 ? "" : "s"} of cases`))))) : null];
     };

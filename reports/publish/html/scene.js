@@ -10,7 +10,7 @@
   function frame(name) {
     const inlined = document.querySelector('script[data-path="viewer/index.html"]');
     const source = inlined ? { srcdoc: JSON.parse(inlined.textContent) } : { src: rayproof.place("viewer/index.html") };
-    return e("iframe", { ...source, name, title: "The scene in 3-D", class: "viewer" });
+    return e("iframe", { ...source, name, title: "The scene in 3-D", class: "frame3d" });
   }
 
   const pair = (value, data) => Array.isArray(value) && value.length === 2 && value.every(Number.isInteger)

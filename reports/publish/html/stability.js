@@ -71,7 +71,7 @@
       e("h3", {}, ladder.ladder, " ", e("span", { class: "muted" }, ladder.parameter)),
       rayproof.plot(`${ladder.ladder}: error against ${ladder.parameter}, ${precision}`, () => rayproof.ladderPlot(shown, precision, formulas, onpoint, picture())),
       chosen,
-      e("p", { class: "muted" }, "K = ", ladder.condition, ladder.survivor ? `. Survives: ${ladder.survivor}` : "", ladder.first_to_break ? `. First to break: ${ladder.first_to_break}.` : ""),
+      e("p", { class: "muted" }, "\u2020 known to fail, dashed; dotted: predicted slope; bars: 95 % interval of the median. K = ", ladder.condition, ladder.survivor ? `. Survives: ${ladder.survivor}` : "", ladder.first_to_break ? `. First to break: ${ladder.first_to_break}.` : ""),
       ladder.measured ? e("p", {}, ladder.measured) : null,
       laws.map((law) => e("p", { class: "muted" }, `Predicted slope ${law.slope} of ${law.formulas.map((name) => (name === "*" ? "all others" : name)).join(", ")}: ${law.because}`)),
       table, rayproof.command(`rayproof stability --ladder ${rayproof.quoted(ladder.ladder)} --precision ${precision}`));

@@ -12,9 +12,9 @@
       array: list.map((point) => Math.max(0, point[high] - point[middle])), arrayminus: list.map((point) => Math.max(0, point[middle] - point[low])) });
     const groups = hues.map((hue, index) => {
       const list = drawn.filter((point) => hueOf(point) === hue);
-      return { x: list.map((point) => point.nanoseconds), y: list.map((point) => point.error), mode: "markers", type: "scatter", name: hue,
+      return { x: list.map((point) => point.nanoseconds), y: list.map((point) => point.error), mode: "markers", type: "scatter", name: rayproof.plotText(hue),
         error_x: arm(list, "nanoseconds", "nanoseconds_low", "nanoseconds_high"), error_y: arm(list, "error", "error_low", "error_high"),
-        customdata: list, text: list.map((point) => point.label + (point.wrong ? `, ${(100 * point.wrong).toPrecision(2)} % wrong` : "")),
+        customdata: list, text: list.map((point) => rayproof.plotText(point.label) + (point.wrong ? `, ${(100 * point.wrong).toPrecision(2)} % wrong` : "")),
         hovertemplate: "%{text}<br>%{x:.3g} ns, error %{y:.3g}<extra></extra>",
         marker: { color: rayproof.hue(index), size: 9, line: { width: 1.5 },
           symbol: list.map((point) => (point.kind === "control" ? "x" : rayproof.symbol(point.precision === "float64" ? 1 : 0, !point.front))) } };
@@ -45,7 +45,7 @@
     return e("section", { class: "panel ladder", "aria-label": diagram.name }, e("h3", {}, diagram.name, " ", e("span", { class: "muted" }, "faster to the left, more accurate below")),
       rayproof.plot(`${diagram.name}: ${diagram.error_axis} over ${diagram.time_axis}`, () => ({ traces: traces(diagram), onpoint,
         instead: e("img", { src: `tradeoff/${encodeURIComponent(diagram.svg)}`, alt: diagram.name, loading: "lazy" }),
-        layout: { xaxis: { type: "log", title: { text: diagram.time_axis } }, yaxis: { type: "log", title: { text: diagram.error_axis } } } })),
+        layout: { xaxis: { type: "log", title: { text: rayproof.plotText(diagram.time_axis) } }, yaxis: { type: "log", title: { text: rayproof.plotText(diagram.error_axis) } } } })),
       chosen, table);
   }
 

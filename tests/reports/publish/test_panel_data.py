@@ -24,6 +24,12 @@ def test_values_that_differ_from_case_to_case_are_counted_not_listed() -> None:
     assert panel(cases)["a"]["settings"]["epsilon"] == ["0 m", "1 m", "2 m", "27 more, by case"]
 
 
+def test_sentences_that_differ_in_numbers_alone_are_one() -> None:
+    cases = [{"notes": [{"reference": "a", "note": f"a disc of radius {radius} m"}]} for radius in ("1.5", "2e-3")]
+
+    assert panel(cases)["a"]["notes"] == [("a disc of radius 1.5 m", 2)]
+
+
 def test_what_is_malformed_is_passed_over() -> None:
     assert panel([{"notes": "x", "unsupported": [1], "settings": [2]}, {"settings": {"a": 1}}]) == {}
 
