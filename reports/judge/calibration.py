@@ -24,9 +24,11 @@ RADIANCE = "derived: float64 with the same counts of roundings; normals from bak
 EMBREE = "derived: float32 decides what is hit; the values, continued in float64, are held to its counts"
 POVRAY = "derived: float64 with the same counts of roundings; normals from baked float32 corners"
 TACHYON = "derived: the scene is read as float32, what follows is float64; normals from float32 corners"
+CYCLES = "calibrated on Cycles of Blender 5.0.1: factor 1 at float32; normals from baked float32 corners"
 CALIBRATED: dict[str, Calibration] = {
     "mitsuba_scalar": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True),
     "mitsuba_llvm": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True),
+    "cycles": Calibration(factor=1.0, origin=CYCLES, baked_normals=True),
     "embree": Calibration(factor=1.0, origin=EMBREE),
     "povray": Calibration(factor=1.0, origin=POVRAY, baked_normals=True),
     "radiance": Calibration(factor=1.0, origin=RADIANCE, baked_normals=True),
