@@ -9,13 +9,15 @@ from reports.commands.output import plain, say, show_table, write_json
 from reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 if TYPE_CHECKING:
-    from cases.scene import Camera
+    from cases.scene import Camera, Scene
 
 ALL = "ray,object,distance,position,normal,visibility,irradiance,exitance,radiance"
 MOST_PIXELS = 100_000  # some ten seconds of work, and half a gigabyte of JSON
 
 
-def oracle(scene: str, *, pixels: str | None = None, stages: str = ALL, json: Path | None = None) -> int:
+def oracle(
+    scene: str, *, pixels: str | None = None, stages: str = ALL, speed: bool = False, json: Path | None = None
+) -> int:
     """Enclose the exact value of every stage between two float64 numbers, every decision proved.
 
     Parameters
@@ -27,16 +29,20 @@ def oracle(scene: str, *, pixels: str | None = None, stages: str = ALL, json: Pa
         the whole image.
     stages
         Comma-separated stages, such as distance,normal,radiance.
+    speed
+        Instead measure how many pixels per second each of the two truths answers.
     json
         Also write every pixel to this file: [low, high] per channel, the bits used, what is undecided.
 
     """
     asked = stages_named(stages)
     loaded = scene_named(scene)
-    box = rectangle(pixels, loaded.camera)
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
+    if speed:
+        return _speed(scene, loaded, json)
+    box = rectangle(pixels, loaded.camera)
     from cases.stages import exr_channels
     from reference.certified import Certified  # not by the registry, which would load every other reference first
 
@@ -66,6 +72,33 @@ def oracle(scene: str, *, pixels: str | None = None, stages: str = ALL, json: Pa
     say(f"undecided: {len(undecided) or 'none'}")
     for one in undecided[:10]:
         say(f"  pixel ({one['pixel'][0]}, {one['pixel'][1]}): {', '.join(one['what'])}")
+    return 0
+
+
+def _speed(name: str, scene: "Scene", json: Path | None) -> int:
+    """Show how fast both truths are on a scene."""
+    from reports.oracle_speed import speeds
+    from tracer.llvm import select
+
+    select()
+    found = speeds(scene)
+    content = {who: {"unsupported": one} if isinstance(one, str) else one.as_json() for who, one in found.items()}
+    write_json(json, {"scene": name, "shapes": len(scene.shapes), "lights": len(scene.lights), "speeds": content})
+    rows = []
+    for who, one in found.items():
+        if isinstance(one, str):
+            rows.append([who, "", "", "", one])
+            continue
+        rates = one.as_json()
+        per_second, per_processor = (
+            f"{rates[key]:,.0f}" for key in ("pixels_per_second", "pixels_per_processor_second")
+        )
+        rows.append([who, f"{one.pixels}", per_second, per_processor, ""])
+    show_table(
+        f"{name}: {len(scene.shapes)} shapes, {len(scene.lights)} lights",
+        ["truth", "pixels", "pixels / s", "pixels / processor s", ""],
+        rows,
+    )
     return 0
 
 

@@ -1,0 +1,106 @@
+"""How fast the two truths answer a scene: pixels per second of wall time, and of processor time on a shared machine."""
+
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from typing import Any
+
+import numpy as np
+
+from cases.scene import Scene
+from cases.stages import IMAGE_STAGES, Stage
+
+ROUNDS = 3
+LANES = 2**20  # rays of one launch
+MOST_TESTS = 2**25  # of rays against triangles, in one launch: some seconds
+
+
+@dataclass(frozen=True, kw_only=True)
+class Speed:
+    """The best of a few rounds: a busy machine only ever makes them slower."""
+
+    pixels: int
+    processes: int
+    seconds: float  # of the wall
+    processor_seconds: float  # of all threads and processes
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain JSON data, with the two rates."""
+        return asdict(self) | {
+            "pixels_per_second": self.pixels / self.seconds,
+            "pixels_per_processor_second": self.pixels / self.processor_seconds,
+        }
+
+
+def speeds(scene: Scene) -> Mapping[str, Speed | str]:
+    """Return the speed of each truth on a scene, or the sentence that says why it cannot answer.
+
+    `certified` is asked for every stage of the scene's own pixels, `double_double` for the radiance, which passes
+    through every stage, at 2^20 image points: on fewer the launch itself is what one would measure. Large meshes have
+    to do with fewer.
+    """
+    from reference.certified import Certified
+    from reference.double_double import DoubleDouble
+
+    certified, pairs = Certified(), DoubleDouble()
+    found: dict[str, Speed | str] = {}
+    if (reason := certified.unsupported(scene, Stage.RADIANCE)) is not None:
+        found["certified"] = reason
+    else:
+        found["certified"] = _best(lambda: _whole_image(scene))
+        with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+            list(pool.map(_whole_image, [scene] * 2))  # starts the processes
+            found["certified, two processes"] = _best(lambda: _by_two(pool, scene))
+    if (reason := pairs.unsupported(scene, Stage.RADIANCE)) is not None:
+        found["double_double"] = reason
+    else:
+        triangles = sum(len(getattr(shape, "faces", ())) for shape in scene.shapes)
+        lanes = min(LANES, MOST_TESTS // max(1, triangles))
+        points = np.random.default_rng(4).uniform((0, 0), (scene.camera.width, scene.camera.height), (lanes, 2))
+        found["double_double"] = _best(lambda: _launch(scene, points), after=1)
+    return found
+
+
+def _best(work: Callable[[], tuple[int, int, float]], *, after: int = 0) -> Speed:
+    """Return the fastest round by processor time; `after` rounds are not counted, for kernels are compiled in them."""
+    rounds = []
+    for _ in range(after + ROUNDS):
+        started, used = time.perf_counter(), time.process_time()
+        pixels, processes, elsewhere = work()
+        rounds.append(
+            Speed(
+                pixels=pixels,
+                processes=processes,
+                seconds=time.perf_counter() - started,
+                processor_seconds=time.process_time() - used + elsewhere,
+            )
+        )
+    return min(rounds[after:], key=lambda one: one.processor_seconds)
+
+
+def _whole_image(scene: Scene) -> tuple[int, int, float]:
+    """Certify every stage of every pixel; return pixels, processes, and 0 for processor time spent elsewhere."""
+    from reference.certified import Certified
+
+    Certified().render(scene, IMAGE_STAGES)
+    return scene.camera.width * scene.camera.height, 1, 0.0
+
+
+def _used_by(scene: Scene) -> float:
+    started = time.process_time()
+    _whole_image(scene)
+    return time.process_time() - started
+
+
+def _by_two(pool: ProcessPoolExecutor, scene: Scene) -> tuple[int, int, float]:
+    used = sum(pool.map(_used_by, [scene] * 2))
+    return 2 * scene.camera.width * scene.camera.height, 2, used
+
+
+def _launch(scene: Scene, points: np.ndarray) -> tuple[int, int, float]:
+    from reference.double_double import DoubleDouble
+
+    DoubleDouble().at(scene, [Stage.RADIANCE], points)
+    return len(points), 1, 0.0
