@@ -1,10 +1,11 @@
 """What a sentinel is, the scene that most of them stand in, and how answers are spoiled."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.answers import Answers
+from cases.answers import Answers, Resolution
 from cases.case import Case
 from cases.scene import Camera, Cube, Plane, PointLight, Scene, Sphere
 from cases.stages import Stage
@@ -50,6 +51,7 @@ class Sentinel:
     stage: Stage | None  # the one blamed; None: any
     case: Case = CASE
     others: tuple[Witness, ...] = ()  # who is heard beside the oracle
+    steps: Mapping[Stage, Resolution] = field(default_factory=dict)  # how coarse the candidate's output is
 
 
 def rounded(answers: Answers) -> Answers:

@@ -7,7 +7,6 @@ must come of it. They guard the judge itself: limits, edge classes, counting, le
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from cases.case import PixelValue
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge import judging
+from reports.judge.adjudication import adjudication
 from reports.judge.classes import Edges
 from reports.judge.oracle import FullOracle
 from reports.judge.outcomes import Outcome
@@ -23,6 +23,8 @@ from reports.judge.parties import Candidate, Witness
 from reports.judge.sentinel import CASE, SCENE, Sentinel, rounded, spoilt_at
 from reports.judge.sentinels_at_edges import edge_sentinels
 from reports.judge.sentinels_before_witnesses import witness_sentinels
+from reports.judge.sentinels_of_the_panel import panel_sentinels, step_sentinels
+from reports.judge.summing_up import Judged
 
 ITEMS = frozenset({"CAM-4", "HIT-1", "HIT-4", "LIT-1", "RAD-2"})
 # Relative errors that no limit on this scene may let pass: forty times what it asks for, a hundredth of a blunder.
@@ -107,11 +109,16 @@ def stand_guard(oracle: FullOracle) -> int:
     truth = oracle.render(SCENE, tuple(Stage))
     once = _EdgesOnce(oracle)
     count = 0
-    for sentinel in chain(sentinels(truth, _clear(truth)), witness_sentinels(truth), edge_sentinels(oracle)):
+    usual = chain(
+        sentinels(truth, _clear(truth)), witness_sentinels(truth), edge_sentinels(oracle), step_sentinels(truth)
+    )
+    whole = chain(((sentinel, None) for sentinel in usual), panel_sentinels(truth, oracle))
+    for sentinel, said in whole:
         try:
             # Spoilt numbers overflow on purpose; how the judge takes them is what is looked at.
             with np.errstate(all="ignore"):
-                judged = _judge(sentinel, once)
+                judged, candidate, witnesses = _judge(sentinel, once)
+                wrong = said(adjudication(judged, [candidate], witnesses, once)) if said is not None else None
         except Exception as fall:  # whatever a broken judge raises
             raise BrokenJudgeError(
                 f"the judge is broken: it fell over sentinel {sentinel.name!r}: {type(fall).__name__}: {fall}"
@@ -125,6 +132,8 @@ def stand_guard(oracle: FullOracle) -> int:
             )
         if len(judged.checks) != judged.planned or judged.planned != len(Stage) * (1 + len(sentinel.others)):
             raise BrokenJudgeError(f"the judge is broken: {sentinel.name!r} lost a check it had planned")
+        if wrong is not None:
+            raise BrokenJudgeError(f"the judge is broken: the record of sentinel {sentinel.name!r} is wrong: {wrong}")
     return count
 
 
@@ -134,16 +143,17 @@ class _EdgesOnce:
     def __init__(self, oracle: FullOracle) -> None:
         self.render, self.at, self.continue_from = oracle.render, oracle.at, oracle.continue_from
         self._oracle = oracle
-        self._edges: dict[int, Edges] = {}
+        # The scenes are held: another one must not come to lie where one of them lay.
+        self._edges: dict[int, tuple[Scene, Edges]] = {}
 
     def edges(self, scene: Scene) -> Edges:
         """Return the edges of one of the sentinels' scenes."""
         if id(scene) not in self._edges:
-            self._edges[id(scene)] = self._oracle.edges(scene)
-        return self._edges[id(scene)]
+            self._edges[id(scene)] = (scene, self._oracle.edges(scene))
+        return self._edges[id(scene)][1]
 
 
-def _judge(sentinel: Sentinel, oracle: FullOracle) -> Any:
+def _judge(sentinel: Sentinel, oracle: FullOracle) -> tuple[Judged, Candidate, list[Witness]]:
     candidate = Candidate(
         name="sentinel",
         precision="float32",
@@ -151,11 +161,13 @@ def _judge(sentinel: Sentinel, oracle: FullOracle) -> Any:
         shadow_epsilon=1e-6,
         answers=sentinel.ours,
         error=None if sentinel.ours else "ended by a signal",
+        resolutions=sentinel.steps,
     )
     witness = Witness(
         name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=sentinel.theirs
     )
-    return judging.judge_case(sentinel.case, [candidate], [witness, *sentinel.others], oracle, {})
+    witnesses = [witness, *sentinel.others]
+    return judging.judge_case(sentinel.case, [candidate], witnesses, oracle, {}), candidate, witnesses
 
 
 def _clear(truth: Answers) -> tuple[int, int]:

@@ -15,7 +15,7 @@ def witness_sentinels(truth: Answers) -> Iterator[Sentinel]:
     """Yield the sentinels for the oracle's answers to the usual scene."""
     good, suspect = rounded(truth), Outcome.REFERENCE_SUSPECT
     # Told from the candidate by its last bits, so that it is no copy, and from the oracle by nothing.
-    honest = _third(truth)
+    honest = third(truth)
     yield Sentinel(name="two who agree", ours=good, theirs=truth, outcome=Outcome.PASS, stage=None, others=(honest,))
     for stage in (Stage.RAY, Stage.NORMAL, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
         wrong = truth | {stage: truth[stage] * BLUNDER}
@@ -25,7 +25,7 @@ def witness_sentinels(truth: Answers) -> Iterator[Sentinel]:
             theirs=truth,
             outcome=suspect,
             stage=stage,
-            others=(_third(wrong),),
+            others=(third(wrong),),
         )
         yield Sentinel(
             name=f"{stage} of the oracle wrong", ours=good, theirs=wrong, outcome=suspect, stage=stage, others=(honest,)
@@ -46,13 +46,14 @@ def witness_sentinels(truth: Answers) -> Iterator[Sentinel]:
         theirs=truth,
         outcome=suspect,
         stage=Stage.CAMERA,
-        others=(_third(truth | {Stage.CAMERA: camera}),),
+        others=(third(truth | {Stage.CAMERA: camera}),),
     )
     copy = truth | {Stage.IRRADIANCE: good[Stage.IRRADIANCE]}
     yield Sentinel(
-        name="copy of one stage", ours=good, theirs=truth, outcome=suspect, stage=None, others=(_third(copy),)
+        name="copy of one stage", ours=good, theirs=truth, outcome=suspect, stage=None, others=(third(copy),)
     )
 
 
-def _third(answers: Answers) -> Witness:
+def third(answers: Answers) -> Witness:
+    """Return an independent witness beside the oracle."""
     return Witness(name="third", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)

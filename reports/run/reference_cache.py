@@ -5,6 +5,7 @@ Only references are here; what the renderer under test answers is never taken fr
 
 import hashlib
 import json
+import math
 import os
 import platform
 import time
@@ -52,11 +53,12 @@ def cached(
     render: Callable[[], tuple[Answers, np.ndarray | None]],
     *,
     store: Store | None = None,
+    always: bool = False,
 ) -> Rendered:
     """Return what `render` returned for the same question before, or now.
 
     An entry that is not what was written is removed, rendered anew and told of. A cache that cannot be written costs
-    a note and nothing else.
+    a note and nothing else. What costs less to render than to read is not kept, unless `always`.
     """
     store = store or Store(usual_folder())
     settings = getattr(reference, "settings", None)
@@ -78,7 +80,7 @@ def cached(
         notes = (f"A kept render was damaged ({wrong}) and was rendered anew.",)
     start = time.perf_counter()
     answers, mean = render()
-    seconds = time.perf_counter() - start
+    seconds = math.inf if always else time.perf_counter() - start
     arrays = _arrays(answers) | ({} if mean is None else {"mean": np.asarray(mean)})
     notes += _keep(store, key, about | _seen(scene, seconds), arrays, seconds)
     return Rendered(answers=answers, mean=mean, cached=False, notes=notes)
@@ -137,7 +139,12 @@ def _keep(
 def _seen(scene: Scene, seconds: float) -> dict[str, Any]:
     """Return what a listing tells of an entry."""
     size = [scene.camera.width, scene.camera.height]
-    return {"size": size, "shapes": len(scene.shapes), "lights": len(scene.lights), "seconds": round(seconds, 4)}
+    return {
+        "size": size,
+        "shapes": len(scene.shapes),
+        "lights": len(scene.lights),
+        "seconds": round(seconds, 4) if math.isfinite(seconds) else 0.0,
+    }
 
 
 def _arrays(answers: Answers) -> dict[str, np.ndarray]:

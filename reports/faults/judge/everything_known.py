@@ -17,11 +17,13 @@ def everything_known() -> Iterator[None]:
 
     def wrong(reference: str, version: str, stage: Any, case: str) -> Any:
         return findings.KnownFinding(
+            name="nothing",
             reference=reference,
             version=version,
             stage=stage,
             cases=case,
             smallest_scene=case,
+            command="none",
             third_witness="nobody",
             what="nothing",
         )

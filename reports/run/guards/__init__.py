@@ -20,6 +20,7 @@ def stand_guards() -> None:
     """
     from reference import REFERENCES
     from reports.judge.adjudicate import ORACLE
+    from reports.run.guards.cache import guard_cache
     from reports.run.guards.journal import guard_journal
     from reports.run.guards.ledgers import guard_ledgers
     from reports.run.guards.loader import guard_loader
@@ -30,6 +31,7 @@ def stand_guards() -> None:
         lambda: guard_oracle(REFERENCES[ORACLE]()),
         guard_ledgers,
         guard_journal,
+        guard_cache,
     )
     for guard in guards:
         guard()

@@ -1,0 +1,33 @@
+"""Planted fault: Radiance's surfaces are all two-sided."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from cases.scene import Scene
+from cases.stages import Stage
+from reference.radiance import materials
+from reports.faults import FAULTS
+from reports.faults.patching import altered
+
+
+@FAULTS.register(
+    "reference/radiance_both_sides",
+    where="reference",
+    stage=Stage.RADIANCE,
+    who=("radiance",),
+    cases=(
+        "sidedness/*_from_the_viewer",
+        "inside/one_sided_sphere",
+    ),
+)
+@contextmanager
+def radiance_both_sides() -> Iterator[None]:
+    """Leave out the pattern that blackens one-sided surfaces from behind."""
+    right = materials.painted
+
+    def wrong(scene: Scene) -> list[str]:
+        return right(replace(scene, shapes=tuple(replace(shape, two_sided=True) for shape in scene.shapes)))
+
+    with altered(materials, "painted", wrong):
+        yield

@@ -1,0 +1,21 @@
+"""Planted fault: the reference cache believes an entry whatever its checksum says."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+from reports.run import entries
+
+
+@FAULTS.register("run/cache_believes_damage", where="run", stage=None)
+@contextmanager
+def cache_believes_damage() -> Iterator[None]:
+    """Check nothing."""
+
+    def wrong(data: Any) -> None:
+        return None
+
+    with replaced(entries._check, wrong):
+        yield
