@@ -9,31 +9,35 @@ import base64
 import hashlib
 import html
 import os
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from importlib.resources import files
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from cases.stages import FACTS, Stage
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.audit import front, load_audit
-from reports.publish.case_data import picture_of, write_case_data
-from reports.publish.headline import blame, headline, shouts, worst_first, worst_ratio
-from reports.publish.items import TITLES
+from reports.publish.case_data import write_case_data
+from reports.publish.front_data import case_row, front_data
+from reports.publish.headline import headline, shouts, worst_first
+from reports.publish.panel_data import findings, panel
 from reports.publish.pixels import inert
-from reports.publish.results import LEDGER, plain
+from reports.publish.plots import pages
+from reports.publish.results import plain
 from reports.publish.tradeoff import diagrams
 
 # In the order in which they build on each other.
 SCRIPTS = (
-    "elements", "numbers", "verdicts", "address", "predict", "decode", "load", "colors", "paint",
-    "difference", "front", "audit", "coverage", "cases", "inspector", "figures", "checks", "scene",
-    "case", "start",
+    "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "load", "colors", "paint", "ssim",
+    "errors", "edges", "histogram", "transform", "keys", "command", "navigation", "front", "plot", "ladders",
+    "stability", "tradeoff", "audit", "references", "coverage",
+    "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",
+    "checks", "adjudication", "scene", "case", "start",
 )  # fmt: skip
 
-STYLES = ("style", "scene")
+STYLES = ("style", "cases", "viewer", "scene", "pages")
 
 FEW = 16  # cases that one process writes sooner than another one starts
 
@@ -53,7 +57,7 @@ _PAGE = """<!doctype html><!--{shout}-->
 <noscript><p>{shout}</p><p>{headline}</p><p>The report needs JavaScript; summary.md has the totals.</p></noscript>
 <div id="app"></div>
 <script type="application/json" id="results">{data}</script>
-<script>{script}</script>
+{inlined}<script>{script}</script>
 </body>
 </html>
 """
@@ -64,28 +68,48 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write index.html and data/*.js."""
     ordered = list(enumerate(worst_first(results["cases"]), start=1))
     written = _write_all(folder, ordered)
-    cases = [_row(folder, number, case) for number, case in ordered]
     # Data of an earlier publication of the same folder, when it had more cases.
     for stale in set((folder / "data").glob("*.js")) - set(written):
         stale.unlink()
+    return [write_text(folder / "index.html", page_text(folder, results)), *written]
+
+
+def page_text(folder: Path, results: dict[str, Any], inlined: Mapping[str, str] | None = None) -> str:
+    """Return index.html. `inlined` maps paths below `folder` to JSON that the page then does not ask the disk for."""
+    rows = [case_row(folder, data_file(i), case) for i, case in enumerate(worst_first(results["cases"]), start=1)]
+    data = front_data(results, rows) | {
+        "audit": front(load_audit(folder)),
+        "tradeoff": diagrams(folder),
+        "plots": pages(folder),
+        "panel": panel(results["cases"]),
+        "findings": findings(results),
+    }
     style = "\n".join(_asset(f"{name}.css") for name in STYLES)
     script = "\n".join(_asset(f"{name}.js") for name in SCRIPTS)
     loud = " ".join(shouts(results))
-    page = _PAGE.format(
+    return _PAGE.format(
         shout=html.escape(loud).replace("--", "&#45;&#45;"),
         policy=html.escape(policy(script, style)),
         title=html.escape(f"{'! ' if loud else ''}rayproof: {results.get('verdict') or 'report'}"),
         headline=html.escape(headline(results)),
         style=style,
-        data=script_safe(_front(results, cases) | {"audit": front(load_audit(folder)), "tradeoff": diagrams(folder)}),
+        data=script_safe(data),
+        inlined="".join(
+            f'<script type="application/json" data-path="{html.escape(path)}">{content}</script>\n'
+            for path, content in (inlined or {}).items()
+        ),
         script=script,
     )
-    return [write_text(folder / "index.html", page), *written]
+
+
+def data_file(number: int) -> str:
+    """Return where the record of the case at a place of the list is, from 1, below the results folder."""
+    return f"data/{number:04}.js"
 
 
 def _write_all(folder: Path, ordered: list[tuple[int, dict[str, Any]]]) -> list[Path]:
     """Write every case's data, on every processor where there are many: compressing images is what takes the time."""
-    jobs = [(folder, folder / "data" / f"{number:04}.js", case) for number, case in ordered]
+    jobs = [(folder, folder / data_file(number), case) for number, case in ordered]
     heavy = sum(1 for *_, case in jobs if not case.get("pixels"))
     workers = min(os.cpu_count() or 1, heavy // FEW)
     if workers < 2:
@@ -97,9 +121,13 @@ def _write_all(folder: Path, ordered: list[tuple[int, dict[str, Any]]]) -> list[
 
 
 def policy(script: str, style: str) -> str:
-    """Return a content-security policy that lets nothing in but this folder and these two texts."""
+    """Return a content-security policy that lets nothing in but this folder and these two texts.
+
+    Plotly makes an empty style sheet and fills it rule by rule, which needs the hash of nothing at all.
+    """
     return (
-        f"default-src 'none'; script-src 'self' file: '{_digest(script)}'; style-src '{_digest(style)}'; "
+        f"default-src 'none'; script-src 'self' file: '{_digest(script)}'; "
+        f"style-src '{_digest(style)}' '{_digest('')}'; "
         "img-src 'self' file: data: blob:; frame-src 'self' file:; base-uri 'none'; form-action 'none'"
     )
 
@@ -115,46 +143,3 @@ def _digest(text: str) -> str:
 
 def _asset(name: str) -> str:
     return files("reports.publish").joinpath("html", name).read_text(encoding="utf-8")
-
-
-def _front(results: dict[str, Any], cases: list[dict[str, Any]]) -> dict[str, Any]:
-    keys = ("rayproof", "command", "started", "seconds", "verdict", "environment", "configurations", "references")
-    details = results.get("coverage_detail", {})
-    return {
-        **{key: results.get(key) for key in keys},
-        "summary": results["summary"],
-        "checks": results["checks"],
-        "ledger": LEDGER,
-        "shouts": shouts(results),
-        "headline": headline(results),
-        "coverage": [
-            {"id": item, "what": TITLES.get(item, ""), "cases": count, **details.get(item, {})}
-            for item, count in results["coverage"].items()
-        ],
-        "review": results.get("review", []),
-        "stages": [
-            {"name": stage.value, "unit": FACTS[stage].unit, "meaning": FACTS[stage].meaning} for stage in Stage
-        ],
-        "cases": cases,
-    }
-
-
-def _row(folder: Path, number: int, case: dict[str, Any]) -> dict[str, Any]:
-    """Return what the list of cases shows and searches of one case."""
-    keys = ("name", "family", "verdict", "stage", "item", "reason", "stresses", "covers", "seconds", "reproduce")
-    cells: dict[str, dict[str, int]] = {}
-    for check in case.get("checks", []):
-        counts = cells.setdefault(str(check.get("reference")), {})
-        counts[check["verdict"]] = counts.get(check["verdict"], 0) + 1
-    for entry in case.get("unsupported", []):
-        counts = cells.setdefault(str(entry.get("reference")), {})
-        counts["unsupported"] = counts.get("unsupported", 0) + 1
-    return {
-        **{key: case.get(key) for key in keys},
-        "file": f"data/{number:04}.js",
-        "blame": blame(case),
-        "ratio": worst_ratio(case),
-        "cells": cells,
-        "stages": sorted({str(check["stage"]) for check in case.get("checks", []) if check.get("stage")}),
-        "picture": picture_of(folder, case),
-    }

@@ -1,129 +1,147 @@
-// One case: what it asks, stages as tabs, images, the pixel's story, checks, closed forms, picture.
+// One case: what it asks, stages as tabs, images, the pixel's story, checks, who agrees with whom, closed forms, 3-D.
 (function (rayproof) {
   "use strict";
   const e = rayproof.element;
-  const PREFIX = "tracer-";
 
-  function header(row, data) {
+  function header(row, data, around) {
+    const step = (to, words, key) => (to ? e("a", { class: "chip", href: rayproof.link({ case: to.name, stage: to.stage }), title: `${to.name} (${key})` }, words) : null);
     return e("header", { class: "case-head" },
-      e("p", {}, e("a", { href: "#", onclick: back }, "\u2190 all cases")),
+      e("p", { class: "trail" }, e("a", { href: rayproof.listAddress || "#" }, "\u2190 all cases"), " ",
+        step(around.before, "\u2191 previous", "k"), step(around.after, "\u2193 next", "j")),
       e("h1", {}, rayproof.pill(row.verdict), " ", e("bdi", {}, row.name)),
-      row.reason ? e("p", { class: "reason" }, row.blame ? e("strong", {}, `${row.blame}: `) : null, row.reason) : null,
+      row.reason ? e("p", { class: "reason" }, row.blame ? e("strong", {}, `${row.blame}: `) : null, e("bdi", {}, row.reason)) : null,
       e("p", {}, row.stresses),
       e("p", {}, (row.covers || []).map((id) => e("a", { class: "chip", href: rayproof.link({ id }) }, id)), " ",
         e("span", { class: "muted" }, [data.width && `${data.width} \u00D7 ${data.height} px`,
           data.lights !== undefined && `${data.lights} light${data.lights === 1 ? "" : "s"}`,
-          (data.shapes || []).join(", "), rayproof.seconds(row.seconds)].filter(Boolean).join(" \u00B7 "))),
+          [...new Set(data.shapes || [])].slice(0, 8).join(", "), rayproof.seconds(row.seconds)].filter(Boolean).join(" \u00B7 "))),
       rayproof.command(row.reproduce || `rayproof run ${rayproof.quoted(row.name)}`));
-  }
-
-  // Back to the list as it was filtered.
-  function back(event) {
-    event.preventDefault();
-    location.hash = rayproof.listAddress || "";
   }
 
   function tabs(stages, data, current, onpick) {
     const verdictOf = (stage) => rayproof.worst((data.checks || []).filter((check) => check.stage === stage)
       .map((check) => check.verdict).filter((verdict) => verdict !== "unsupported")) || "unsupported";
-    const buttons = stages.map((stage, i) => e("button", { role: "tab", id: `tab-${stage.name}`, "aria-selected": String(stage.name === current),
-      tabindex: stage.name === current ? "0" : "-1", title: `${stage.meaning}${stage.unit ? ` [${stage.unit}]` : ""}`,
+    return e("div", { class: "tabs", role: "tablist", "aria-label": "Stages" }, stages.map((stage, i) => e("button", { role: "tab", id: `tab-${stage.name}`,
+      "aria-selected": String(stage.name === current), "aria-controls": "stage-panel", tabindex: stage.name === current ? "0" : "-1",
+      title: `${stage.meaning}${stage.unit ? ` [${stage.unit}]` : ""}`,
       onclick: () => onpick(stage.name),
       onkeydown: (event) => {
         const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-        if (step) onpick(stages[(i + step + stages.length) % stages.length].name, true);
+        if (step) { event.preventDefault(); onpick(stages[(i + step + stages.length) % stages.length].name, true); }
       } },
-      e("span", { class: `glyph ${rayproof.tone(verdictOf(stage.name))}` }, rayproof.glyph(verdictOf(stage.name))), " ", stage.name));
-    return e("div", { class: "tabs", role: "tablist", "aria-label": "Stages" }, buttons);
+    e("span", { class: `glyph ${rayproof.tone(verdictOf(stage.name))}`, "aria-hidden": "true" }, rayproof.glyph(verdictOf(stage.name))), " ", stage.name,
+    e("span", { class: "offscreen" }, ` ${rayproof.word(verdictOf(stage.name))}`))));
   }
 
-  function choose(wanted, known, preferred) {
-    return known.includes(wanted) ? wanted : preferred.find((name) => known.includes(name)) || known[0] || "";
-  }
+  const choose = (wanted, known, preferred) => (known.includes(wanted) ? wanted : preferred.find((name) => known.includes(name)) || known[0] || "");
+  const next = (list, current, step) => list[(list.indexOf(current) + step + list.length) % list.length];
 
-  function slider(title, value, oninput) {
-    const output = e("output", {}, value > 0 ? `+${value}` : value);
-    const input = e("input", { type: "range", min: -12, max: 12, step: 0.5, value, "aria-label": title, oninput: () => {
-      rayproof.replace(output, input.value > 0 ? `+${input.value}` : input.value);
-      oninput(Number(input.value));
-    } });
-    input.value = value;
-    return e("label", { class: "control" }, e("span", {}, title, " ", output), input);
-  }
-
-  rayproof.caseView = async function (results, row) {
+  rayproof.caseView = async function (results, row, around) {
     const data = await rayproof.load(row);
-    const root = e("main", { class: "case" });
     const checks = data.checks || [];
     const stages = results.stages.filter((stage) => checks.some((check) => check.stage === stage.name)
       || data.renderers.some((renderer) => data.has(renderer, stage.name)));
-    const ours = data.renderers.filter((name) => name.startsWith(PREFIX));
-    const theirs = data.renderers.filter((name) => !name.startsWith(PREFIX));
-    const view = { channel: -1, exposure: 0, gain: 0, metric: "absolute", pixel: null };
-    const stagePanel = e("section", { class: "panel", role: "tabpanel", "aria-label": "Stage" });
-    const pixelPanel = e("div");
-    const tabBar = e("div");
-    let choose3d = () => {};
-    const scene = rayproof.scene(data, { onpixel: (x, y) => choose3d(x, y) });
+    // Whoever is not a reference of this run was put to the test, whatever its name.
+    const witnesses = new Set([...Object.keys(results.references || {}), ...checks.map((check) => check.reference)]);
+    const ours = data.renderers.filter((name) => !witnesses.has(name));
+    const theirs = data.renderers.filter((name) => witnesses.has(name));
+    const panel = { tabs: e("div"), meaning: e("p", { class: "muted" }), checks: e("div"), panel: e("div") };
+    let shown = null, turn = 0, later = 0;
 
-    async function show() {
-      const wanted = rayproof.address();
+    const set = (parts) => { rayproof.remember(parts); return show(); };
+    const pointed = (x, y) => {
+      inspector.show(x, y);
+      scene?.pixel(x, y, shown.mine, shown.other);
+      clearTimeout(later);
+      // The address follows once the pointer rests, and never a case that was left meanwhile.
+      later = setTimeout(() => root.isConnected && rayproof.remember({ at: `${x},${y}` }), 250);
+    };
+    const zoomed = ({ zoom }) => {
+      clearTimeout(shown.zooming);
+      shown.zooming = setTimeout(() => root.isConnected && rayproof.remember({ zoom: Number(zoom.toPrecision(3)) }), 250);
+    };
+    const view = rayproof.stageView(data, { ours, theirs, set, onpoint: pointed, onview: zoomed });
+    const inspector = rayproof.inspector(data, stages);
+    const go = (x, y) => { view.viewer.point(x, y); view.viewer.node.scrollIntoView({ block: "nearest" }); };
+    const scene = rayproof.scene ? rayproof.scene(data, { onpixel: go }) : null;
+
+    async function show(focus) {
+      const mine = (turn += 1);
+      const wanted = rayproof.address(), settings = rayproof.settings();
       const stage = stages.find((item) => item.name === wanted.stage) || stages.find((item) => item.name === row.stage) || stages.at(-1);
       if (!stage) return;
       const bad = checks.find((check) => check.stage === stage.name && check.verdict === row.verdict && row.verdict !== "pass");
-      const mine = choose(wanted.ours, ours, [PREFIX + (bad ? bad.configuration : ""), "tracer-float32"]);
+      const own = choose(wanted.ours, ours, [bad ? `tracer-${bad.configuration}` : "", bad ? bad.configuration : "", "tracer-float32"]);
       const other = choose(wanted.reference, theirs, [bad ? bad.reference : "", "analytic"]);
-      const configuration = mine.slice(PREFIX.length);
-      const [a, b] = await Promise.all([data.image(mine, stage.name), data.image(other, stage.name)]);
-      rayproof.replace(tabBar, tabs(stages, data, stage.name, (name, focus) => {
-        rayproof.amend({ stage: name });
-        view.channel = -1;
-        show().then(() => focus && document.getElementById(`tab-${name}`)?.focus());
-      }));
-      const refused = (data.unsupported || []).find((item) => item.reference === other && item.stage === stage.name);
-      const inspector = rayproof.inspector(data, stages, [[mine || "ours", mine], [other || "reference", other]], stage.name, view.metric);
-      const pictures = e("div");
-      let marked = null;
-      const point = (x, y) => { view.pixel = [x, y]; inspector.show(x, y); scene?.pixel(x, y, mine, other); };
-      const draw = () => {
-        if (!a && !b) return rayproof.replace(pictures, e("p", { class: "muted" }, stage.name === "camera"
-          ? "The camera stage is matrices, not an image; the checks below compare them." : "No image of this stage was kept."));
-        marked = rayproof.figures({ stage: stage.name, unit: stage.unit === "1" ? "" : stage.unit, ours: a, theirs: b,
-          names: { ours: mine, theirs: other }, view, metric: view.metric, onpixel: point,
-          why: { ours: "No image of this stage was kept.", theirs: refused ? refused.why : "This reference did not answer this stage." } });
-        return rayproof.replace(pictures, marked.node);
-      };
-      const go = (x, y) => { marked?.mark(x, y); pictures.scrollIntoView({ block: "nearest" }); };
-      choose3d = go;
-      const channels = [[-1, "all channels"], ...(data.channels[stage.name] || []).map((name, i) => [i, name])];
-      const redraw = () => { draw(); if (view.pixel && marked) marked.mark(...view.pixel); };
-      rayproof.replace(stagePanel,
-        e("p", { class: "muted" }, stage.meaning, stage.unit && stage.unit !== "1" ? ` [${stage.unit}]` : ""),
-        e("div", { class: "controls" },
-          ours.length ? rayproof.select("ours", ours.map((name) => [name, name]), mine, (value) => { rayproof.amend({ ours: value }); show(); }) : null,
-          theirs.length ? rayproof.select("reference", theirs.map((name) => [name, name]), other, (value) => { rayproof.amend({ reference: value }); show(); }) : null,
-          a || b ? [
-            rayproof.select("channel", channels, String(view.channel), (value) => { view.channel = Number(value); redraw(); }),
-            rayproof.hasExposure(stage.name) ? slider("exposure", view.exposure, (value) => { view.exposure = value; redraw(); }) : null,
-            rayproof.select("difference", rayproof.metrics.map((name) => [name, name]), view.metric, (value) => { view.metric = value; show(); }),
-            slider("difference gain", view.gain, (value) => { view.gain = value; redraw(); }),
-          ] : null),
-        pictures,
-        a || b ? e("p", { class: "muted legend" },
-          swatch("nan"), "NaN ", swatch("inf"), "infinity ", swatch("miss"), "miss ", swatch("zero"), "no difference \u00B7 differences are of the stored float32 values; the checks were judged on what the renderers returned") : null,
-        e("h3", {}, "Checks"),
-        rayproof.checkTable(checks.filter((check) => check.stage === stage.name), { configuration, reference: other, unit: stage.unit === "1" ? "" : stage.unit, onpixel: go }));
-      redraw();
-      rayproof.replace(pixelPanel, a || b ? inspector.node : null);
-      const start = view.pixel || bad?.end_to_end?.pixel;
-      if (start && marked) marked.mark(...start);
+      const [a, b] = await Promise.all([data.image(own, stage.name), data.image(other, stage.name)]);
+      if (mine !== turn) return;
+      const first = shown === null;
+      shown = { stage, mine: own, other, settings };
+      rayproof.replace(panel.tabs, tabs(stages, data, stage.name, (name, held) => set({ stage: name, channel: "" , low: "", high: "" }).then(() => held && document.getElementById(`tab-${name}`)?.focus())));
+      rayproof.replace(panel.meaning, stage.meaning, stage.unit && stage.unit !== "1" ? ` [${stage.unit}]` : "");
+      keepFocus(view.controls, () => view.draw(stage, own, other, a, b, settings));
+      rayproof.replace(panel.checks, e("h3", {}, "Checks"), rayproof.checkTable(checks.filter((check) => check.stage === stage.name), {
+        configuration: rayproof.configurationOf(own), reference: other, unit: stage.unit === "1" ? "" : stage.unit, onpixel: go }));
+      rayproof.replace(panel.panel, rayproof.adjudication((data.adjudication || {})[stage.name]));
+      inspector.set({ ours: own, theirs: other, stage: stage.name, metric: settings.metric });
+      if (first && (a || b)) {
+        const start = settings.pixel || bad?.end_to_end?.pixel;
+        const image = a || b;
+        if (Array.isArray(start) && start[0] < image.width && start[1] < image.height) {
+          view.viewer.shared.pinned = Boolean(settings.pixel);
+          view.viewer.mark(...start);
+          inspector.show(...start);
+          scene?.pixel(start[0], start[1], own, other);
+        }
+        requestAnimationFrame(() => view.viewer.restore(settings.zoom));
+      }
+      if (focus) document.getElementById(`tab-${stage.name}`)?.focus();
     }
 
-    const swatch = (name) => e("i", { class: `swatch ${name}` });
-    rayproof.append(root, [rayproof.shoutBars(results), header(row, data),
-      stages.length ? [tabBar, stagePanel, e("div", { class: "pair" }, pixelPanel, scene?.node)] : [e("p", { class: "panel muted" }, "Nothing was measured in this case."), scene?.node],
-      rayproof.expectations(data.expectations || []), rayproof.unsupported(data.unsupported || []), rayproof.renders(data)]);
+    const move = (step) => set({ stage: next(stages, shown.stage, step).name, channel: "", low: "", high: "" });
+    const cycle = (key, list, current) => set({ [key]: list[(list.indexOf(current) + 1) % list.length] });
+    const open = (to) => to && (location.hash = rayproof.link({ case: to.name, stage: to.stage }));
+    const rows = [
+      [["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], "on an image: another pixel, with shift by ten"],
+      ["[", "previous stage", () => move(-1)], ["]", "next stage", () => move(1)],
+      ["s", "side by side", () => set({ mode: "side" })], ["w", "swipe", () => set({ mode: "swipe" })],
+      ["f", "flicker", () => set({ mode: "flicker" })], ["o", "onion skin", () => set({ mode: "onion" })], ["d", "error only", () => set({ mode: "error" })],
+      [" ", "stop flickering, show the other image", () => view.viewer.toggle()],
+      ["<", "less of ours, in swipe and onion skin", () => view.viewer.slide(-0.05)], [">", "more of ours", () => view.viewer.slide(0.05)],
+      ["+", "zoom in", () => view.viewer.zoom(2)], ["-", "zoom out", () => view.viewer.zoom(0.5)],
+      ["0", "fit the image in", () => view.viewer.fit()], ["n", "zoom to the numbers", () => view.viewer.legible()],
+      ["e", "exposure up", () => set({ exposure: shown.settings.exposure + 0.5 })], ["E", "exposure down", () => set({ exposure: shown.settings.exposure - 0.5 })],
+      ["g", "next tone curve", () => cycle("gamma", [0, 1, 1.8, 2.2, 3], shown.settings.gamma)],
+      ["c", "next colours", () => cycle("map", ["", ...rayproof.colorMaps], shown.settings.map)],
+      ["x", "next error metric", () => cycle("metric", rayproof.metrics, shown.settings.metric)],
+      ["l", "logarithmic or linear scale of errors", () => set({ scale: shown.settings.log ? "linear" : "log", low: "", high: "" })],
+      ["b", "borders: silhouettes, shadow edges, terminators", () => set({ edges: shown.settings.edges ? "" : "1" })],
+      ["v", "next channel", () => cycle("channel", [-1, ...(data.channels[shown.stage.name] || []).keys()], shown.settings.channel)],
+      ["t", "next of ours", () => cycle("ours", ours, shown.mine)], ["r", "next reference", () => cycle("reference", theirs, shown.other)],
+      ["y", "copy the command that reproduces this pixel", () => document.querySelector(".inspector .command button")?.click()],
+      ["j", "next case", () => open(around.after)], ["k", "previous case", () => open(around.before)],
+      ["Escape", "let the pixel follow the pointer again, then back to all cases", () => {
+        if (!view.viewer.unpin()) location.hash = rayproof.listAddress || "";
+      }],
+    ];
+
+    const root = e("main", { class: "case" }, rayproof.shoutBars(results), header(row, data, around),
+      stages.length ? [panel.tabs,
+        e("section", { class: "panel", role: "tabpanel", id: "stage-panel", "aria-label": "Stage" }, e("h2", { class: "offscreen" }, "Images and checks of this stage"), panel.meaning, view.controls, view.node, panel.checks, panel.panel),
+        e("div", { class: "pair" }, e("div", {}, inspector.node), scene?.node)]
+        : [e("p", { class: "panel muted" }, "Nothing was measured in this case."), scene?.node],
+      rayproof.expectations(data.expectations || []), rayproof.unsupported(data.unsupported || []), rayproof.renders(data));
+    if (!data.renderers.length) inspector.node.hidden = true;
     await show();
-    return root;
+    return { node: root, keys: stages.length ? rows : rows.slice(-3), shown: () => shown && view.viewer.node.isConnected && show() };
   };
+
+  // Rebuilding controls must not throw the keyboard user out of the one in use.
+  function keepFocus(node, rebuild) {
+    const held = document.activeElement;
+    const name = node.contains(held) ? held.getAttribute("aria-label") || held.dataset.mode : null;
+    const type = held?.type;
+    rebuild();
+    if (name) [...node.querySelectorAll("select, input, button")].find((one) => (one.getAttribute("aria-label") || one.dataset.mode) === name && one.type === type)?.focus();
+  }
 })(window.rayproof);

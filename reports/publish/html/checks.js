@@ -51,7 +51,7 @@
     if (!checks.length) return e("p", { class: "muted" }, "Nothing was checked at this stage.");
     return e("div", { class: "scroll" }, e("table", { class: "checks" },
       e("thead", {}, e("tr", {}, ["verdict", "configuration", "reference", "end to end", "given our previous stage", "worst error",
-        "worst pixel", "pixels", ""].map((title) => e("th", { scope: "col" }, title)))),
+        "worst pixel", "pixels", ""].map((title) => (title ? e("th", { scope: "col" }, title) : e("td"))))),
       e("tbody", {}, checks.map((check) => row(check,
         check.configuration === configuration && check.reference === reference, unit, onpixel)))));
   };

@@ -34,7 +34,12 @@
         e("thead", {}, e("tr", {}, e("td"), e("th", { scope: "col" }, "planned"), e("td"),
           names.map((name) => e("th", { scope: "col" },
             e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(name)), " ", rayproof.word(name))))),
-        e("tbody", {}, row("cases", results.summary), row("checks", results.checks))));
+        e("tbody", {}, row("cases", results.summary), row("checks", results.checks))),
+      e("p", { class: "muted" }, ["cases", "checks"].map((what, i) => {
+        const counts = i ? results.checks : results.summary;
+        const measured = ["pass", "warn", "fail", "reference_suspect"].reduce((sum, name) => sum + counts[name], 0);
+        return `${i ? "; " : ""}${counts.planned} ${what} planned = ${measured} measured + ${counts.unsupported} unsupported + ${counts.error + counts.missing} errors`;
+      }), "."));
   };
 
   rayproof.blamed = function (results) {
@@ -64,10 +69,19 @@
   rayproof.slowest = function (results) {
     const rows = results.cases.filter((row) => row.seconds > 0).sort((a, b) => b.seconds - a.seconds).slice(0, 10);
     if (!rows.length) return null;
-    return e("details", { class: "panel" }, e("summary", {}, "What was slow"),
-      e("table", {}, e("tbody", {}, rows.map((row) => e("tr", {},
-        e("td", {}, e("a", { href: rayproof.link({ case: row.name }) }, row.name)),
-        e("td", { class: "figure" }, rayproof.seconds(row.seconds)))))));
+    const most = rows[0].seconds;
+    const bar = (share) => {
+      const fill = e("i", {});
+      fill.style.width = `${100 * share}%`;
+      return e("span", { class: "bar plain" }, fill);
+    };
+    const times = Object.entries(results.times || {}).sort((a, b) => b[1] - a[1]);
+    return e("details", { class: "panel" }, e("summary", {}, "What was slow"), e("div", { class: "columns" },
+      e("div", {}, e("h3", {}, "Cases"), e("table", {}, e("tbody", {}, rows.map((row) => e("tr", {},
+        e("td", {}, e("a", { href: rayproof.link({ case: row.name }) }, e("bdi", {}, row.name))),
+        e("td", {}, bar(row.seconds / most)), e("td", { class: "figure" }, rayproof.seconds(row.seconds))))))),
+      times.length ? e("div", {}, e("h3", {}, "Renderers, over all cases"), e("table", {}, e("tbody", {}, times.map(([name, seconds]) => e("tr", {},
+        e("td", {}, name), e("td", {}, bar(seconds / times[0][1])), e("td", { class: "figure" }, rayproof.seconds(seconds))))))) : null));
   };
 
   // Work-precision diagrams, where `rayproof tradeoff` left some in this folder.

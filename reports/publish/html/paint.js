@@ -1,5 +1,5 @@
-// A stage's floats as colours. Radiometric stages: exposure, then sRGB. Directions: [-1, 1] to [0, 1]. Distances and
-// positions: their range. Indices: a colour each. NaN is magenta, an infinity cyan, the distance of a miss grey.
+// A stage's floats as colours. Radiometric stages: exposure, then sRGB or a gamma. Directions: [-1, 1] to [0, 1].
+// Distances and positions: their range. Indices: a colour each. NaN is magenta, an infinity cyan, a miss's distance grey.
 (function (rayproof) {
   "use strict";
 
@@ -17,29 +17,38 @@
       const range = ranges[i % image.channels];
       if (value < range[0]) range[0] = value;
       if (value > range[1]) range[1] = value;
-      if (value > 0) finite.push(value);
+      if (value > 0 && LIGHT.has(stage)) finite.push(value);
     }
-    finite.sort((a, b) => a - b);
+    const sorted = Float32Array.from(finite).sort();
     // White is what all but the brightest hundredth stay below.
-    return { ranges, white: finite.length ? finite[Math.floor(0.99 * (finite.length - 1))] : 1 };
+    return { ranges, white: sorted.length ? sorted[Math.floor(0.99 * (sorted.length - 1))] : 1 };
   };
 
-  // -> ImageData
-  rayproof.paint = function (stage, image, scale, { channel = -1, exposure = 0 } = {}) {
+  // -> ImageData. `map` names a colour map for one number per pixel, or is "" for the stage's own colours.
+  rayproof.paint = function (stage, image, scale, { channel = -1, exposure = 0, gamma = 0, map = "" } = {}) {
     const { width, height, channels, values } = image;
     const picture = new ImageData(width, height);
-    const gain = 2 ** exposure / scale.white;
-    const tone = toneOf(stage, scale, gain);
-    for (let pixel = 0; pixel < width * height; pixel += 1) {
-      const color = colorOf(stage, values, pixel * channels, channels, channel, tone, scale);
-      picture.data.set([color[0], color[1], color[2], 255], 4 * pixel);
+    const tone = toneOf(stage, scale, 2 ** exposure / scale.white, map ? 1 : gamma);
+    const [from, to] = channel < 0 ? [0, channels] : [channel, channel + 1];
+    for (let pixel = 0, at = 0; pixel < width * height; pixel += 1, at += 4) {
+      const start = pixel * channels;
+      const color = special(stage, values, start + from, start + to)
+        || (map && stage !== "object" ? falseColor(map, stage, values, start, from, to, tone)
+          : ownColor(stage, values, start, channels, channel, tone));
+      picture.data[at] = color[0];
+      picture.data[at + 1] = color[1];
+      picture.data[at + 2] = color[2];
+      picture.data[at + 3] = 255;
     }
     return picture;
   };
 
-  function toneOf(stage, scale, gain) {
+  function toneOf(stage, scale, gain, gamma) {
     if (SIGNED.has(stage)) return (value) => 127.5 * (1 + value);
-    if (LIGHT.has(stage)) return (value) => rayproof.srgb(value * gain);
+    if (LIGHT.has(stage)) {
+      const curve = rayproof.toneCurve(gamma);
+      return (value) => curve(value * gain);
+    }
     if (stage === "visibility") return (value) => 30 + 210 * value;
     return (value, c) => {
       const [low, high] = scale.ranges[c] || [0, 1];
@@ -47,30 +56,51 @@
     };
   }
 
-  function colorOf(stage, values, start, channels, channel, tone, scale) {
-    const from = channel < 0 ? 0 : channel;
-    const to = channel < 0 ? channels : channel + 1;
-    for (let c = from; c < to; c += 1) if (Number.isNaN(values[start + c])) return rayproof.NAN;
-    for (let c = from; c < to; c += 1) {
-      if (!Number.isFinite(values[start + c])) {
-        return stage === "distance" && values[start + c] > 0 ? rayproof.MISS : rayproof.INFINITE;
-      }
+  function special(stage, values, from, to) {
+    for (let i = from; i < to; i += 1) if (Number.isNaN(values[i])) return rayproof.NAN;
+    for (let i = from; i < to; i += 1) {
+      if (!Number.isFinite(values[i])) return stage === "distance" && values[i] > 0 ? rayproof.MISS : rayproof.INFINITE;
     }
+    return null;
+  }
+
+  // One number: the chosen channel, or the mean of all.
+  function falseColor(map, stage, values, start, from, to, tone) {
+    let sum = 0;
+    for (let c = from; c < to; c += 1) sum += tone(values[start + c], c) / (to - from);
+    return rayproof.mapped(map, sum / 255);
+  }
+
+  function ownColor(stage, values, start, channels, channel, tone) {
     if (stage === "object") {
       const index = values[start + (channel < 0 ? 0 : channel)];
-      return index < 0 ? rayproof.MISS : rayproof.indexColor(index);
+      return index < 0 ? rayproof.MISS : rayproof.indexColor(Math.floor(index));
     }
-    if (stage === "distance") {
-      const at = rayproof.viridis.at(1 - tone(values[start], 0) / 255);
-      return rayproof.viridis.table.subarray(at, at + 3);
-    }
+    if (stage === "distance") return rayproof.mapped("viridis", 1 - tone(values[start], 0) / 255);
     if (channel >= 0) {
       const grey = tone(values[start + channel], channel);
       return [grey, grey, grey];
     }
-    if (channels === 3) return [0, 1, 2].map((c) => tone(values[start + c], c));
+    if (channels === 3) return [tone(values[start], 0), tone(values[start + 1], 1), tone(values[start + 2], 2)];
     let sum = 0;
     for (let c = 0; c < channels; c += 1) sum += tone(values[start + c], c) / channels;
     return [sum, sum, sum];
   }
+
+  // Errors as colours: black where there is none. -> ImageData
+  rayproof.paintErrors = function (errors, range, log, map) {
+    const picture = new ImageData(errors.width, errors.height);
+    const signed = rayproof.isSigned(errors.metric);
+    errors.values.forEach((value, pixel) => {
+      let color = rayproof.NOTHING;
+      if (Number.isNaN(value)) color = rayproof.NAN;
+      else if (!Number.isFinite(value)) color = rayproof.INFINITE;
+      else if (value !== 0) {
+        const place = Math.min(1, Math.max(0, rayproof.position(value, range, log)));
+        color = signed ? rayproof.mapped("signed", 0.5 + 0.5 * Math.sign(value) * place) : rayproof.mapped(map, place);
+      }
+      picture.data.set([color[0], color[1], color[2], 255], 4 * pixel);
+    });
+    return picture;
+  };
 })(window.rayproof);

@@ -1,19 +1,40 @@
-// Reads the results and shows what the address asks for.
+// Reads the results and shows what the address asks for: a case, a page, or the front.
 (function (rayproof) {
   "use strict";
   const e = rayproof.element;
   const results = JSON.parse(document.getElementById("results").textContent);
   const app = document.getElementById("app");
-  let turn = 0;
+  let turn = 0, list = null;
 
   function front() {
     rayproof.listAddress = location.hash;
-    const list = rayproof.caseList(results);
-    return e("main", {}, rayproof.shoutBars(results), rayproof.verdictLine(results),
+    list = rayproof.caseList(results);
+    rayproof.keys([
+      ["/", "search the cases", () => list.search()],
+      [["j", "k"], "next or previous case of the list", (key) => list.step(key === "j" ? 1 : -1)],
+      ["Enter", "on a case: open it"],
+      ["Escape", "clear the filters", () => list.clear()],
+    ]);
+    return e("main", {}, rayproof.shoutBars(results), rayproof.navigation(results, ""), rayproof.verdictLine(results),
       rayproof.ledger(results, (verdict) => list.set({ verdict })), rayproof.blamed(results),
-      rayproof.audit(results),
-      rayproof.coverage(results, (id) => list.set({ id })), list.section,
+      rayproof.audit(results), rayproof.coverage(results, (id) => list.set({ id })), list.section,
       rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));
+  }
+
+  function page(name) {
+    rayproof.keys([["Escape", "back to the front page", () => { location.hash = ""; }]]);
+    const found = rayproof.pages.get(name);
+    if (!found) return problem(`There is no page called ${name}.`);
+    return e("main", { class: "page" }, rayproof.shoutBars(results), rayproof.navigation(results, name), found.view(results));
+  }
+
+  async function oneCase(name) {
+    const at = results.cases.findIndex((item) => item.name === name);
+    if (at < 0) return { node: problem(`There is no case called ${name}.`), keys: [["Escape", "back to all cases", () => { location.hash = rayproof.listAddress || ""; }]] };
+    // Neighbours are those of the list as it was filtered and sorted.
+    const order = list ? list.rows() : results.cases;
+    const place = order.indexOf(results.cases[at]);
+    return rayproof.caseView(results, results.cases[at], { before: order[place - 1], after: place < 0 ? undefined : order[place + 1] });
   }
 
   async function show() {
@@ -21,31 +42,29 @@
     if (rayproof.quiet === location.hash) return;
     rayproof.quiet = null;
     const mine = (turn += 1);
-    const wanted = rayproof.address().case;
-    if (wanted === undefined) {
-      rayproof.replace(app, front());
-      return;
-    }
-    const row = results.cases.find((item) => item.name === wanted);
+    const wanted = rayproof.address();
     let view;
     try {
-      view = row ? await rayproof.caseView(results, row) : problem(`There is no case called ${wanted}.`);
+      if (wanted.case !== undefined) view = await oneCase(wanted.case);
+      else view = { node: wanted.page ? page(wanted.page) : front() };
     } catch (error) {
-      view = problem(error.message);
+      view = { node: problem(error.message), keys: [] };
     }
     // Another case was opened while this one was loading.
     if (mine !== turn) return;
-    rayproof.replace(app, view);
+    if (view.keys) rayproof.keys(view.keys);
+    document.title = rayproof.title(results, wanted);
+    rayproof.replace(app, view.node);
+    view.shown?.();
+    list?.laid();
     window.scrollTo(0, 0);
   }
 
-  const problem = (text) => e("main", {}, e("p", { class: "shout" }, text), e("p", {}, e("a", { href: "#" }, "\u2190 all cases")));
+  const problem = (text) => e("main", {}, e("p", { class: "shout", role: "alert" }, text), e("p", {}, e("a", { href: "#" }, "\u2190 all cases")));
 
-  document.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && rayproof.address().case !== undefined) location.hash = rayproof.listAddress || "";
-  });
   window.addEventListener("hashchange", () => {
-    if (rayproof.address().case === undefined) rayproof.listAddress = location.hash;
+    const { case: name, page: other } = rayproof.address();
+    if (name === undefined && other === undefined) rayproof.listAddress = location.hash;
     show();
   });
   show();

@@ -25,16 +25,15 @@
       e("span", { "aria-hidden": "true", class: "glyph" }, rayproof.glyph(verdict)), rayproof.word(verdict));
   };
 
-  // One reference's word on one case, from {verdict: count}.
-  rayproof.cell = function (counts, reference) {
+  // One renderer's word on one case: [worst verdict, checks that have it, all checks, worst ratio, stages unsupported].
+  rayproof.cell = function (cell, renderer) {
     const e = rayproof.element;
-    if (!counts) return e("span", { class: "cell none", title: `${reference}: not asked` }, "\u00B7");
-    const measured = Object.keys(counts).filter((verdict) => verdict !== "unsupported");
-    const verdict = measured.length ? rayproof.worst(measured) : "unsupported";
-    const total = Object.values(counts).reduce((sum, count) => sum + count, 0);
-    const text = Object.entries(counts).map(([name, count]) => `${count} ${rayproof.word(name)}`).join(", ");
-    const partial = measured.length && counts.unsupported ? "*" : "";
-    return e("span", { class: `cell ${rayproof.tone(verdict)}`, title: `${reference}: ${text}` },
-      e("span", { class: "glyph" }, rayproof.glyph(verdict)), ` ${measured.length ? counts[verdict] : total}${partial}`);
+    if (!cell) return e("span", { class: "cell none", title: `${renderer}: not asked` }, "\u00B7");
+    const [verdict, count, total, ratio, unsupported] = cell;
+    const partial = unsupported && verdict !== "unsupported" ? "*" : "";
+    const title = `${renderer}: ${count} of ${total} checks ${rayproof.word(verdict)}`
+      + (ratio === null ? "" : `, worst error ${rayproof.short(ratio)} of its limit`) + (unsupported ? `, ${unsupported} stages unsupported` : "");
+    return e("span", { class: `cell ${rayproof.tone(verdict)}`, title },
+      e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(verdict)), e("span", { class: "offscreen" }, rayproof.word(verdict)), ` ${verdict === "unsupported" ? unsupported : count}${partial}`);
   };
 })(window.rayproof);

@@ -1,5 +1,6 @@
-"""One sample results folder, published once, for all tests that only read it."""
+"""One sample results folder, published once, for all tests that only read it; and one browser to look at it."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -7,6 +8,7 @@ import pytest
 
 from reports.publish import publish_all
 from tests.reports.publish.sample import make_folder
+from tests.reports.publish.visits import CHROMIUM, Visit
 
 
 class Published(NamedTuple):
@@ -23,3 +25,23 @@ def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
     results = make_folder(folder)
     publish_all(folder)
     return Published(folder, results)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Return a headless Chromium, or skip with the reason that there is none."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("Chromium is not installed; on Debian: apt-get install chromium")
+    with playwright.sync_playwright() as driver:
+        chromium = driver.chromium.launch(executable_path=CHROMIUM)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def visit(browser: Any, published: Published) -> Iterator[Visit]:
+    """Return a visit to the sample report that must end without complaint and without leaving the folder."""
+    one = Visit(browser, published.folder)
+    yield one
+    one.end()

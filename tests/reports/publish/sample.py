@@ -8,7 +8,9 @@ import numpy as np
 
 from cases.case import ITEMS
 from cases.stages import IMAGE_STAGES, Stage
+from reports.judge.masks import SHADOW, SILHOUETTE, TERMINATOR
 from reports.judge.outcomes import Outcome
+from reports.publish.encoding import pack
 from reports.publish.exr import write_answers
 from reports.publish.results import save_results
 
@@ -168,6 +170,8 @@ def _case(
         path = f"images/{safe}/{renderer}.exr"
         write_answers(folder / path, image, 2)
         case["renders"].append({"renderer": renderer, "seconds": 0.12, "image": path, "error": None})
+    case["masks"] = _masks(size["width"], size["height"])
+    case["adjudication"] = {"normal": _panel(stage == "normal")}
     for configuration in ("float32", "float64"):
         for reference in ("analytic", "mitsuba_scalar"):
             for checked in (Stage.CAMERA, *IMAGE_STAGES) if reference == "analytic" else IMAGE_STAGES:
@@ -177,6 +181,33 @@ def _case(
         "expected": 111.1111, "limit": 1e-4, "configuration": "float32",
     })  # fmt: skip
     return case
+
+
+def _masks(width: int, height: int) -> dict[str, Any]:
+    """Return a silhouette around the middle, a shadow edge below and a terminator above."""
+    bits = np.zeros((height, width), np.uint8)
+    bits[height // 3, width // 3 : 2 * width // 3] = SILHOUETTE
+    bits[2 * height // 3, :5], bits[2, -4:] = SHADOW, TERMINATOR
+    return {"configuration": "float32", "height": height, "width": width, "data": pack(bits.tobytes())}
+
+
+def _panel(odd: bool) -> dict[str, Any]:
+    """Return what everybody thinks of everybody, ours alone if it is `odd`."""
+    names = ["float32", "float64", "analytic", "mitsuba_scalar"]
+    apart = {("float32", other) for other in names[1:]} | {(other, "float32") for other in names[1:]} if odd else set()
+    table = [
+        [
+            None if a == b else "inf" if (a, b) in apart and b == "analytic" else 40.0 if (a, b) in apart else 0.2
+            for b in names
+        ]
+        for a in names
+    ]
+    return {
+        "baseline": "analytic", "renderers": names, "ratio": table,
+        "differing": [[None if a == b else 12 if (a, b) in apart else 0 for b in names] for a in names],
+        "alone": "float32" if odd else None,
+        "why": "float32 stands alone against <three> others." if odd else "All agree.",
+    }  # fmt: skip
 
 
 def _spoil(image: dict[Stage, np.ndarray], stage: Stage) -> None:

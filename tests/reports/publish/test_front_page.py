@@ -1,0 +1,145 @@
+"""The front page in a real browser, from disk: verdict, totals, coverage, and the matrix of cases."""
+
+import pytest
+
+from reports.publish import publish_all
+from reports.publish.page import publish
+from reports.publish.results import save_results
+from tests.reports.publish.sample import HOSTILE, make_folder, results_of
+from tests.reports.publish.visits import Visit
+
+pytestmark = pytest.mark.browser
+
+
+def test_the_first_screen_says_verdict_totals_and_coverage(visit):
+    page = visit.open()
+
+    assert page.locator("h1").inner_text().startswith("9 cases: 3 fail")
+    assert page.locator(".ledger tbody tr").first.inner_text().split()[:3] == ["cases", "9", "="]
+    assert page.locator(".coverage tbody tr").count() == 29
+    assert "normal NRM-3" in page.locator(".blamed").inner_text()
+    assert visit.names()[0] == "lights/broken"
+    assert page.locator(".shout").count() == 0
+
+
+def test_filters_narrow_the_list_and_live_in_the_address(visit):
+    page = visit.open()
+
+    page.get_by_label("verdict", exact=True).select_option("fail")
+    assert sorted(visit.names()) == ["lights/acne", "lights/broken", "sphere/sheared"]
+    page.get_by_label("id", exact=True).select_option("NRM-3")
+    assert visit.names() == ["sphere/sheared"]
+    page.reload()
+    assert visit.names() == ["sphere/sheared"]
+    page.get_by_role("button", name="clear").click()
+    assert len(visit.names()) == 9
+    page.get_by_label("search").press_sequentially("NRM-3 SHEAR")
+    assert visit.names() == ["sphere/sheared"]
+    page.get_by_label("search").fill("")
+    page.get_by_role("button", name="LIT-5").click()
+    assert visit.names() == ["lights/acne"]
+
+
+def test_family_and_stage_filters(visit):
+    visit.open(family="mesh")
+    assert sorted(visit.names()) == ["mesh/crash", "mesh/empty", "mesh/huge"]
+    visit.open(stage="camera", verdict="warn")
+    assert visit.names() == ["plane/tilted"]
+
+
+def test_columns_sort_and_the_order_lives_in_the_address(visit):
+    page = visit.open()
+
+    page.get_by_title("sort by case", exact=True).click()
+    assert visit.names() == sorted(visit.names())
+    assert "sort=name" in page.url
+    assert page.locator("th[aria-sort=ascending]").inner_text().startswith("case")
+    page.get_by_title("sort by case", exact=True).click()
+    assert visit.names() == sorted(visit.names(), reverse=True)
+    page.get_by_title("sort by error / limit", exact=True).click()
+    assert visit.names()[0] == "lights/broken"
+    page.reload()
+    assert page.locator("th[aria-sort=descending]").inner_text().startswith("error / limit")
+
+
+def test_the_matrix_has_a_column_per_reference_or_per_configuration(visit):
+    page = visit.open()
+    assert page.locator(".cases thead th.matrix").all_inner_texts() == ["analytic", "mitsuba_scalar"]
+    row = page.locator(".cases tbody tr", has_text="sphere/sheared")
+    assert "fail" in row.locator("td.matrix").first.inner_text()
+
+    page.get_by_label("columns").select_option("ours")
+
+    assert page.locator(".cases thead th.matrix").all_inner_texts() == ["float32", "float64"]
+    page.get_by_title("sort by float32", exact=True).click()
+    assert visit.names()[0] == "lights/broken"
+
+
+def test_totals_are_a_sum_in_words(visit):
+    text = visit.open().get_by_role("region", name="Totals").inner_text()
+
+    assert "9 cases planned = 6 measured + 1 unsupported + 2 errors" in text
+
+
+def test_the_keyboard_searches_walks_and_opens(visit):
+    page = visit.open()
+
+    page.keyboard.press("/")
+    page.keyboard.type("sphere")
+    page.keyboard.press("Escape")
+    assert len(visit.names()) == 9
+    page.locator("h1").click()
+    page.keyboard.press("j")
+    page.keyboard.press("j")
+    assert page.evaluate("document.activeElement.textContent") == visit.names()[1]
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".case")
+
+
+def test_what_was_slow_names_cases_and_renderers(visit):
+    page = visit.open()
+
+    page.get_by_text("What was slow").click()
+
+    slow = page.locator("details[open]").inner_text()
+    assert "sphere/plain" in slow
+    assert "tracer-float64" in slow
+
+
+def test_a_thousand_cases_are_a_window_of_rows(browser, tmp_path):
+    results = make_folder(tmp_path)
+    template = next(case for case in results["cases"] if case["name"] == "mesh/empty")
+    many = [template | {"name": f"many/case_{i:04}", "family": "many", "verdict": "pass"} for i in range(1000)]
+    publish(tmp_path, results_of(results["cases"] + many))
+    visit = Visit(browser, tmp_path)
+    page = visit.open()
+
+    assert page.locator(".cases").get_attribute("aria-rowcount") == "1010"
+    assert page.locator(".cases tbody tr").count() < 100
+    page.locator(".cases tbody a").first.focus()
+    for _ in range(30):
+        page.keyboard.press("j")
+    assert page.evaluate("document.activeElement.textContent") == "many/case_0021"
+    page.evaluate("window.scrollTo(0, document.body.scrollHeight)")
+    page.wait_for_selector("text=many/case_0999")
+    page.get_by_label("search").fill("case_0777")
+    assert visit.names() == ["many/case_0777"]
+    visit.end()
+
+
+def test_planted_faults_are_shouted_first_on_every_view(browser, tmp_path):
+    results = make_folder(tmp_path)
+    save_results(tmp_path, results_of(results["cases"], faults=("ray/flipped",)))
+    publish_all(tmp_path)
+    visit = Visit(browser, tmp_path)
+
+    for address in ({}, {"case": "sphere/plain"}):
+        page = visit.open(**address)
+        assert page.locator("main > *").first.inner_text().startswith("PLANTED FAULTS IN USE: ray/flipped")
+    visit.end()
+
+
+def test_a_hostile_name_is_text_in_the_list(visit):
+    visit.open(q="evil")
+
+    assert visit.names() == [HOSTILE]
