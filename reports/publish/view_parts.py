@@ -16,7 +16,7 @@ from reports.publish.picture_hits import Hits
 from reports.publish.picture_scene import MOST_NORMALS, few, frustum, ray_ends
 from reports.publish.picture_shapes import surface
 
-MOST_TRIANGLES = 5000  # of all shapes of a view
+MOST_TRIANGLES = 3600  # of all shapes of a view
 ROUNDEST, LEAST_ROUND = 40, 10  # corners of a sphere's equator
 FAR = (
     20.0  # scene sizes beyond which eye and lights are left out: they would squeeze the rest into the depth's last bits

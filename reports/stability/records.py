@@ -77,6 +77,7 @@ def about(ladder: Ladder) -> dict[str, Any]:
         "ladder": ladder.name,
         "group": ladder.group,
         "kind": ladder.kind,
+        "saturated": ladder.saturated,
         "slots": list(ladder.slots),
         "parameter": ladder.parameter,
         "values": list(ladder.values),

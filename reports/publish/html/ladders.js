@@ -36,10 +36,13 @@
       hovertemplate: `${rayproof.plotText(climb.formula)}<br>%{x}: %{y:.3g}<extra></extra>` };
   }
 
-  // The law's line through the middle of what was measured from where it holds.
+  // The law's line through the middle of what was measured, where errors are not yet as large as they can be.
   function predicted(ladder, climb, axis, index) {
     if (!numeric(climb.slope_predicted) || axis.type !== "log" || !rayproof.measures(ladder)) return null;
-    const points = climb.values.value.map((x, i) => [x, climb.values.median[i]]).filter(([, y]) => y > 0);
+    const law = (ladder.laws || []).find((one) => one.slope === climb.slope_predicted && one.precisions.includes(climb.precision));
+    const from = Math.max(0, climb.values.value.indexOf(law?.first));
+    const points = climb.values.value.map((x, i) => [x, climb.values.median[i]]).slice(from)
+      .filter(([, y]) => y > 0 && y <= (ladder.saturated ?? Infinity));
     if (points.length < 2) return null;
     const offsets = points.map(([x, y]) => Math.log10(y) - climb.slope_predicted * Math.log10(x)).sort((a, b) => a - b);
     const offset = offsets[Math.floor(offsets.length / 2)];

@@ -1,0 +1,282 @@
+"""The 3-D view and the pages with plots in a real browser, from disk: pixels, points and rays, no error, no request."""
+
+import io
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from reports.publish import gl, publish_all
+from reports.publish.pictures import draw_pictures
+from reports.publish.results import save_results
+from tests.reports.publish.sample import make_folder
+from tests.reports.publish.test_audit import AUDIT
+from tests.reports.publish.test_plots import CLIMB, leave
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed; on Debian: apt-get install chromium"),
+]
+HOSTILE = "sphere/<a href='http://x'>%{x}<b>"
+# What a software OpenGL says of itself when the screen is photographed; no word of the page's.
+DRIVER = "GL Driver Message (OpenGL, Performance"
+MAGENTA = np.array([230, 0, 126])  # the chosen pixel's ray
+SECONDS = 1.5
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a results folder with views, plots and an audit, published."""
+    folder = tmp_path_factory.mktemp("pages")
+    results = make_folder(folder)
+    results["cases"] = results["cases"][:2]
+    results["references"]["analytic"]["version"] = "numpy <b>2</b>"
+    results["absent"] = {"tachyon": "passagemath-tachyon is not installed"}
+    for case in results["cases"]:
+        case["notes"] = [{"reference": "mitsuba_scalar", "note": "a disc for a plane"}]
+        case["settings"] = {"mitsuba_scalar": {"ray epsilon": "0.001 m"}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gl, "why_not", lambda: "OpenGL is missing")
+        draw_pictures(folder, results)
+    save_results(folder, results)
+    leave(folder, climbs=[CLIMB, CLIMB | {"formula": HOSTILE, "verdict": "fail", "surprise": "it broke"}])
+    (folder / "audit.json").write_text(json.dumps(AUDIT))
+    publish_all(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Return a headless Chromium."""
+    with playwright.sync_playwright() as driver:
+        chromium = driver.chromium.launch(executable_path=CHROMIUM)
+        yield chromium
+        chromium.close()
+
+
+class Visit:
+    """A page of the report, and what went wrong in it."""
+
+    def __init__(self, browser: Any, folder: Path, **context: Any) -> None:
+        self.folder = folder
+        self.context = browser.new_context(**context)
+        self.page = self.context.new_page()
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+
+    def open(self, **address: Any) -> Any:
+        """Go to an address of the report and return the page."""
+        self.page.goto(f"{(self.folder / 'index.html').as_uri()}#{urlencode(address)}")
+        return self.page
+
+    def open_3d(self) -> Any:
+        """Open the first case in 3-D and return the page."""
+        page = self.open(case="sphere/plain", stage="distance")
+        page.get_by_role("button", name="open in 3-D").click()
+        page.wait_for_selector("iframe[data-drawn]")
+        return page
+
+    def end(self) -> None:
+        """Close the page, which must not have complained nor left the folder."""
+        self.context.close()
+        assert [text for text in self.complaints if DRIVER not in text] == []
+        inside = self.folder.as_uri()
+        assert all(url.startswith(inside) for url in self.requests if not url.startswith(("data:", "blob:")))
+
+
+@pytest.fixture
+def visit(browser: Any, folder: Path) -> Iterator[Visit]:
+    """Return a visit to the report."""
+    one = Visit(browser, folder)
+    yield one
+    one.end()
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Any, folder: Path) -> Iterator[Any]:
+    """Return a page with a case open in 3-D, for all tests that leave it as it was."""
+    one = Visit(browser, folder)
+    yield one.open_3d()
+    one.end()
+
+
+def photographed(page: Any) -> np.ndarray:
+    """Return the 3-D view's pixels (height, width, 3), without its panel."""
+    picture = np.asarray(Image.open(io.BytesIO(page.locator("iframe").screenshot())).convert("RGB"))
+    return picture[50:, 260:]
+
+
+def test_the_view_is_drawn_and_its_layers_can_be_switched(opened: Any) -> None:
+    boxes = opened.frame_locator("iframe").get_by_role("checkbox").all()
+
+    full = photographed(opened)
+    for box in boxes:
+        box.uncheck()
+    empty = photographed(opened)
+    for box in boxes:
+        box.check()
+
+    assert len(np.unique(full.reshape(-1, 3), axis=0)) > 100
+    assert (full != full[0, 0]).any(axis=-1).mean() > 0.05
+    assert len(np.unique(empty.reshape(-1, 3), axis=0)) < 20
+
+
+def test_the_view_opens_within_its_time(visit: Visit) -> None:
+    if os.getloadavg()[0] > 1.5 * (os.cpu_count() or 1):
+        pytest.skip("other work on this machine would be timed")
+    page = visit.open_3d()
+    took = [page.locator("iframe").get_attribute("data-drawn")]
+    # The first opening pays for a cold browser.
+    page.get_by_role("button", name="close 3-D").click()
+    page.get_by_role("button", name="open in 3-D").click()
+    page.wait_for_selector("iframe[data-drawn]")
+    took.append(page.locator("iframe").get_attribute("data-drawn"))
+
+    assert min(map(float, took)) < 1000 * SECONDS
+
+
+def test_the_points_take_the_colours_of_what_is_asked(opened: Any) -> None:
+    page = opened
+    frame = page.frame_locator("iframe")
+
+    before = photographed(page)
+    frame.get_by_label("measure").select_option("digits")
+    assert "digits" in frame.locator(".scale").inner_text()
+    frame.get_by_label("points coloured by").select_option("normal")
+
+    assert (photographed(page) != before).any()
+
+
+def test_a_pixel_shows_its_ray_and_a_point_marks_its_pixel(opened: Any) -> None:
+    page = opened
+    page.locator("figure canvas, .pane canvas, canvas").first.hover(position={"x": 60, "y": 60})
+    page.wait_for_selector(".inspector h3:has-text('column')")
+    page.wait_for_timeout(300)
+    assert (np.abs(photographed(page).astype(int) - MAGENTA).max(axis=-1) < 40).sum() > 20
+    box = page.locator("iframe").bounding_box()
+    tip = page.frame_locator("iframe").locator("#tip")
+
+    # Along a line through the middle there is a hit point somewhere.
+    for step in range(200):
+        page.mouse.move(box["x"] + 280 + step * 3, box["y"] + box["height"] * 0.55)
+        if tip.is_visible():
+            break
+    column, row = re.findall(r"\d+", tip.inner_text())[:2]
+    page.mouse.down()
+    page.mouse.up()
+
+    page.wait_for_selector(f".inspector h3:has-text('column {column}, row {row}')")
+
+
+def test_words_of_strangers_are_not_heard(opened: Any) -> None:
+    page = opened
+
+    page.evaluate("window.postMessage({ token: '', kind: 'failed', why: 'nonsense' }, '*')")
+    page.evaluate("frames[0].postMessage({ token: '', kind: 'scene', text: 'nonsense' }, '*')")
+    page.wait_for_timeout(200)
+
+    assert page.locator("iframe").count() == 1
+    assert "nonsense" not in page.locator("main").inner_text()
+
+
+def test_without_webgl_the_poster_stays_and_says_why(visit: Visit) -> None:
+    visit.page.add_init_script(
+        "const get = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
+        " return kind.startsWith('webgl') ? null : get.call(this, kind, ...more); };"
+    )
+    page = visit.open(case="sphere/plain", stage="distance")
+
+    page.get_by_role("button", name="open in 3-D").click()
+
+    page.wait_for_selector(".scene :text('This browser offers no WebGL 2')")
+    assert page.locator("iframe").count() == 0
+
+
+def test_ladders_are_plotted_with_slopes_and_commands(visit: Visit) -> None:
+    page = visit.open(page="stability", slot="sphere")
+    page.wait_for_selector(".plot[data-drawn]")
+
+    assert page.locator("h1").inner_text() == "1 ladders, 2 climbs, 0 known failures, 1 surprise"
+    assert "1.0e+6" in page.locator(".breakpoints").inner_text()
+    page.get_by_text("slopes and breakpoints").click()
+    assert "1.02 [1, 1.1]" in page.locator(".ladder table").inner_text()
+    point = page.locator(".plot .points path").first.bounding_box()
+    page.mouse.move(point["x"] + point["width"] / 2, point["y"] + point["height"] / 2)
+    page.wait_for_timeout(200)
+    page.mouse.click(point["x"] + point["width"] / 2, point["y"] + point["height"] / 2)
+    page.wait_for_selector(".ladder [role=status] code")
+    command = page.locator(".ladder [role=status] code").inner_text()
+    assert command.startswith("rayproof stability")
+    assert command.endswith("--ladder SPH-FAR --precision float32")
+
+
+def test_a_hostile_name_is_text_in_plots_too(visit: Visit) -> None:
+    page = visit.open(page="stability", slot="sphere")
+    page.wait_for_selector(".plot[data-drawn]")
+
+    assert page.locator(".plot a").count() == 0
+    assert "<b>" in page.locator(".breakpoints").inner_text()
+
+
+def test_error_against_time_is_plotted_and_its_points_say_where_they_come_from(visit: Visit) -> None:
+    page = visit.open(page="tradeoff")
+    page.wait_for_selector(".plot[data-drawn]")
+
+    page.get_by_text("numbers", exact=True).click()
+    page.get_by_role("button", name="haines, float32").click()
+
+    assert "3.9 ns [1.9, 4.2] by kernel times" in page.locator(".ladder [role=status]").inner_text()
+    assert page.get_by_role("link", name="cases of sphere").get_attribute("href") == "#family=sphere"
+    assert page.locator(".ladder [role=status] code").inner_text() == "rayproof tradeoff sphere"
+
+
+def test_the_kill_matrix_can_be_filtered_and_opened(visit: Visit) -> None:
+    page = visit.open(page="audit")
+
+    assert "2 of 2 planted faults killed" in page.locator("main").inner_text()
+    page.get_by_role("button", name="falloff/fault_<b>").click()
+    assert "rayproof audit --only" in page.locator(".kills code").inner_text()
+    page.get_by_label("outcome").select_option("survived")
+    assert page.get_by_text("No fault matches.").count() == 1
+
+
+def test_references_tell_versions_settings_notes_and_who_is_absent(visit: Visit) -> None:
+    page = visit.open(page="references")
+
+    text = page.get_by_role("region", name="References").inner_text()
+    for expected in (
+        "numpy <b>2</b>",
+        "ray epsilon",
+        "0.001 m",
+        "a disc for a plane (2 cases",
+        "tachyon",
+        "cannot answer",
+    ):
+        assert expected in text
+    assert "drjit" in page.get_by_role("region", name="Environment").inner_text()
+    assert page.get_by_role("region", name="Findings").count() == 1
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_page_overflows_a_phone(browser: Any, folder: Path, scheme: str) -> None:
+    visit = Visit(browser, folder, viewport={"width": 390, "height": 844}, color_scheme=scheme)
+
+    for name in ("stability", "tradeoff", "audit", "references"):
+        page = visit.open(page=name)
+        page.wait_for_selector(".page .panel")
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
+    visit.context.close()
