@@ -16,7 +16,7 @@ from reports.judge.limits import Limits, Roundoff, continued_light_limit, contin
 from reports.judge.measurement import Measurement, measure, ratios
 from reports.judge.parties import Candidate, Witness
 from reports.judge.resolving import Coarseness
-from reports.judge.sides import Sides, excused, sides, with_twins
+from reports.judge.sides import Sides, excused, excused_anyhow, sides, with_twins
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
@@ -125,9 +125,12 @@ class Bench:
     def _sides(self) -> Sides:
         """Return the oracle's answers around every edge pixel."""
         assert self.candidate.answers is not None
-        stages = tuple(stage for stage in GEOMETRY if stage in self.candidate.answers and stage in self.truth)
+        asked = {Stage.OBJECT, *self.candidate.answers}
+        stages = tuple(stage for stage in GEOMETRY if stage in asked and stage in self.truth)
         oracle, classes = self.ground.oracle, self.classes
         around = sides(oracle, self.scene, stages, classes.outline, classes.reach)
+        if Stage.OBJECT not in self.candidate.answers:
+            return around
         return with_twins(around, oracle, self.scene, self.truth, self.candidate.answers, classes.depth)
 
     def _excused(
@@ -136,8 +139,10 @@ class Bench:
         """Return the edge pixels that have a side's value; the oracle is asked only if an edge pixel differs at all."""
         assert self.candidate.answers is not None
         over = ratios(stage, self.candidate.answers[stage], np.asarray(theirs, dtype=np.float64), limit)[0]
-        if Stage.OBJECT not in self.candidate.answers or not np.any((over > 1) & edge):
+        if not np.any((over > 1) & edge):
             return np.zeros(edge.shape, dtype=bool)
+        if Stage.OBJECT not in self.candidate.answers:
+            return excused_anyhow(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
         return excused(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
 
     def end_to_end(self, stage: Stage) -> Measurement:

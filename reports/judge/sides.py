@@ -122,3 +122,16 @@ def excused(
             return good
         good[rows, columns] = np.all((value >= low - bound) & (value <= high + bound), axis=-1) & same.any(axis=1)
     return good
+
+
+def excused_anyhow(
+    stage: Stage, ours: Answers, around: Sides, limit: np.ndarray, shape: tuple[int, int], *, continued: bool
+) -> np.ndarray:
+    """Return the same for a renderer that does not say which object it saw: any that the oracle meets there will do."""
+    good = np.zeros(shape, dtype=bool)
+    seen = around.answers[Stage.OBJECT]
+    for sample in range(seen.shape[1]):
+        objects = np.full((*shape, seen.shape[2]), -1.0)
+        objects[around.rows, around.columns] = seen[:, sample]
+        good |= excused(stage, ours | {Stage.OBJECT: objects}, around, limit, shape, continued=continued)
+    return good

@@ -19,7 +19,9 @@ def count_what_is_supported(judged: Judged, candidates: Sequence[Candidate]) -> 
     declared = {(candidate.name, stage) for candidate in candidates for stage in candidate.unsupported}
     left = [one.outcome for one in judged.checks if (one.configuration, one.stage) not in declared]
     left += [Outcome(one["verdict"]) for one in judged.expectations]
-    if any(outcome in MEASURED for outcome in left):
+    if Outcome.UNSUPPORTED in left:
+        judged.outcome = Outcome.MISSING  # a stage that was neither given nor declared
+    elif any(outcome in MEASURED for outcome in left):
         judged.outcome, judged.stage, judged.item, judged.reason = worst(left), None, None, ""
 
 

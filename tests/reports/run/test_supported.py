@@ -1,0 +1,100 @@
+"""What a subject cannot do is neither a pass nor a failure, and something must have been measured for a pass."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cases.stages import Stage
+from reports.judge.judging import judge_case
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate
+from reports.judge.sides import Sides, excused_anyhow
+from reports.judge.summing_up import Judged
+from reports.run.assemble import verdict
+from reports.run.supported import concerning, count_what_is_supported
+from reports.subjects import ITEMS_OF_OTHERS
+from tests.reports.judge.scenes import CASE, ORACLE, rounded, truth, witness
+
+CANNOT = "It has nothing of the kind."
+
+
+def subject(*stages: Stage, wrong: Stage | None = None) -> Candidate:
+    """Return a renderer that has only some stages, as float32 gives them, one of them a little wrong."""
+    given = rounded(truth())
+    answers = {stage: given[stage] * 1.001 if stage is wrong else given[stage] for stage in stages}
+    return Candidate(
+        name="subject",
+        precision="float32",
+        items=ITEMS_OF_OTHERS,
+        shadow_epsilon=1e-6,
+        answers=answers,
+        unsupported={stage: CANNOT for stage in Stage if stage not in stages},
+        chained=False,
+    )
+
+
+def judged(one: Candidate) -> Judged:
+    found = judge_case(CASE, [one], [witness(truth())], ORACLE, {})
+    count_what_is_supported(found, [one])
+    return found
+
+
+@pytest.mark.parametrize("stage", [stage for stage in Stage if stage is not Stage.CAMERA])
+def test_one_stage_alone_passes_and_the_others_stay_unsupported(stage: Stage) -> None:
+    found = judged(subject(stage))
+
+    outcomes = {check.stage: check.outcome for check in found.checks}
+    assert (found.outcome, found.stage, found.reason) == (Outcome.PASS, None, "")
+    assert outcomes.pop(stage) is Outcome.PASS
+    assert set(outcomes.values()) == {Outcome.UNSUPPORTED}
+
+
+@pytest.mark.parametrize("stage", [Stage.DISTANCE, Stage.NORMAL, Stage.IRRADIANCE, Stage.RADIANCE])
+def test_one_stage_alone_that_is_wrong_fails(stage: Stage) -> None:
+    found = judged(subject(stage, wrong=stage))
+
+    assert (found.outcome, found.stage) == (Outcome.FAIL, stage)
+
+
+def test_nothing_at_all_is_unsupported() -> None:
+    found = judged(subject())
+
+    assert found.outcome is Outcome.UNSUPPORTED
+    assert CANNOT in found.reason
+
+
+def test_a_stage_that_is_missing_without_a_word_is_not_passed_over() -> None:
+    found = judged(replace(subject(Stage.NORMAL), unsupported={}))
+
+    assert found.outcome is Outcome.MISSING
+    assert "subject gave no camera" in found.reason
+
+
+def test_a_run_goes_by_the_cases_that_its_subject_can_do() -> None:
+    some = [Outcome.PASS, Outcome.UNSUPPORTED, Outcome.WARN]
+
+    assert concerning(some, tracer=False) == [Outcome.PASS, Outcome.WARN]
+    assert concerning(some, tracer=True) == some
+    assert concerning([Outcome.UNSUPPORTED, Outcome.ERROR], tracer=False) == [Outcome.UNSUPPORTED, Outcome.ERROR]
+    assert verdict([{"verdict": "pass"}, {"verdict": "unsupported"}], planned=2, tracer=False) is Outcome.PASS
+    assert verdict([{"verdict": "pass"}, {"verdict": "unsupported"}], planned=2) is Outcome.UNSUPPORTED
+    assert verdict([{"verdict": "unsupported"}], planned=1, tracer=False) is Outcome.UNSUPPORTED
+    assert verdict([{"verdict": "pass"}], planned=2, tracer=False) is Outcome.MISSING
+
+
+@pytest.mark.parametrize(("distance", "good"), [(1.0, True), (5.0, True), (3.0, False), (np.inf, False)])
+def test_at_an_edge_a_nameless_distance_is_a_sides_or_wrong(distance: float, good: bool) -> None:
+    around = Sides(
+        rows=np.array([0]),
+        columns=np.array([1]),
+        answers={
+            Stage.OBJECT: np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]]),
+            Stage.DISTANCE: np.array([[[1.0], [5.0], [1.01]]]),
+        },
+    )
+    ours = {Stage.DISTANCE: np.full((1, 2, 1), distance)}
+
+    found = excused_anyhow(Stage.DISTANCE, ours, around, np.full((1, 2), 1e-6), (1, 2), continued=False)
+
+    assert found.tolist() == [[False, good]]
