@@ -23,8 +23,12 @@ def cut(scene: Scene) -> str | None:
                 frame @ surface.normal, float(surface.normal @ (surface.point - camera.eye)), slope, camera, far
             )
         elif isinstance(surface, Ball):
-            depth = float(frame[2] @ (surface.center - camera.eye))
-            safe = depth + surface.radius < 0 or (depth - surface.radius > camera.near and depth + surface.radius < far)
+            center = surface.center - camera.eye
+            depth, distance = float(frame[2] @ center), float(np.linalg.norm(center))
+            # By its depths, or, which also holds from inside, by its distances.
+            apart = depth - surface.radius > camera.near or abs(distance - surface.radius) > camera.near * secant
+            within = depth + surface.radius < far
+            safe = depth + surface.radius < 0 or (apart and within)
         else:
             local = (surface.corners - camera.eye) @ frame.T
             outside = (local[..., 2] <= camera.near) | (local[..., 2] >= far)

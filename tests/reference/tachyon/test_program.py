@@ -68,6 +68,8 @@ def test_ellipsoids_are_refused_and_turned_spheres_are_not(tachyon):
         (Sphere(albedo=ALBEDO, radius=1.5), False),
         (Sphere(albedo=ALBEDO, radius=3.5), True),
         (Sphere(albedo=ALBEDO, radius=0.5, to_world=raised(9)), False),
+        (Sphere(albedo=ALBEDO, center=(0.0, 1.0, 5.0), radius=2.1), True),
+        (Sphere(albedo=ALBEDO, center=(0.0, 0.2, 4.9), radius=3.0), False),
         (Square(albedo=ALBEDO, to_world=raised(3.5)), True),
         (Square(albedo=ALBEDO, to_world=raised(3.5, x=4.0)), False),
         (Cube(albedo=ALBEDO, to_world=raised(3.2)), True),
