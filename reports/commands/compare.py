@@ -75,12 +75,12 @@ def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: i
 
     select()
     from reports.compare.comparison import compare as run_comparison
-    from reports.compare.contenders import contender
+    from reports.compare.contenders import contender, seen
     from reports.compare.own import OwnFormulaError
     from reports.compare.questions import questions
 
     with told_in_one_line():
-        pair = [contender(name, precision=precision) for name in (base, candidate)]
+        pair = seen(*(contender(name, precision=precision) for name in (base, candidate)))
         asked = questions(selectors, *pair)
     shout([fault for one in pair for fault in one.configuration.faults])
     terminal = console()

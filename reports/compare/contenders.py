@@ -1,7 +1,7 @@
 """What is compared: a tracer configuration under the name by which the user called it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cases.stages import Stage
 from reports.compare.own import own_formula
@@ -10,6 +10,10 @@ from tracer.catalogue import FORMULAS, Formula
 from tracer.configuration import Configuration
 
 FILE_MARK = ".py:"
+# What of the camera shows in an image only through a ray by the inverse matrices, and what shows in none.
+MATRICES = ("view", "projection", "inverse")
+UNSEEN = ("corners", "pixel")
+BY_MATRICES = {"ray": "inverse_matrices"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,14 +72,42 @@ def differing(base: Configuration, candidate: Configuration) -> tuple[str, ...]:
     return tuple(slot for slot in FORMULAS.slots if base[slot] is not candidate[slot])
 
 
+def seen(base: Contender, candidate: Contender) -> tuple[Contender, Contender]:
+    """Return the two so that what differs can show: where only matrices do, with rays that are made from matrices.
+
+    Raises:
+        LookupError: nothing differs but what no image depends on.
+
+    """
+    slots = differing(base.configuration, candidate.configuration)
+    if slots and set(slots) <= set(UNSEEN):
+        raise LookupError(
+            f"no image depends on {' or '.join(slots)}, so there is nothing to compare; "
+            f"judge it by rayproof run cameras --formula {slots[0]}=..."
+        )
+    if not slots or not set(slots) <= {*MATRICES, *UNSEEN}:
+        return base, candidate
+    if "CAM-5" in base.configuration.formula("ray").covers:
+        return base, candidate
+    return _by_matrices(base), _by_matrices(candidate)
+
+
+def _by_matrices(one: Contender) -> Contender:
+    formulas = {**one.configuration.formulas, **BY_MATRICES}
+    return replace(one, configuration=replace(one.configuration, formulas=formulas))
+
+
 def stages_at_stake(base: Configuration, candidate: Configuration) -> tuple[Stage, ...]:
     """Return the stages whose formulas differ, in order; with different precisions all of them.
 
-    Two equal configurations differ nowhere; their distances are compared, for a control.
+    The camera is no image: what differs there is looked for in the rays. Two equal configurations differ nowhere; their
+    distances are compared, for a control.
     """
     if base.precision != candidate.precision:
         return tuple(stage for stage in Stage if stage not in (Stage.CAMERA, Stage.DISTANCE))
     found = {base.formula(slot).stage for slot in differing(base, candidate)}
+    if Stage.CAMERA in found:
+        found = found - {Stage.CAMERA} | {Stage.RAY}
     return tuple(stage for stage in Stage if stage in found) or (Stage.OBJECT,)
 
 

@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cases.families import select
 from cases.stages import Stage
 from cases.stresses import STRESSES
-from reports.compare.contenders import contender
+from reports.compare.contenders import contender, seen, stages_at_stake
 from reports.compare.findings import Finding, finding
 from reports.compare.pairing import PairedStage, paired
 from reports.compare.received import as_received
 from reports.compare.verdicts import NOTHING, TRADE, accuracy, outcome, speed
 from tests.reports.commands.conftest import Rayproof
+from tracer.catalogue import FORMULAS
 
 SCENE = next(iter(STRESSES["far_sphere_1e3"]()))[1]
 
@@ -114,3 +116,53 @@ def test_too_few_repetitions_are_refused(rayproof: Rayproof) -> None:
 
     assert ended.code == 2
     assert "--repetitions" in ended.error
+
+
+CAMERA_SLOTS = ("basis", "half_extent", "ndc", "sample", "view", "inverse")
+
+
+@pytest.mark.parametrize("slot", CAMERA_SLOTS)
+def test_a_wrong_camera_formula_is_worse_in_the_rays(slot: str) -> None:
+    default = FORMULAS.slots[slot]
+    wrong = next(one for one in FORMULAS.variants(slot) if one.kind != "right")
+    base, candidate = seen(*(contender(f"{slot}/{name}", precision="float32") for name in (default, wrong.variant)))
+    scene = select(["primitives/sphere"])[0].scene
+
+    stages = stages_at_stake(base.configuration, candidate.configuration)
+    (found,) = paired(scene, stages, base, [candidate], slots=(slot,), seed=1)
+
+    assert stages == (Stage.RAY,)
+    assert found[Stage.RAY].digits < -2
+
+
+@pytest.mark.parametrize("slot", ["pixel", "corners"])
+def test_what_no_image_depends_on_is_refused_in_one_line(rayproof: Rayproof, slot: str) -> None:
+    wrong = next(one for one in FORMULAS.variants(slot) if one.kind != "right")
+
+    ended = rayproof("compare", f"{slot}/{FORMULAS.slots[slot]}", wrong.name, "primitives/sphere")
+
+    assert ended.code == 2
+    assert ended.error.splitlines()[-1].startswith(f"rayproof: no image depends on {slot}")
+
+
+@pytest.mark.parametrize(
+    ("base", "candidate", "case", "stage"),
+    [
+        ("feeler/normal_offset", "feeler/none", "acne/contact", Stage.VISIBILITY),
+        ("falloff/inverse_square", "falloff/none", "inverse_square", Stage.IRRADIANCE),
+        ("world_normal/inverse_transpose", "world_normal/model_matrix", "normals", Stage.NORMAL),
+        ("ray/reference_point", "ray/half_depth", "primitives/cube", Stage.RAY),
+    ],
+    ids=lambda value: str(value).replace("/", "-"),
+)
+def test_a_control_is_worse_at_its_own_stage(base: str, candidate: str, case: str, stage: Stage) -> None:
+    first, second = (contender(name, precision="float32") for name in (base, candidate))
+    scene = select([case])[0].scene
+
+    (found,) = paired(scene, (stage,), first, [second], slots=(base.split("/")[0],), seed=1)
+
+    pair = found[stage]
+    if stage is Stage.VISIBILITY:
+        assert pair.only_candidate > 10 * max(1, pair.only_base)
+    else:
+        assert pair.digits < -1
