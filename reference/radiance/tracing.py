@@ -100,7 +100,7 @@ class World:
         """
         self._illuminate(light, materials.WHITE, paint="white")
         rows = np.hstack([position * self.scale + LIFT * normal, -2 * LIFT * normal])
-        return programs.radiances(self._place, LIT, rows, True)[:, 0] * (np.pi * self._per_watt)
+        return programs.radiances(self._place, LIT, rows, True)[:, 0] * (np.pi * self.per_watt)
 
     def radiance(self, light: PointLight, portions: Iterable[Rays]) -> Iterator[np.ndarray]:
         """Yield the radiance [W/(m^2 sr)] that `light` alone gives along rays, (n, 3) for each portion of them."""
@@ -111,10 +111,10 @@ class World:
         self._illuminate(light, fractions.tolist(), paint="void")
         for rays in portions:
             found = programs.radiances(self._place, LIT, *self._rows(rays))
-            yield np.ldexp(found * self._per_watt, exponents)
+            yield np.ldexp(found * self.per_watt, exponents)
 
     @property
-    def _per_watt(self) -> float:
+    def per_watt(self) -> float:
         """Return the intensity [1/sr] of one watt over that of the light in the scene, per squared metre."""
         return self.scale**2 / (4 * np.pi) / materials.INTENSITY
 

@@ -113,7 +113,11 @@ def _references(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, A
         found[name] = {
             "sees": any(look.answers for look in looks),
             "killed": any(look.kills for look in looks),
-            "missed": [one.case for one in killers if one.looks[name].answers and not one.looks[name].kills],
+            "missed": [
+                one.case
+                for one in killers
+                if name in one.looks and one.looks[name].answers and not one.looks[name].kills
+            ],
             "stage": blamed_stage(fault, [look.stage for look in looks if look.kills and look.stage]),
         }
     return found

@@ -7,7 +7,8 @@ from cases.stages import Stage
 from reports.audit.planted import PlantedFault
 from reports.judge.outcomes import Outcome
 
-REFERENCES = ("analytic", "mitsuba_scalar", "mitsuba_llvm")
+# Those that every installation has; a fault must be found without the others.
+REFERENCES = ("analytic", "mitsuba_scalar", "mitsuba_llvm", "radiance", "embree")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from reports.audit.orders import REFERENCES
 from reports.publish.audit import sentence
 from reports.terminal import PIPED_WIDTH
 
-SHORT = {"analytic": "analytic", "mitsuba_scalar": "scalar", "mitsuba_llvm": "llvm"}
+SHORT = {name: name.removeprefix("mitsuba_") for name in REFERENCES}
 
 
 def show(console: Console, result: Mapping[str, Any]) -> None:

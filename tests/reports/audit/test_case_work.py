@@ -5,7 +5,7 @@ import pytest
 from cases.families import select
 from reports.audit import findings
 from reports.audit.case_work import work
-from reports.audit.orders import REFERENCES, CaseOrder
+from reports.audit.orders import CaseOrder
 from reports.audit.planted import planted
 
 # Fault, case: one of each stage, and of each side.
@@ -42,7 +42,10 @@ def test_a_fault_of_the_tracer_is_killed_by_each_reference_alone_and_blamed_on_i
     assert entry["blamed_right"]
     assert entry["blamed_stage"] == fault.stage
     assert report.sightings[0].item is not None
-    assert all(entry["references"][one]["killed"] for one in REFERENCES)
+    # Embree sees no sphere, and neither it nor a camera-less program every stage; who sees must kill.
+    seeing = [one for one in entry["references"].values() if one["sees"]]
+    assert len(seeing) >= 3
+    assert all(one["killed"] for one in seeing)
 
 
 @pytest.mark.parametrize(("name", "case"), REFERENCE, ids=[name for name, _ in REFERENCE])
