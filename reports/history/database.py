@@ -14,8 +14,6 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from reports.run.assemble import number
-
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
 VERSION = 1
 WAIT = 30.0  # s for another run that is appending
@@ -115,6 +113,12 @@ def _processor() -> str:
     except OSError:
         return platform.processor()
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+
+
+def number(value: Any) -> float:
+    """Return a number that may have been written as "inf" or "nan"; NaN counts as inf."""
+    as_float = float(value)
+    return math.inf if math.isnan(as_float) else as_float
 
 
 def _case(run: int, case: Mapping[str, Any]) -> tuple[int, str, str, float | None, float]:
