@@ -3,16 +3,17 @@
 import os
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import IO
 
 from reports.subjects.orphans import adopt_orphans, descendants, end_below
 
+CONFINE = str(Path(__file__).with_name("confine.py"))
 CANNOT = 77  # the exit code by which a program says that it cannot draw this scene, as test programs skip by it
 GLANCE = 0.2  # s between looks at what the program has written
 MOST_SAID = 64 * 2**10  # bytes kept of what it printed
@@ -37,18 +38,14 @@ def call(arguments: Sequence[str], folder: Path, *, seconds: float, memory: int,
     others = frozenset(process.pid for process in descendants(os.getpid()))
     # Not in the folder, and no pipes: a program may delete the one, and stops where nobody reads the other.
     with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as complaint:
-        try:
-            process = subprocess.Popen(
-                list(arguments),
-                cwd=folder,
-                stdin=subprocess.DEVNULL,
-                stdout=said,
-                stderr=complaint,
-                start_new_session=True,
-                preexec_fn=partial(_confine, memory, output) if os.name == "posix" else None,
-            )
-        except OSError as error:
-            return Ended(problem=f"it cannot be started: {error.strerror}: {arguments[0]}", refusal=None, said="")
+        process = subprocess.Popen(
+            [sys.executable, "-I", "-S", CONFINE, str(memory), str(output), *arguments],
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=complaint,
+            start_new_session=True,
+        )
         try:
             problem = _watch(process, folder, seconds, output)
         finally:
@@ -65,17 +62,6 @@ def call(arguments: Sequence[str], folder: Path, *, seconds: float, memory: int,
             problem = f"it left {len(left)} process{'es' if len(left) > 1 else ''} running ({left[0]}), now ended"
         last = _last_line(_tail(complaint)) if problem is not None else ""
         return Ended(problem=f"{problem}: {last}" if last else problem, refusal=None, said=text)
-
-
-def _confine(memory: int, output: int) -> None:
-    """Limit the process that is about to become the program."""
-    import resource
-
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # which our workers ignore, and a program would inherit
-    for kind, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_FSIZE, output), (resource.RLIMIT_CORE, 0)):
-        _, hard = resource.getrlimit(kind)
-        most = most if hard == resource.RLIM_INFINITY else min(most, hard)
-        resource.setrlimit(kind, (most, most))
 
 
 def _watch(process: subprocess.Popen[bytes], folder: Path, seconds: float, output: int) -> str | None:
