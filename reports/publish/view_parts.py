@@ -73,6 +73,10 @@ def _shapes(scene: Scene, hits: Hits | None, frame: Frame) -> Iterator[Part]:
         if mesh is None:
             continue
         mesh.points = frame.inside(mesh.points)
+        # Normals are made anew: the browser lights one side only, and a mirrored ball would show it its dark one.
+        mesh.clear_data()
+        if isinstance(shape, Sphere) and np.linalg.det(np.asarray(shape.to_world, dtype=np.float64)[:3, :3]) < 0:
+            mesh = mesh.flip_faces()
         budget = MOST_TRIANGLES // len(scene.shapes)
         if not isinstance(shape, Sphere) and mesh.n_cells > budget:
             # A soup of triangles has to be sewn together before it can be thinned.
