@@ -16,11 +16,12 @@ import numpy as np
 
 if sys.argv[1:] == ["--capabilities"]:
     able = {"protocol": 1, "name": "plain Mitsuba", "version": mi.__version__, "stages": ["radiance"]}
-    print(json.dumps(able | {"shapes": ["sphere", "square"]}))
+    sys.stdout.write(json.dumps(able | {"shapes": ["sphere", "square"]}))
     sys.exit()
 
 mi.set_variant("scalar_rgb")
-scene, camera = (found := json.loads(Path(sys.argv[1]).read_text())), found["camera"]
+scene = json.loads(Path(sys.argv[1]).read_text())
+camera = scene["camera"]
 T = mi.ScalarTransform4f
 content = {
     "type": "scene",

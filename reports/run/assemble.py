@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from cases.case import ITEMS
 from cases.stages import Stage
+from reports.judge.findings import known_findings
 from reports.judge.outcomes import Outcome, ledger, worst
 from reports.run.supported import concerning
 
@@ -104,6 +106,16 @@ def review(records: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
             {"check": name, "ratio": ratio, "why": f"above {HIGH}"} for ratio, name in ratios if HIGH < ratio <= 1
         ]
     return sorted(listed, key=lambda entry: -entry["ratio"])
+
+
+def findings(records: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the checked-in findings about references, each with the checks of this run that it explained."""
+    met: dict[str, list[str]] = {}
+    for record in records:
+        for check in record["checks"]:
+            if check.get("finding"):
+                met.setdefault(check["finding"], []).append(_name(record, check))
+    return [asdict(entry) | {"met": met.get(entry.name, [])} for entry in known_findings()]
 
 
 def verdict(records: Sequence[Mapping[str, Any]], *, planned: int, tracer: bool = True) -> Outcome:

@@ -79,7 +79,7 @@ def run(request: RunRequest) -> int:
 
 
 def _remember(request: RunRequest, results: dict[str, Any], console: Console) -> list[str]:
-    """Keep the run in its history, if it has one, and return what became worse; a history that fails costs no result."""
+    """Keep the run in its history, if it has one, and return what became worse; a failure costs no result."""
     if request.history is None:
         return []
     from reports.history.database import HistoryError
@@ -242,6 +242,7 @@ def _results(
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
         "review": assemble.review(records),
+        "findings": assemble.findings(records),
         "cases": records,
     }
 

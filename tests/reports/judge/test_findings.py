@@ -1,0 +1,92 @@
+"""Findings name scenes and commands that are there, and the scenes show what the findings say."""
+
+import json
+import shlex
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cases.scene_json import load_scene
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.judge import findings, judging
+from reports.judge.findings import KnownFinding, explained, known_findings
+from reports.judge.outcomes import Outcome
+from reports.run import assemble
+from reports.subjects.pfm import read_pfm
+from tests.reports.judge.scenes import CASE, candidate, rounded, truth, verdict, witness
+
+ROOT = Path(__file__).parents[3]
+FINDING = KnownFinding(
+    name="bright",
+    reference="second",
+    version="",
+    stage=Stage.RADIANCE,
+    cases="test/*",
+    smallest_scene="none.json",
+    command="rayproof run none.json",
+    third_witness="analytic",
+    what="It is too bright.",
+)
+
+
+@pytest.mark.parametrize("one", known_findings(), ids=lambda one: one.name)
+def test_a_finding_is_shown_by_its_smallest_scene(one, tmp_path):
+    scene = load_scene(ROOT / one.smallest_scene)
+    program = ROOT / "examples/findings/plain_mitsuba.py"
+    words = shlex.split(one.command)
+    assert words[:3] == ["rayproof", "run", one.smallest_scene]
+    assert program.relative_to(ROOT).as_posix() in words[-1]
+    image = tmp_path / "image.pfm"
+
+    subprocess.run([sys.executable, program, ROOT / one.smallest_scene, image], check=True, capture_output=True)
+
+    ours = read_pfm(image.read_bytes(), width=scene.camera.width, height=scene.camera.height)
+    theirs = Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE]
+    off = np.abs(ours - theirs).max(axis=-1) > 0.01 * theirs.max()
+    assert np.count_nonzero(off) > 50
+
+
+def test_names_are_told_apart():
+    names = [one.name for one in known_findings()]
+
+    assert len(set(names)) == len(names)
+
+
+def test_a_finding_explains_its_version_stage_and_cases_only(monkeypatch):
+    monkeypatch.setattr(findings, "known_findings", lambda: (replace(FINDING, version="1"),))
+
+    assert explained("second", "1", Stage.RADIANCE, "test/ball") is not None
+    assert explained("second", "2", Stage.RADIANCE, "test/ball") is None
+    assert explained("second", "1", Stage.NORMAL, "test/ball") is None
+    assert explained("second", "1", Stage.RADIANCE, "other/ball") is None
+    assert explained("third", "1", Stage.RADIANCE, "test/ball") is None
+
+
+def test_a_suspect_that_a_finding_explains_is_a_warning_and_counted_as_met(monkeypatch):
+    monkeypatch.setattr(findings, "known_findings", lambda: (FINDING,))
+    monkeypatch.setattr(assemble, "known_findings", lambda: (FINDING,))
+    bright = truth() | {Stage.RADIANCE: truth()[Stage.RADIANCE] * 1.01}
+
+    judged = verdict(rounded(truth()), witness(bright, name="second"))
+
+    assert judged.outcome is Outcome.WARN
+    record = {"name": "test/ball", "checks": [check.as_json() for check in judged.checks]}
+    (entry,) = assemble.findings([record])
+    assert entry["met"] == ["test/ball float32 second radiance"]
+    assert json.dumps(entry)
+
+
+def test_a_finding_holds_for_its_renderer_under_test_as_well(monkeypatch):
+    monkeypatch.setattr(findings, "known_findings", lambda: (FINDING,))
+    bright = rounded(truth()) | {Stage.RADIANCE: truth()[Stage.RADIANCE] * 1.01}
+
+    judged = judging.judge_case(
+        CASE, [candidate(bright, name="second")], [witness(truth())], Analytic(), {"second": ""}
+    )
+
+    assert judged.outcome is Outcome.WARN
