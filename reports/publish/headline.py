@@ -7,6 +7,9 @@ from reports.judge.outcomes import Outcome
 from reports.publish.results import number
 
 
+THE_USUAL = "tracer"  # the subject that goes without saying
+
+
 def shouts(results: dict[str, Any]) -> list[str]:
     """Return what no reader may overlook: planted faults, a run cut short, a ledger that does not add up."""
     found = []
@@ -24,9 +27,11 @@ def shouts(results: dict[str, Any]) -> list[str]:
 
 
 def headline(results: dict[str, Any]) -> str:
-    """Return the verdict of the run in one sentence, with what is blamed."""
+    """Return the verdict of the run in one sentence, with who was under test if not the tracer, and what is blamed."""
     summary = results["summary"]
+    subject = results.get("subject", THE_USUAL)
     total = f"{summary['planned']} case{'' if summary['planned'] == 1 else 's'}"
+    total = total if subject == THE_USUAL else f"{subject}: {total}"
     worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
     if not worst_first:
         return "Nothing was measured."

@@ -48,6 +48,13 @@ def test_the_headline_counts_and_blames(published):
     assert "normal NRM-3" in headline(published.results)
 
 
+def test_the_headline_names_who_was_under_test_if_not_the_tracer(published):
+    usual = headline(published.results | {"subject": "tracer"})
+
+    assert headline(published.results | {"subject": "radiance"}) == f"radiance: {usual}"
+    assert usual == headline(published.results)
+
+
 def test_nothing_measured_is_not_a_pass():
     assert headline(results_of([])) == "Nothing was measured."
 
