@@ -6,7 +6,6 @@ from cases.stages import Stage
 from reports.judge.outcomes import Outcome
 from reports.publish.results import number
 
-
 THE_USUAL = "tracer"  # the subject that goes without saying
 
 
