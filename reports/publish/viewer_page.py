@@ -32,12 +32,31 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
 
 def page() -> str:
     """Return the page, which expects the library beside itself."""
+    return _page(f'<script src="{LIBRARY}"></script>', "'self' file:")
+
+
+def page_in_one() -> str:
+    """Return the page with the library in it, for a frame of a report that is a single file.
+
+    Such a frame is under the report's policy, too, which must name `digests_in_one`.
+    """
+    library = vendored(LIBRARY)
+    return _page(f"<script>{library}</script>", f"'{_digest(library)}'")
+
+
+def digests_in_one() -> tuple[list[str], list[str]]:
+    """Return the hashes of the scripts and of the styles of `page_in_one`, as a policy names them."""
+    return [_digest(vendored(LIBRARY)), _digest(viewer_script())], [_digest(_text("viewer", "style.css"))]
+
+
+def _page(library: str, sources: str) -> str:
     script, style = viewer_script(), _text("viewer", "style.css")
     policy = (
-        f"default-src 'none'; script-src 'self' file: '{_digest(script)}'; style-src '{_digest(style)}'; "
+        f"default-src 'none'; script-src {sources} '{_digest(script)}'; style-src '{_digest(style)}'; "
         "img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
-    return _text("viewer", "page.html").format(policy=html.escape(policy), style=style, script=script)
+    template = _text("viewer", "page.html")
+    return template.format(policy=html.escape(policy), style=style, library=library, script=script)
 
 
 def viewer_script() -> str:

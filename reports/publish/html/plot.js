@@ -58,7 +58,7 @@
       new ResizeObserver(() => { if (node.isConnected && node.clientWidth) plotly.Plots.resize(node); }).observe(node);
       node.dataset.drawn = "yes";
     } catch (error) {
-      rayproof.replace(node, instead || e("p", { class: "muted" }, error.message));
+      rayproof.replace(node, e("p", { class: "muted" }, error.message), instead());
     }
   }
 
@@ -69,7 +69,7 @@
     return node;
   };
 
-  // -> a node that draws itself when it is seen. make() -> {traces, layout, onpoint(customdata), instead: node or null}
+  // -> a node that draws itself when it is seen. make() -> {traces, layout, onpoint(customdata), instead() -> node}
   rayproof.plot = function (label, make) {
     const node = e("div", { class: "plot", role: "img", "aria-label": label });
     const seen = new IntersectionObserver((entries) => {

@@ -69,7 +69,7 @@
     const laws = (ladder.laws || []).filter((law) => law.precisions.includes(precision));
     return e("section", { class: "panel ladder", id: `ladder-${ladder.ladder}`, "aria-label": ladder.ladder },
       e("h3", {}, ladder.ladder, " ", e("span", { class: "muted" }, ladder.parameter)),
-      rayproof.plot(`${ladder.ladder}: error against ${ladder.parameter}, ${precision}`, () => rayproof.ladderPlot(shown, precision, formulas, onpoint, picture())),
+      rayproof.plot(`${ladder.ladder}: error against ${ladder.parameter}, ${precision}`, () => rayproof.ladderPlot(shown, precision, formulas, onpoint, picture)),
       chosen,
       e("p", { class: "muted" }, "\u2020 known to fail, dashed; dotted: predicted slope; bars: 95 % interval of the median. K = ", ladder.condition, ladder.survivor ? `. Survives: ${ladder.survivor}` : "", ladder.first_to_break ? `. First to break: ${ladder.first_to_break}.` : ""),
       ladder.measured ? e("p", {}, ladder.measured) : null,

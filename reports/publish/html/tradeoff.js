@@ -44,7 +44,7 @@
     const table = e("details", { ontoggle: () => { if (table.open && table.children.length === 1) table.append(numbers(diagram, onpoint)); } }, e("summary", {}, "numbers"));
     return e("section", { class: "panel ladder", "aria-label": diagram.name }, e("h3", {}, diagram.name, " ", e("span", { class: "muted" }, "faster to the left, more accurate below")),
       rayproof.plot(`${diagram.name}: ${diagram.error_axis} over ${diagram.time_axis}`, () => ({ traces: traces(diagram), onpoint,
-        instead: e("img", { src: `tradeoff/${encodeURIComponent(diagram.svg)}`, alt: diagram.name, loading: "lazy" }),
+        instead: () => e("img", { src: `tradeoff/${encodeURIComponent(diagram.svg)}`, alt: diagram.name, loading: "lazy" }),
         layout: { xaxis: { type: "log", title: { text: rayproof.plotText(diagram.time_axis) } }, yaxis: { type: "log", title: { text: rayproof.plotText(diagram.error_axis) } } } })),
       chosen, table);
   }

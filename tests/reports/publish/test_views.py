@@ -1,6 +1,7 @@
 """The 3-D views: PyVista's scene as bytes, the same for the same scene, small, and made without OpenGL."""
 
 import base64
+import html
 import json
 import zlib
 from pathlib import Path
@@ -15,7 +16,7 @@ from reports.publish.picture_hits import Hits, chosen_hits, correct_digits
 from reports.publish.pictures import draw_pictures
 from reports.publish.view_file import pack
 from reports.publish.view_values import point_values
-from reports.publish.viewer_page import SCRIPTS, page, vendored
+from reports.publish.viewer_page import SCRIPTS, digests_in_one, page, page_in_one, vendored
 from tests.reports.publish.sample import answers, make_folder
 
 MOST_BYTES = 120_000
@@ -120,6 +121,7 @@ def test_the_viewer_holds_every_script_and_no_address() -> None:
     folder = Path(gl.__file__).with_name("viewer")
 
     assert {path.stem for path in folder.glob("*.js")} == set(SCRIPTS)
+    assert all(f"'{digest}'" in html.unescape(page_in_one()) for digests in digests_in_one() for digest in digests)
     assert "http:" not in page()
     assert "https:" not in page()
     assert "unsafe" not in page()
