@@ -37,11 +37,14 @@ FINDING = KnownFinding(
 
 
 ABOUT_PLAIN_MITSUBA = [one for one in known_findings() if "exec:" in one.command]
+(ABOUT_MITSUBA_LLVM,) = [one for one in known_findings() if one.reference == "mitsuba_llvm"]
 ABOUT_POVRAY = [one for one in known_findings() if one.reference == "povray"]
 
 
 def test_every_finding_is_shown():
-    assert {one.name for one in known_findings()} == {one.name for one in (*ABOUT_PLAIN_MITSUBA, *ABOUT_POVRAY)}
+    shown = (*ABOUT_PLAIN_MITSUBA, *ABOUT_POVRAY, ABOUT_MITSUBA_LLVM)
+
+    assert {one.name for one in known_findings()} == {one.name for one in shown}
 
 
 @pytest.mark.parametrize("one", ABOUT_PLAIN_MITSUBA, ids=lambda one: one.name)
@@ -59,6 +62,20 @@ def test_a_finding_is_shown_by_its_smallest_scene(one, tmp_path):
     theirs = Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE]
     off = np.abs(ours - theirs).max(axis=-1) > 0.01 * theirs.max()
     assert np.count_nonzero(off) > 50
+
+
+def test_mitsuba_has_no_number_where_a_light_lies_on_what_is_seen():
+    place = ABOUT_MITSUBA_LLVM.smallest_scene
+    assert ABOUT_MITSUBA_LLVM.command == f"rayproof run {place} --subject mitsuba_llvm"
+    scene = load_scene(ROOT / place)
+
+    compiled, plain = (
+        REFERENCES[name]().render(scene, [Stage.RADIANCE])[Stage.RADIANCE]
+        for name in ("mitsuba_llvm", "mitsuba_scalar")
+    )
+
+    assert np.isnan(compiled).any()
+    assert np.isfinite(plain).all()
 
 
 def test_pov_ray_loses_digits_where_a_sphere_is_far_and_others_do_not():
