@@ -59,7 +59,7 @@ def witnessed(
 ) -> tuple[int, float]:
     """Return how many values of `rays` a ball of many bits confirmed, and the largest relative distance from one.
 
-    A value that is no number (a root of a negative number, a division by zero) is confirmed by none.
+    A value that is no number (a root of a negative number, a division by zero) is confirmed by a ball that is none.
     """
     seen, worst = 0, 0.0
     old, ctx.prec = ctx.prec, WITNESS_BITS
@@ -67,12 +67,16 @@ def witnessed(
         for ray in rays:
             balls = values(single(inputs, int(ray), arb))
             for name, ball in balls.items():
-                if not ball.is_finite() or ball.is_zero():
+                if ball.is_zero():
                     continue
                 pair = found[name]
                 high = float(np.broadcast_to(pair.high, inputs_length(inputs))[ray])
                 low = float(np.broadcast_to(pair.low, inputs_length(inputs))[ray])
-                if not np.isfinite(high) or not np.isfinite(low):
+                known = np.isfinite(high) and np.isfinite(low)
+                if not ball.is_finite():
+                    seen += not known
+                    continue
+                if not known:
                     continue
                 seen += 1
                 worst = max(worst, float(abs((arb(high) + arb(low) - ball) / ball).upper()))

@@ -9,12 +9,17 @@ special, are decided by exact mathematics.
 from typing import Any
 
 import numpy as np
+from flint import arb
 
 from cases.ladders.ladder import Inputs, Ladder
 from reports.stability.device import downloaded, uploaded
+from reports.stability.exactly import Columns
+from reports.stability.impossible import dark, impossible
+from reports.stability.mathematics import dot
 from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from reports.stability.questions.distance import Distance
-from reports.stability.questions.view_ray import ViewRay
+from reports.stability.questions.view_ray import ViewRay, looking, tangents
+from reports.stability.shapes import SHAPES, towards
 from tracer.arrays import array_types
 from tracer.catalogue import Formula
 from tracer.configuration import Configuration
@@ -57,7 +62,13 @@ class SpecialDistance:
         if ladder.options["shape"] == "plane":
             seen = {name: array[:, 2] for name, array in inputs.items()}
         facts = {"finite": finite(seen), "plain": plain, "hit": hit}
-        return Truth(counted=~nothing(len(plain)), facts=facts, witness=exact.witness)
+        given = inputs | {"towards": towards(inputs["d"])} if ladder.options["shape"] == "cube" else inputs
+        shape = SHAPES[str(ladder.options["shape"])]()
+        # An infinite direction may have a limit; what is no number at all has none, in the distance or in a decision.
+        unknown = np.any([np.isnan(array.reshape(len(plain), -1)).any(axis=1) for array in seen.values()], axis=0)
+        none = impossible(lambda x: shape.values(x) | shape.predicates(x), given, unknown)
+        witness = Witness(exact.witness.values + none.values, max(exact.witness.worst, none.worst))
+        return Truth(counted=~nothing(len(plain)), facts=facts, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return t."""
@@ -79,7 +90,9 @@ class SpecialCamera:
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return which cameras are no cameras."""
         known = finite(inputs, MATTERS)
-        return Truth(counted=~known, facts={}, witness=Witness(0, 0.0))
+        high, low = tangents(inputs["fovy"])
+        given = {name: inputs[name] for name in (*MATTERS, "aspect")} | {"tangent": high, "tangent_rest": low}
+        return Truth(counted=~known, facts={}, witness=impossible(looking, given, ~known))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return directions."""
@@ -105,6 +118,12 @@ def brought(formula: Formula, x: dict[str, Any], precision: str) -> dict[str, An
     return {"E": configuration["lambert"](facing, cosine)}
 
 
+def lit(x: Columns) -> dict[str, Any]:
+    """Return Phi dot(N, L) / (4 pi r^2), of whatever numbers."""
+    squared = dot(x["away"], x["away"])
+    return {"E": x["flux"] * dot(x["normal"], x["away"]) / (4 * arb.pi() * squared * squared.sqrt())}
+
+
 @QUESTIONS.register("special_light")
 class SpecialLight:
     """The irradiance of one light: what a NaN becomes."""
@@ -116,7 +135,8 @@ class SpecialLight:
             # Inputs of moderate size alone are surely above the horizon where their product says so.
             usual = np.all(abs(inputs["normal"]) < 2, axis=1) & np.all(abs(inputs["away"]) < 10, axis=1)
             above = usual & (np.sum(inputs["normal"] * inputs["away"], axis=1) > 0.01)
-        return Truth(counted=nowhere | (np.isnan(inputs["flux"]) & above), facts={}, witness=Witness(0, 0.0))
+        counted = nowhere | (np.isnan(inputs["flux"]) & above)
+        return Truth(counted=counted, facts={}, witness=impossible(lit, inputs, counted))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the irradiance."""
@@ -135,7 +155,7 @@ class DarkLight:
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return that all count: the generator made them so, by zeros and signs."""
-        return Truth(counted=~nothing(len(rungs)), facts={}, witness=Witness(0, 0.0))
+        return Truth(counted=~nothing(len(rungs)), facts={}, witness=dark(inputs))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the irradiance."""
