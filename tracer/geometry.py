@@ -61,16 +61,18 @@ class TriangleArrays:
     third: Any  # m
 
 
-def _square(placement: Placement, types: ArrayTypes) -> SquareArrays:
+def square_vectors(placement: Placement) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Return a square's centre, half-width and half-height [m], float64, and whether the two are orthogonal."""
     width, height = placement.linear[:, 0] * HALF, placement.linear[:, 1] * HALF
     # Rounding leaves a rotation's columns this far from orthogonal; solving for that would be solving for noise.
     noise = 4 * np.finfo(np.float64).eps * np.linalg.norm(width) * np.linalg.norm(height)
-    return SquareArrays(
-        center=types.Vector(*map(float, placement.translation)),
-        half_width=types.Vector(*map(float, width)),
-        half_height=types.Vector(*map(float, height)),
-        orthogonal=bool(abs(width @ height) <= noise),
-    )
+    return placement.translation, width, height, bool(abs(width @ height) <= noise)
+
+
+def _square(placement: Placement, types: ArrayTypes) -> SquareArrays:
+    *vectors, orthogonal = square_vectors(placement)
+    center, width, height = (types.Vector(*map(float, vector)) for vector in vectors)
+    return SquareArrays(center=center, half_width=width, half_height=height, orthogonal=orthogonal)
 
 
 def upload(shape: Shape, types: ArrayTypes) -> Any:

@@ -1,6 +1,6 @@
 """A ray, and the part of it in which an intersection counts."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import drjit as dr
@@ -12,6 +12,8 @@ class Ray:
 
     origin: Any
     direction: Any
+    # What formulas of triangles derive from the ray alone, once for all triangles that it meets (`tracer.shear`).
+    prepared: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def at(self, t: Any) -> Any:
         """Return the points at parameter `t` [m]."""

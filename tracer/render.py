@@ -10,6 +10,7 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from tracer.configuration import Configuration
+from tracer.plan import Plan
 from tracer.reach import beyond
 from tracer.trace import Trace
 
@@ -24,33 +25,39 @@ def _components(scalars: list[Any]) -> np.ndarray:
     return np.array([float(scalar[0]) for scalar in scalars])
 
 
-def _image(channels: tuple[Any, ...], *, height: int, width: int) -> np.ndarray:
-    """Return (height, width, channels); a literal channel fills its image."""
-    flat = [np.broadcast_to(_numbers(channel), (height * width,)) for channel in channels]
-    return np.stack(flat, axis=-1).reshape(height, width, -1) if flat else np.zeros((height, width, 0))
+def _image(trace: Trace, samples: list[tuple[Any, ...]]) -> np.ndarray:
+    """Return (height, width, channels) of what each lane holds; a literal channel fills its image."""
+    channels = [trace.lanes.image([_numbers(channel) for channel in of]) for of in zip(*samples, strict=True)]
+    return np.stack(channels, axis=-1) if channels else np.zeros((trace.lanes.height, trace.lanes.width, 0))
 
 
-def _pixels(trace: Trace) -> tuple[Any, Any]:
-    camera = trace.scene.camera
-    return trace.configuration["pixel"](*trace.ndc, camera.width, camera.height)
+def _pixels(trace: Trace) -> list[tuple[Any, Any]]:
+    camera, formula = trace.scene.camera, trace.configuration["pixel"]
+    return [formula(*ndc, camera.width, camera.height) for ndc in trace.ndc]
 
 
-def _camera(trace: Trace, pixels: tuple[Any, ...]) -> dict[str, np.ndarray]:
+def _camera(trace: Trace, pixels: list[tuple[Any, ...]]) -> dict[str, np.ndarray]:
     """Return the camera stage (see `cases.answers`)."""
-    frame, camera = trace.frame, trace.scene.camera
-    size = {"height": camera.height, "width": camera.width}
+    frame = trace.frame
     return {
         **{
             name: _components([getattr(frame, name)[i, j] for i in range(4) for j in range(4)]).reshape(4, 4)
             for name in ("view", "view_inverse", "projection", "projection_inverse")
         },
         "frustum_corners": _components([x for corner in frame.corners for x in corner]).reshape(8, 3),
-        "ndc": _image(trace.ndc, **size),
-        "pixel": _image(pixels, **size),
+        "ndc": _image(trace, trace.ndc),
+        "pixel": _image(trace, pixels),
     }
 
 
-def render(scene: Scene, stages: Collection[Stage], configuration: Configuration, *, samples: int = 1) -> Answers:
+def render(
+    scene: Scene,
+    stages: Collection[Stage],
+    configuration: Configuration,
+    *,
+    samples: int = 1,
+    chosen: Plan | None = None,
+) -> Answers:
     """Return the stages asked for (see `cases.answers`), whatever the precision as float64.
 
     With samples > 1, radiance only: the mean over samples x samples points per pixel, the centres of a regular
@@ -69,18 +76,17 @@ def render(scene: Scene, stages: Collection[Stage], configuration: Configuration
     refusal = beyond(scene, configuration.precision)
     if refusal is not None:
         raise ValueError(refusal)
-    trace = Trace(scene, configuration, per_side=samples)
+    trace = Trace(scene, configuration, per_side=samples, chosen=chosen)
     images = {stage: trace.channels(stage) for stage in wanted if stage is not Stage.CAMERA}
-    pixels = _pixels(trace) if Stage.CAMERA in wanted else ()
-    ndc = trace.ndc if Stage.CAMERA in wanted else ()
+    pixels = _pixels(trace) if Stage.CAMERA in wanted else []
+    ndc = trace.ndc if Stage.CAMERA in wanted else []
     dr.eval(list(images.values()), pixels, ndc)
-    width, height = scene.camera.width * samples, scene.camera.height * samples
     answers: Answers = {}
     for stage in wanted:
         if stage is Stage.CAMERA:
             answers[stage] = _camera(trace, pixels)
             continue
-        image = _image(images[stage], height=height, width=width)
+        image = _image(trace, images[stage])
         if samples > 1:
             image = image.reshape(scene.camera.height, samples, scene.camera.width, samples, -1).mean(axis=(1, 3))
         answers[stage] = image

@@ -5,7 +5,7 @@ Source: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", Journal 
 explicit operation, because a compiler that fused some of them would tear the edges open.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +23,17 @@ class Sheared:
     C: Any
 
 
+@dataclass(frozen=True, kw_only=True)
+class Shear:
+    """The turn that makes a direction's largest component the last one, and the shear that takes it to the z axis."""
+
+    x_largest: Any
+    y_largest: Any
+    Sx: Any
+    Sy: Any
+    Sz: Any
+
+
 def _turned(vector: Any, x_largest: Any, y_largest: Any) -> Any:
     """Return the components in cyclic order with the ray's largest last, which keeps the winding."""
     x, y, z = vector.x, vector.y, vector.z
@@ -33,18 +44,36 @@ def _turned(vector: Any, x_largest: Any, y_largest: Any) -> Any:
     )
 
 
-def shear(ray: Ray, triangle: Any) -> Sheared:
-    """Return the triangle in the ray's own coordinates; z is t."""
-    size = abs(ray.direction)
+def _turn(direction: Any) -> tuple[Any, Any]:
+    size = abs(direction)
     x_largest = (size.x >= size.y) & (size.x >= size.z)
-    y_largest = ~x_largest & (size.y >= size.z)
+    return x_largest, ~x_largest & (size.y >= size.z)
+
+
+def _of(ray: Ray, x_largest: Any, y_largest: Any) -> Shear:
     D = _turned(ray.direction, x_largest, y_largest)
     Sz = 1 / D.z
-    Sx, Sy = D.x * Sz, D.y * Sz
+    return Shear(x_largest=x_largest, y_largest=y_largest, Sx=D.x * Sz, Sy=D.y * Sz, Sz=Sz)
+
+
+def prepare(rays: Sequence[Ray], *, together: bool = False) -> None:
+    """Keep each ray's own shear with it. Call it before a loop in which the rays meet many triangles.
+
+    Rays of nearly the same direction may all turn as the middle one does (`together`); what is left is then computed
+    once for all of them. Any component may come last that is not much smaller than the largest.
+    """
+    middle = _turn(rays[len(rays) // 2].direction)
+    for ray in rays:
+        ray.prepared["shear"] = _of(ray, *(middle if together else _turn(ray.direction)))
+
+
+def shear(ray: Ray, triangle: Any) -> Sheared:
+    """Return the triangle in the ray's own coordinates; z is t."""
+    own = ray.prepared.get("shear") or _of(ray, *_turn(ray.direction))
 
     def corner(point: Any) -> Any:
-        P = _turned(point - ray.origin, x_largest, y_largest)
-        return type(P)(dr.fma(-Sx, P.z, P.x), dr.fma(-Sy, P.z, P.y), P.z * Sz)
+        P = _turned(point - ray.origin, own.x_largest, own.y_largest)
+        return type(P)(dr.fma(-own.Sx, P.z, P.x), dr.fma(-own.Sy, P.z, P.y), P.z * own.Sz)
 
     return Sheared(A=corner(triangle.first), B=corner(triangle.second), C=corner(triangle.third))
 
@@ -55,10 +84,18 @@ def edge_functions(sheared: Sheared, product: Callable[[Any, Any, Any, Any], Any
     return product(C.x, B.y, C.y, B.x), product(A.x, C.y, A.y, C.x), product(B.x, A.y, B.y, A.x)
 
 
+def _smaller(a: Any, b: Any) -> Any:
+    return dr.select(a < b, a, b)
+
+
+def _larger(a: Any, b: Any) -> Any:
+    return dr.select(a > b, a, b)
+
+
 def distance(sheared: Sheared, areas: tuple[Any, Any, Any], interval: Interval) -> Any:
     """Return t where no two areas differ in sign and t lies inside the interval, or inf."""
     U, V, W = areas
-    outside = ((U < 0) | (V < 0) | (W < 0)) & ((U > 0) | (V > 0) | (W > 0))
+    outside = (_smaller(_smaller(U, V), W) < 0) & (_larger(_larger(U, V), W) > 0)
     determinant = U + V + W
     parallel = determinant == 0
     t = (U * sheared.A.z + V * sheared.B.z + W * sheared.C.z) / dr.select(parallel, 1, determinant)

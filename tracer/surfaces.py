@@ -1,14 +1,17 @@
-"""What depends on which shape was hit: chosen per pixel among the shapes of the scene."""
+"""What depends on which shape was hit: chosen per pixel among the shapes, or looked up where there are many."""
 
+import hashlib
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
 import drjit as dr
+import numpy as np
 
 from cases.scene import Cube, Mesh, Shape, Sphere
 from tracer.clearance import clearance, extent, spread
+from tracer.gathered import GatheredPlacement
 from tracer.placement import Placement
 from tracer.rays import Ray
 from tracer.world import Nearest, World, flat_normal
@@ -29,6 +32,16 @@ class ObjectRay:
     def spheres(self) -> tuple[Any, Any, Any]:
         """Return where a sphere was hit, and its centre and radius [m]."""
         return self.surfaces.spheres()
+
+
+def _center(shape: Shape) -> tuple[float, float, float]:
+    """Return a sphere's centre; of other shapes nothing that counts."""
+    return shape.center if isinstance(shape, Sphere) else (0.0, 0.0, 0.0)
+
+
+def _constant_normal(shape: Shape) -> tuple[float, float, float]:
+    """Return the object-space normal of a flat shape; of other shapes nothing that counts."""
+    return (0.0, 0.0, 1.0) if isinstance(shape, Sphere | Cube | Mesh) else flat_normal(shape)
 
 
 class Surfaces:
@@ -56,8 +69,35 @@ class Surfaces:
         values = [of(shape) for shape in self.shapes]
         if len(set(values)) == 1:
             return upload(values[0])
+        if self.world.plan.tables:
+            return self._look_up(values, upload(values[0]))
         last = upload(values[-1])
         return self._choose([upload(value) for value in values[:-1]], last)
+
+    def _look_up(self, values: Sequence[Any], like: Any) -> Any:
+        """Return, per pixel, the value of the shape that was hit, from a table; `like` has the type of one."""
+        table = np.asarray(values, dtype=np.float64)
+        # Named by what is in it: the same table has the same name in every trace of a scene.
+        name = hashlib.sha256(table.tobytes()).hexdigest()[:16]
+        numbers = self.world.assets.floats(f"table {name}", self.types, lambda: table)
+        found = self.hit.shape >= 0
+        kind = self.types.Float if dr.is_mask_v(like) else type(like)
+        value = dr.gather(kind, numbers, self.types.UInt(self.hit.shape), found)
+        return value > 0 if dr.is_mask_v(like) else value
+
+    @cached_property
+    def placement(self) -> GatheredPlacement:
+        """Return the model matrix of the shape that was hit, from tables."""
+        placements = [Placement(to_world=shape.to_world) for shape in self.shapes]
+        Vector = self.types.Vector
+        rows = [self._look_up([p.inverse[k] for p in placements], Vector(0)) for k in range(3)]
+        columns = [self._look_up([p.linear[:, k] for p in placements], Vector(0)) for k in range(3)]
+        translation = self._look_up([p.translation for p in placements], Vector(0))
+        return GatheredPlacement(rows=rows, columns=columns, translation=translation)
+
+    @cached_property
+    def _placed(self) -> bool:
+        return any(not Placement(to_world=shape.to_world).identity for shape in self.shapes)
 
     @cached_property
     def position(self) -> Any:
@@ -66,8 +106,10 @@ class Surfaces:
 
     def object_ray(self) -> tuple[Ray, Callable[[Any], Any]]:
         """Return the ray in the object space of the shape that was hit, and what takes its points to world space."""
-        placements = [Placement(to_world=shape.to_world) for shape in self.shapes]
         to_object = self.configuration["to_object"]
+        if self.world.plan.tables:
+            return to_object(self.ray, self.placement), self.placement.point_to_world
+        placements = [Placement(to_world=shape.to_world) for shape in self.shapes]
         rays = [self.ray if p.identity else to_object(self.ray, p) for p in placements]
         local = Ray(
             origin=self._choose([ray.origin for ray in rays], self.ray.origin),
@@ -81,12 +123,10 @@ class Surfaces:
 
     def spheres(self) -> tuple[Any, Any, Any]:
         """Return where a sphere was hit, and its centre and radius [m]."""
-        found = [shape if isinstance(shape, Sphere) else None for shape in self.shapes]
-        Bool, Float, Vector = self.types.Bool, self.types.Float, self.types.Vector
         return (
-            self._choose([Bool(sphere is not None) for sphere in found], Bool(False)),
-            self._choose([Vector(*sphere.center) if sphere else Vector(0) for sphere in found], Vector(0)),
-            self._choose([Float(sphere.radius) if sphere else Float(1) for sphere in found], Float(1)),
+            self.constant(lambda shape: isinstance(shape, Sphere), self.types.Bool) & self.mask,
+            self.constant(_center, lambda center: self.types.Vector(*center)),
+            self.constant(lambda shape: shape.radius if isinstance(shape, Sphere) else 1.0, self.types.Float),
         )
 
     def _object_normal(self, index: int, shape: Shape, placement: Placement) -> Any:
@@ -113,9 +153,40 @@ class Surfaces:
             normal = self.configuration["world_normal"](normal, placement)
         return self.configuration["facing"](normal, self.ray.direction) if shape.two_sided else normal
 
+    def _kind(self, *kinds: type[Shape]) -> Any:
+        """Return where a shape of one of these kinds was hit."""
+        return self.constant(lambda shape: isinstance(shape, kinds), self.types.Bool) & self.mask
+
+    def _looked_up_normal(self) -> Any:
+        """Return the shading normals: every kind's formula once, and the matrices from tables."""
+        kinds = {type(shape) for shape in self.shapes}
+        point = self.position if not self._placed else self.placement.point_to_object(self.position)
+        normal = self.constant(_constant_normal, lambda xyz: self.types.Vector(*xyz))
+        if Sphere in kinds:
+            center = self.constant(_center, lambda xyz: self.types.Vector(*xyz))
+            normal = dr.select(self._kind(Sphere), self.configuration["sphere_normal"](point, center), normal)
+        if Cube in kinds:
+            if self.configuration.formula("cube_normal").facts.get("takes") == "ray":
+                ray = self.ray if not self._placed else self.configuration["to_object"](self.ray, self.placement)
+                cube = self.configuration["cube_normal"](ray, self.hit.distance)
+            else:
+                cube = self.configuration["cube_normal"](point)
+            normal = dr.select(self._kind(Cube), cube, normal)
+        if self.world.forest is not None:
+            triangles = self._kind(Mesh)
+            normal = dr.select(triangles, self.world.forest.normal(self.hit.number, triangles), normal)
+        if self._placed:
+            normal = self.configuration["world_normal"](normal, self.placement)
+        if any(shape.two_sided for shape in self.shapes):
+            two_sided = self.constant(lambda shape: shape.two_sided, self.types.Bool)
+            normal = dr.select(two_sided, self.configuration["facing"](normal, self.ray.direction), normal)
+        return dr.select(self.mask, normal, 0)
+
     @cached_property
     def normal(self) -> Any:
         """Return the shading normals N, 0 where nothing was hit."""
+        if self.world.plan.tables:
+            return self._looked_up_normal()
         return self._choose(
             [self._normal(index, shape) for index, shape in enumerate(self.shapes)], self.types.Vector(0)
         )

@@ -1,5 +1,7 @@
 """From pixel to radiance: every stage computed when it is first asked for, and not before."""
 
+import math
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -8,52 +10,113 @@ import drjit as dr
 from cases.scene import Scene
 from cases.stages import Stage
 from tracer.arrays import array_types
+from tracer.assets import Assets
 from tracer.configuration import Configuration
 from tracer.frame import Frame
 from tracer.illumination import Illumination
+from tracer.lanes import Lanes
+from tracer.plan import Plan, plan
 from tracer.rays import Interval, Ray
 from tracer.surfaces import Surfaces
-from tracer.world import World
+from tracer.world import Nearest, World
+
+WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and that of its neighbour 0.3
 
 
 class Trace:
-    """One scene by one configuration; the stages are unevaluated Dr.Jit arrays, one entry per sample, row by row."""
+    """One scene by one configuration; the stages are unevaluated Dr.Jit arrays.
 
-    def __init__(self, scene: Scene, configuration: Configuration, *, per_side: int) -> None:
+    A lane holds one or several samples (`tracer.lanes`); every stage is a list with an entry for each of them.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        configuration: Configuration,
+        *,
+        per_side: int,
+        chosen: Plan | None = None,
+        assets: Assets | None = None,
+    ) -> None:
         self.scene, self.configuration, self.per_side = scene, configuration, per_side
         self.types = array_types(configuration.precision)
         self.frame = Frame(camera=scene.camera, configuration=configuration, types=self.types)
+        self.plan = plan(scene, configuration, samples=per_side) if chosen is None else chosen
+        self.assets = Assets() if assets is None else assets
+        self.world = World(scene, configuration, self.types, plan=self.plan, assets=self.assets)
+        size = {"width": scene.camera.width * per_side, "height": scene.camera.height * per_side}
+        tile = {} if self.plan.split else {"columns": self.plan.columns, "rows": self.plan.rows}
+        self.lanes = Lanes(**size, **tile)
 
     @cached_property
-    def ndc(self) -> tuple[Any, Any]:
+    def positions(self) -> list[tuple[Any, Any]]:
+        """Return (column, row) of every sample."""
+        return self.lanes.positions(self.types.UInt)
+
+    @cached_property
+    def ndc(self) -> list[tuple[Any, Any]]:
         """Return (sx, sy) of every sample."""
-        camera = self.scene.camera
-        columns = camera.width * self.per_side
-        index = dr.arange(self.types.UInt, columns * camera.height * self.per_side)
-        row = index // columns
-        column = index - row * columns
-        Float = self.types.Float
-        px, py = self.configuration["sample"](Float(column), Float(row), self.per_side)
-        return self.configuration["ndc"](px, py, camera.width, camera.height)
+        camera, Float = self.scene.camera, self.types.Float
+        found = []
+        for column, row in self.positions:
+            px, py = self.configuration["sample"](Float(column), Float(row), self.per_side)
+            found.append(self.configuration["ndc"](px, py, camera.width, camera.height))
+        return found
 
     @cached_property
-    def ray(self) -> Ray:
+    def rays(self) -> list[Ray]:
         """Return the camera rays, with unit directions."""
-        return Ray(origin=self.frame.eye, direction=self.configuration["ray"](self.frame, *self.ndc))
+        formula = self.configuration["ray"]
+        return [Ray(origin=self.frame.eye, direction=formula(self.frame, *ndc)) for ndc in self.ndc]
+
+    @property
+    def _narrow(self) -> bool:
+        """Return whether the directions of a lane's rays differ by less than WIDEST."""
+        camera, lanes = self.scene.camera, self.lanes
+        pixel = 2 * math.tan(math.radians(camera.fovy) / 2) / (camera.height * self.per_side)
+        return max(lanes.columns, lanes.rows) * pixel < WIDEST and camera.fovy < 90
 
     @cached_property
-    def surfaces(self) -> Surfaces:
+    def hits(self) -> list[Nearest]:
         """Return the nearest hits of the camera rays."""
+        if self.plan.split:
+            return [self._apart()]
         clip = self.configuration[f"clip_{self.scene.clip}"]
-        near, far = clip(self.ray.direction, self.frame.forward, self.frame.near, self.frame.far)
-        world = World(self.scene, self.configuration, self.types)
-        hit = world.nearest(self.ray, Interval(nearest=near, farthest=far))
-        return Surfaces(world, self.ray, hit, eye=self.frame.eye)
+        intervals = []
+        for ray in self.rays:
+            near, far = clip(ray.direction, self.frame.forward, self.frame.near, self.frame.far)
+            intervals.append(Interval(nearest=near, farthest=far))
+        return self.world.nearest(self.rays, intervals, narrow=self._narrow)
+
+    def _apart(self) -> Nearest:
+        """Return the hits of tiles of rays, one per lane, by way of memory."""
+        tiles = Trace(
+            self.scene,
+            self.configuration,
+            per_side=self.per_side,
+            chosen=replace(self.plan, split=False),
+            assets=self.assets,
+        )
+        Float, Int = self.types.Float, self.types.Int
+        count = self.lanes.width * self.lanes.height
+        distance, words = dr.empty(Float, count), [dr.empty(Int, count) for _ in range(3)]
+        for number, hit in zip(tiles.lanes.numbers(tiles.positions), tiles.hits, strict=True):
+            dr.scatter(distance, hit.distance, number, mode=dr.ReduceMode.Permute)
+            for target, value in zip(words, (hit.shape, hit.face, hit.number), strict=True):
+                dr.scatter(target, Int(-1) if value is None else value, number, mode=dr.ReduceMode.Permute)
+        dr.eval(distance, words)
+        shape, face, number = words
+        return Nearest(distance=distance, shape=shape, face=face, number=number)
+
+    @cached_property
+    def surfaces(self) -> list[Surfaces]:
+        """Return the surfaces that the camera rays hit."""
+        return [Surfaces(self.world, *found, eye=self.frame.eye) for found in zip(self.rays, self.hits, strict=True)]
 
     @cached_property
     def illumination(self) -> Illumination:
         """Return the lights as seen from the hits."""
-        return Illumination(self.surfaces)
+        return Illumination(self.world, self.surfaces)
 
     @property
     def _dark(self) -> bool:
@@ -61,11 +124,20 @@ class Trace:
         return not (self.scene.shapes and self.scene.lights)
 
     @cached_property
-    def exitance(self) -> Any:
+    def exitance(self) -> list[Any]:
         """Return M [W/m^2]."""
         if self._dark:
-            return self.types.Vector(0)
-        albedo, irradiance = self.surfaces.albedo, self.illumination.irradiance
+            return [self.types.Vector(0)] * self.lanes.tile
+        return [
+            self._leaving(one.albedo, arriving) for one, arriving in zip(self.surfaces, self.irradiance, strict=True)
+        ]
+
+    @property
+    def irradiance(self) -> list[Any]:
+        """Return E [W/m^2]."""
+        return self.illumination.irradiance
+
+    def _leaving(self, albedo: Any, irradiance: Any) -> Any:
         leaving = self.configuration["exitance"](albedo, irradiance)
         if all(channel > 0 for shape in self.scene.shapes for channel in shape.albedo):
             return leaving
@@ -73,34 +145,36 @@ class Trace:
         return dr.select((albedo == 0) & dr.isinf(irradiance), 0, leaving)
 
     @cached_property
-    def radiance(self) -> Any:
+    def radiance(self) -> list[Any]:
         """Return L [W/(m^2 sr)]."""
         if self._dark:
-            return self.types.Vector(0)
-        slot = "radiance_simplified" if self.scene.shading == "simplified" else "radiance"
-        return dr.select(self.surfaces.hidden, 0, self.configuration[slot](self.exitance))
+            return [self.types.Vector(0)] * self.lanes.tile
+        formula = self.configuration["radiance_simplified" if self.scene.shading == "simplified" else "radiance"]
+        pairs = zip(self.surfaces, self.exitance, strict=True)
+        return [dr.select(surfaces.hidden, 0, formula(exitance)) for surfaces, exitance in pairs]
 
-    def channels(self, stage: Stage) -> tuple[Any, ...]:
+    def channels(self, stage: Stage) -> list[tuple[Any, ...]]:
         """Return the channels of an image stage, with the specification's values where nothing was hit."""
-        Float, hit = self.types.Float, self.surfaces.hit if stage is not Stage.RAY else None
+        Float = self.types.Float
         match stage:
             case Stage.RAY:
-                return tuple(self.ray.direction)
-            case Stage.OBJECT if hit is not None:
-                return hit.shape, hit.face
-            case Stage.DISTANCE if hit is not None:
-                return (hit.distance,)
+                return [tuple(ray.direction) for ray in self.rays]
+            case Stage.OBJECT:
+                return [(one.hit.shape, one.hit.face) for one in self.surfaces]
+            case Stage.DISTANCE:
+                return [(one.hit.distance,) for one in self.surfaces]
             case Stage.POSITION:
-                return tuple(dr.select(self.surfaces.mask, self.surfaces.position, 0))
+                return [tuple(dr.select(one.mask, one.position, 0)) for one in self.surfaces]
             case Stage.NORMAL:
-                return tuple(self.surfaces.normal)
+                return [tuple(one.normal) for one in self.surfaces]
             case Stage.VISIBILITY:
-                return tuple(dr.select(lit, Float(1), 0) for lit in self.illumination.lit)
+                lit = self.illumination.lit
+                return [tuple(dr.select(light[k], Float(1), 0) for light in lit) for k in range(self.lanes.tile)]
             case Stage.IRRADIANCE:
-                return tuple(self.illumination.irradiance)
+                return [tuple(irradiance) for irradiance in self.irradiance]
             case Stage.EXITANCE:
-                return tuple(self.exitance)
+                return [tuple(exitance) for exitance in self.exitance]
             case Stage.RADIANCE:
-                return tuple(self.radiance)
+                return [tuple(radiance) for radiance in self.radiance]
             case _:
                 raise ValueError(f"{stage} is not an image")

@@ -1,9 +1,10 @@
 """All shapes of a scene on the device: the nearest hit, and whether anything is in the way.
 
-Few shapes are unrolled into the kernel, one formula each; the triangles of all meshes go through one tree. A scene
-without spheres leaves no sphere code behind, and a shape at identity no transform.
+Few shapes are unrolled into the kernel, one formula each; many of a kind, and all triangles of meshes, go through a
+tree (`tracer.plan`). A scene without spheres leaves no sphere code behind, and a shape at identity no transform.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,13 +12,18 @@ from typing import Any
 import drjit as dr
 
 from cases.scene import Mesh, Scene, Shape, Triangle
+from tracer.acceleration.beams import Beam, smaller
+from tracer.acceleration.crowds import Crowd, host_crowd
 from tracer.acceleration.forest import Forest, host_forest
-from tracer.acceleration.traverse import Walk, any_hit, nearest
+from tracer.acceleration.traverse import WIDER, Grove, Walk, any_hit, nearest
 from tracer.arrays import ArrayTypes
+from tracer.assets import Assets
 from tracer.configuration import Configuration
-from tracer.geometry import SLOTS, upload
+from tracer.geometry import SLOTS, square_vectors, upload
 from tracer.placement import Placement
+from tracer.plan import Plan
 from tracer.rays import Interval, Ray
+from tracer.shear import prepare
 from tracer.triangles import degenerate, object_normals
 
 
@@ -38,7 +44,17 @@ class Nearest:
     distance: Any
     shape: Any
     face: Any
-    number: Any  # None without meshes
+    number: Any  # None without triangles in a tree
+
+
+@dataclass(frozen=True, kw_only=True)
+class Feeler:
+    """A light feeler: t in the interval is tested, the shape `skip` (or None) is left out."""
+
+    ray: Ray
+    interval: Interval
+    skip: Any
+    active: Any  # where it is asked for
 
 
 def can_shadow_itself(shape: Shape) -> bool:
@@ -48,6 +64,11 @@ def can_shadow_itself(shape: Shape) -> bool:
     """
     flat_or_convex = SLOTS.get(type(shape))
     return flat_or_convex is None or (shape.two_sided and flat_or_convex in ("sphere", "cube"))
+
+
+def flat(shape: Shape) -> bool:
+    """Return whether a shape is made of triangles."""
+    return isinstance(shape, Mesh | Triangle)
 
 
 def flat_normal(shape: Shape) -> tuple[float, float, float]:
@@ -61,12 +82,17 @@ def flat_normal(shape: Shape) -> tuple[float, float, float]:
 class World:
     """A scene's shapes in one precision."""
 
-    def __init__(self, scene: Scene, configuration: Configuration, types: ArrayTypes) -> None:
-        self.scene, self.configuration, self.types = scene, configuration, types
+    def __init__(
+        self, scene: Scene, configuration: Configuration, types: ArrayTypes, *, plan: Plan, assets: Assets
+    ) -> None:
+        self.scene, self.configuration, self.types, self.plan, self.assets = scene, configuration, types, plan, assets
+
+    def _in_tree(self, shape: Shape) -> bool:
+        return isinstance(shape, Mesh) or SLOTS.get(type(shape)) in self.plan.trees
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
-        """Return the shapes with a formula of their own, without degenerate triangles."""
+        """Return the shapes that are unrolled, without degenerate triangles."""
         return tuple(
             Body(
                 index=index,
@@ -75,15 +101,31 @@ class World:
                 placement=Placement(to_world=shape.to_world),
             )
             for index, shape in enumerate(self.scene.shapes)
-            if not isinstance(shape, Mesh) and not (SLOTS.get(type(shape)) == "triangle" and degenerate(shape)[0])
+            if not self._in_tree(shape) and not (SLOTS.get(type(shape)) == "triangle" and degenerate(shape)[0])
         )
 
     @cached_property
     def forest(self) -> Forest | None:
-        """Return the tree over all meshes, or None without meshes."""
-        meshes = tuple((index, shape) for index, shape in enumerate(self.scene.shapes) if isinstance(shape, Mesh))
-        host = host_forest(meshes) if meshes else None
-        return None if host is None else Forest(host, self.types)
+        """Return the tree over all triangles, or None without any."""
+        members = tuple((i, shape) for i, shape in enumerate(self.scene.shapes) if self._in_tree(shape) and flat(shape))
+        host = host_forest(members) if members else None
+        return None if host is None else Forest(host, self.types, self.assets)
+
+    @cached_property
+    def groves(self) -> tuple[Grove, ...]:
+        """Return all trees, those of triangles last."""
+        members: dict[tuple[str, bool], list[tuple[int, Shape]]] = {}
+        for index, shape in enumerate(self.scene.shapes):
+            if self._in_tree(shape) and not flat(shape):
+                slot = SLOTS[type(shape)]
+                # The formula by a square's vectors is another one where they are not orthogonal.
+                sheared = slot == "square" and not square_vectors(Placement(to_world=shape.to_world))[3]
+                members.setdefault((slot, sheared), []).append((index, shape))
+        crowds = [
+            Crowd(host_crowd(tuple(found)), self.types, self.assets, name=f"sheared {slot}" if sheared else slot)
+            for (slot, sheared), found in members.items()
+        ]
+        return (*crowds, *([] if self.forest is None else [self.forest]))
 
     @property
     def has_blockers(self) -> bool:
@@ -99,37 +141,94 @@ class World:
         seen = self.object_ray(body, ray) if formula.facts["space"] == "object" else ray
         return formula.function(seen, body.arrays, interval)
 
-    def nearest(self, ray: Ray, interval: Interval) -> Nearest:
-        """Return the nearest hit inside the interval; at a tie the lower shape index, then the lower face index."""
+    def _meet(self, grove: Grove, rays: Sequence[Ray], intervals: Sequence[Interval]) -> Callable[[Any, int], Any]:
+        return lambda item, k: grove.meet(self.configuration, rays[k], item, intervals[k])
+
+    def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval], *, narrow: bool = False) -> list[Nearest]:
+        """Return the nearest hits of rays from one point; at a tie the lower shape index, then the lower face index.
+
+        `narrow` says that their directions hardly differ.
+        """
+        hits = [self._nearest_body(ray, interval) for ray, interval in zip(rays, intervals, strict=True)]
+        if not self.groves:
+            return hits
+        width = max(dr.width(ray.direction) for ray in rays)
+        prepare(rays, together=narrow)
+        for grove in self.groves:
+            beam = Beam(grove.nodes, rays[0].origin, [ray.direction for ray in rays])
+            walk = Walk(grove=grove, beam=beam, meet=self._meet(grove, rays, intervals))
+            limits = [smaller(hit.distance, interval.farthest) for hit, interval in zip(hits, intervals, strict=True)]
+            met = nearest(walk, closer=self.configuration["nearest"], limits=limits, width=width)
+            hits = [self._nearer(grove, before, *hit) for before, hit in zip(hits, met, strict=True)]
+        return hits
+
+    def _nearest_body(self, ray: Ray, interval: Interval) -> Nearest:
         closer = self.configuration["nearest"]
-        best, shape, face, number = self.types.Float(dr.inf), self.types.Int(-1), self.types.Int(-1), None
+        best, shape, face = self.types.Float(dr.inf), self.types.Int(-1), self.types.Int(-1)
         for body in self.bodies:
             distance = self._distance(body, ray, interval)
             take = closer(distance, best)
             best = dr.select(take, distance, best)
             shape = dr.select(take, body.index, shape)
             face = dr.select(take, 0, face)
-        if self.forest is not None:
-            walk = Walk(self.forest, ray, interval, self.configuration["triangle"])
-            distance, number = nearest(walk, closer=closer, limit=best, active=self.types.Bool(True))
-            found = distance < dr.inf
-            index = self.forest.shape(number, found)
-            take = closer(distance, best) | (found & (distance == best) & (index < shape))
-            best = dr.select(take, distance, best)
-            shape = dr.select(take, index, shape)
-            face = dr.select(take, self.forest.face(number, found), face)
-        return Nearest(distance=best, shape=shape, face=face, number=number)
+        return Nearest(distance=best, shape=shape, face=face, number=None)
 
-    def blocked(self, ray: Ray, interval: Interval, *, skip: Any, active: Any) -> Any:
-        """Return where something other than the shape `skip` (or None) is met inside the interval."""
+    def _nearer(self, grove: Grove, before: Nearest, distance: Any, number: Any) -> Nearest:
+        """Return what is nearer, what was hit before or a hit in a tree."""
+        met = distance < dr.inf
+        index = grove.shape(number, met)
+        closer = self.configuration["nearest"]
+        take = closer(distance, before.distance) | (met & (distance == before.distance) & (index < before.shape))
+        return Nearest(
+            distance=dr.select(take, distance, before.distance),
+            shape=dr.select(take, index, before.shape),
+            face=dr.select(take, grove.face(number, met), before.face),
+            number=number if grove is self.forest else before.number,
+        )
+
+    def blocked(self, feelers: Sequence[Feeler], light: Any) -> list[Any]:
+        """Return where something other than the shape that it leaves out is met inside a feeler's interval.
+
+        The feelers all end at `light` [m]. Through a tree they go as one beam from there; the formulas are asked about
+        the feelers as they are, so that a strategy against acne means the same either way.
+        """
+        obstructed = self.configuration["obstructed"]
+        blocked = [self._blocked_by_bodies(feeler) for feeler in feelers]
+        rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
+        if self.groves:
+            prepare(rays)
+        for grove in self.groves:
+            active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]
+            beam, farthest = self._feeling(grove, rays, light, active)
+            met = any_hit(
+                Walk(grove=grove, beam=beam, meet=self._meet(grove, rays, intervals)),
+                farthest=farthest,
+                skips=None if feelers[0].skip is None else self._skips(grove, feelers),
+                active=active,
+                width=max(dr.width(ray.origin) for ray in rays),
+            )
+            blocked = [there | obstructed(distance) for there, distance in zip(blocked, met, strict=True)]
+        return [there & feeler.active for there, feeler in zip(blocked, feelers, strict=True)]
+
+    def _feeling(self, grove: Grove, rays: Sequence[Ray], light: Any, active: Sequence[Any]) -> tuple[Beam, Any]:
+        """Return what bounds the feelers on their way through a tree, and the t of its end."""
+        Single: Any = dr.float32_array_t(self.types.Float)
+        if self.configuration.formula("segment").facts.get("bounded", False):
+            reaches = [ray.origin - light for ray in rays]
+            return Beam(grove.nodes, light, reaches, active=active), Single(WIDER)
+        # A feeler that does not end at the light goes by itself.
+        (ray,) = rays
+        return Beam(grove.nodes, ray.origin, [ray.direction]), Single(dr.inf)
+
+    def _skips(self, grove: Grove, feelers: Sequence[Feeler]) -> Callable[[Any, int], Any]:
+        return lambda number, k: grove.shape(number, self.types.Bool(True)) == feelers[k].skip
+
+    def _blocked_by_bodies(self, feeler: Feeler) -> Any:
         obstructed = self.configuration["obstructed"]
         blocked = self.types.Bool(False)
         for body in self.bodies:
-            distance = self._distance(body, ray, interval)
-            if skip is not None:
-                distance = dr.select(skip == body.index, dr.inf, distance)
+            distance = self._distance(body, feeler.ray, feeler.interval)
+            if feeler.skip is not None:
+                distance = dr.select(feeler.skip == body.index, dr.inf, distance)
             blocked |= obstructed(distance)
-        if self.forest is not None:
-            walk = Walk(self.forest, ray, interval, self.configuration["triangle"])
-            blocked |= obstructed(any_hit(walk, skip=skip, active=active & ~blocked))
-        return blocked & active
+        return blocked

@@ -1,1 +1,1 @@
-"""The tracer's own acceleration structure for triangles: a numpy builder and a traversal on Dr.Jit."""
+"""The tracer's own acceleration structure: a numpy builder, and bundles of rays on their way through it on Dr.Jit."""

@@ -1,7 +1,7 @@
 """A balanced binary tree of boxes in heap order, built by numpy.
 
-Node i has the children 2 i and 2 i + 1; nodes `leaves` .. 2 leaves - 1 are leaves of LEAF_SIZE triangles each. To fill
-them all, some triangles stand in two slots, which changes no answer.
+Node i has the children 2 i and 2 i + 1; nodes `leaves` .. 2 leaves - 1 are leaves of LEAF_SIZE items each. To fill
+them all, some items stand in two slots, which changes no answer.
 """
 
 from dataclasses import dataclass
@@ -13,47 +13,71 @@ LEAF_SIZE = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Tree:
-    """A tree over triangles; read-only arrays."""
+    """A tree over boxes; read-only arrays."""
 
     leaves: int  # a power of two
-    slots: np.ndarray  # (leaves * LEAF_SIZE,) index of the triangle in each slot
-    boxes: np.ndarray  # (2 leaves, 6) float32: lower corner, upper corner [m]; row 0 is unused
+    slots: np.ndarray  # (leaves * LEAF_SIZE,) index of the item in each slot
+    boxes: np.ndarray  # (2 leaves, 6): lower corner, upper corner [m]; row 0 is unused
 
 
-def build(corners: np.ndarray) -> Tree:
-    """Return a tree over triangles (n, 3, 3) float32 [m], split at the median along each node's longest axis.
-
-    Raises:
-        ValueError: there is no triangle.
-
-    """
-    count = len(corners)
-    if count == 0:
-        raise ValueError("a tree needs at least one triangle")
+def _spread(count: int) -> tuple[int, np.ndarray]:
+    """Return the number of leaves, and the items that fill them, duplicates spread evenly."""
     leaves = 1
     while leaves * LEAF_SIZE < count:
         leaves *= 2
-    # Spread the duplicates evenly, so that no subtree holds copies only.
-    nodes = (np.arange(leaves * LEAF_SIZE) * count // (leaves * LEAF_SIZE))[np.newaxis]
-    lower, upper = corners.min(axis=1), corners.max(axis=1)
-    centers = (lower.astype(np.float64) + upper) / 2
-    while nodes.shape[1] > LEAF_SIZE:
-        here = centers[nodes]
-        axis = np.argmax(here.max(axis=1) - here.min(axis=1), axis=1)
-        keys = np.take_along_axis(here, axis[:, np.newaxis, np.newaxis], axis=2)[..., 0]
-        half = nodes.shape[1] // 2
-        order = np.argpartition(keys, half, axis=1)
-        nodes = np.take_along_axis(nodes, order, axis=1).reshape(-1, half)
-    slots = nodes.reshape(-1)
-    boxes = np.zeros((2 * leaves, 6), dtype=np.float32)
+    # No subtree holds copies only.
+    return leaves, (np.arange(leaves * LEAF_SIZE) * count // (leaves * LEAF_SIZE)).astype(np.int32)
+
+
+def _halved(orders: list[np.ndarray], keys: list[np.ndarray]) -> list[np.ndarray]:
+    """Return the orders (nodes, size) with every node split at the median along its longest axis: (2 nodes, size / 2).
+
+    The items of a node stand in each order by their centres along one axis, and stay so.
+    """
+    nodes, size = orders[0].shape
+    half = size // 2
+    extents = [key[order[:, -1]] - key[order[:, 0]] for key, order in zip(keys, orders, strict=True)]
+    longest = np.argmax(extents, axis=0)
+    left = np.zeros(nodes * size, dtype=bool)
+    for axis, order in enumerate(orders):
+        left[order[longest == axis, :half].reshape(-1)] = True
+    split = []
+    for order in orders:
+        flat = order.reshape(-1)
+        chosen = left[flat]
+        pairs = np.empty((nodes, 2, half), dtype=order.dtype)
+        pairs[:, 0] = flat[chosen].reshape(nodes, half)
+        pairs[:, 1] = flat[~chosen].reshape(nodes, half)
+        split.append(pairs.reshape(2 * nodes, half))
+    return split
+
+
+def build(lower: np.ndarray, upper: np.ndarray) -> Tree:
+    """Return a tree over boxes by their corners (n, 3) [m], split at the median along each node's longest axis.
+
+    Raises:
+        ValueError: there is no box.
+
+    """
+    count = len(lower)
+    if count == 0:
+        raise ValueError("a tree needs at least one item")
+    leaves, slots = _spread(count)
+    # Halved before they are added: a sum may overflow.
+    keys = [np.ascontiguousarray((lower[:, axis] / 2 + upper[:, axis] / 2)[slots]) for axis in range(3)]
+    orders = [np.argsort(key, kind="stable").astype(np.int32)[np.newaxis] for key in keys]
+    while orders[0].shape[1] > LEAF_SIZE:
+        orders = _halved(orders, keys)
+    slots = slots[orders[0].reshape(-1)]
+    boxes = np.zeros((2 * leaves, 6), dtype=lower.dtype)
     boxes[leaves:, :3] = lower[slots].reshape(leaves, LEAF_SIZE, 3).min(axis=1)
     boxes[leaves:, 3:] = upper[slots].reshape(leaves, LEAF_SIZE, 3).max(axis=1)
     first = leaves
     while first > 1:
         pairs = boxes[first : 2 * first].reshape(-1, 2, 6)
         first //= 2
-        boxes[first : 2 * first, :3] = pairs[:, :, :3].min(axis=1)
-        boxes[first : 2 * first, 3:] = pairs[:, :, 3:].max(axis=1)
+        boxes[first : 2 * first, :3] = np.minimum(pairs[:, 0, :3], pairs[:, 1, :3])
+        boxes[first : 2 * first, 3:] = np.maximum(pairs[:, 0, 3:], pairs[:, 1, 3:])
     for array in (slots, boxes):
         array.setflags(write=False)
     return Tree(leaves=leaves, slots=slots, boxes=boxes)

@@ -1,4 +1,4 @@
-"""All meshes of a scene in one tree, on the host and on the device."""
+"""The triangles of all meshes of a scene in one tree, on the host and on the device."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -8,25 +8,36 @@ import drjit as dr
 import numpy as np
 
 from cases.baking import world_triangles
-from cases.scene import Mesh
-from tracer.acceleration.build import Tree, build
+from cases.scene import Mesh, Triangle
+from tracer.acceleration.build import build
+from tracer.acceleration.nodes import HostNodes, Nodes, quantise
 from tracer.arrays import ArrayTypes
+from tracer.assets import Assets, packets
+from tracer.configuration import Configuration
 from tracer.geometry import TriangleArrays
+from tracer.rays import Interval, Ray
 from tracer.triangles import degenerate, object_normals, slenderness
 
-Meshes = tuple[tuple[int, Mesh], ...]  # (index into the scene's shapes, mesh), ascending
+Meshes = tuple[tuple[int, Mesh | Triangle], ...]  # (index into the scene's shapes, mesh), ascending
+RECORD = 12  # words per slot: nine coordinates, the number, and two that make it three packets of four
 
 
 @dataclass(frozen=True, kw_only=True)
 class HostForest:
     """Triangles of all meshes, degenerate ones left out, numbered by shape and then by face."""
 
-    tree: Tree
-    corners: np.ndarray  # (n, 3, 3) float32, world [m]
+    nodes: HostNodes
+    records: np.ndarray  # (slots, RECORD) float32: corners in world space [m], the number's bits
     normals: np.ndarray  # (n, 3) float64, object space
     slenderness: np.ndarray  # (n,) float64
     shapes: np.ndarray  # (n,) int32
     faces: np.ndarray  # (n,) int32
+
+
+def bounds(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return lower and upper corners (n, 3) of triangles (n, 3, 3)."""
+    first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
+    return np.minimum(np.minimum(first, second), third), np.maximum(np.maximum(first, second), third)
 
 
 @lru_cache(maxsize=16)
@@ -36,9 +47,13 @@ def host_forest(meshes: Meshes) -> HostForest | None:
     corners = np.concatenate([world_triangles(mesh)[faces] for _, mesh, faces in kept])
     if len(corners) == 0:
         return None
+    tree = build(*bounds(corners))
+    records = np.zeros((len(tree.slots), RECORD), dtype=np.float32)
+    records[:, :9] = corners.reshape(-1, 9)[tree.slots]
+    records[:, 9] = tree.slots.astype(np.uint32).view(np.float32)
     return HostForest(
-        tree=build(corners),
-        corners=corners,
+        nodes=quantise(tree),
+        records=records,
         normals=np.concatenate([object_normals(mesh)[faces] for _, mesh, faces in kept]),
         slenderness=np.concatenate([slenderness(mesh)[faces] for _, mesh, faces in kept]),
         shapes=np.concatenate([np.full(len(faces), index) for index, _, faces in kept]).astype(np.int32),
@@ -49,49 +64,43 @@ def host_forest(meshes: Meshes) -> HostForest | None:
 class Forest:
     """The tree and its triangles as Dr.Jit arrays."""
 
-    def __init__(self, host: HostForest, types: ArrayTypes) -> None:
-        self.types = types
-        self.leaves = host.tree.leaves
-        self._boxes = self._upload(host.tree.boxes)
-        self._corners = self._upload(host.corners[host.tree.slots])
-        self._numbers = types.UInt(host.tree.slots.astype(np.uint32))
-        self._normals = self._upload(host.normals)
-        self._slenderness = self._upload(host.slenderness)
-        self._shapes = types.Int(host.shapes)
-        self._faces = types.Int(host.faces)
+    def __init__(self, host: HostForest, types: ArrayTypes, assets: Assets) -> None:
+        self.types, self.host, self._assets = types, host, assets
+        self.nodes = Nodes(host.nodes, types, assets, name="forest")
 
-    def _upload(self, values: np.ndarray) -> Any:
-        precision = np.float64 if self.types.precision == "float64" else np.float32
-        return self.types.Float(np.ascontiguousarray(values, dtype=precision).reshape(-1))
+    def item(self, slot: Any) -> tuple[TriangleArrays, Any]:
+        """Return the triangle in a slot, and its number."""
+        # As integers: Dr.Jit flushes the number's bits to zero where they are a subnormal float.
+        records = self._assets.upload("forest records", self.types.UInt, lambda: self.host.records.view(np.uint32))
+        words = packets(self.types, records, slot, RECORD // 4)
+        Single: Any = dr.float32_array_t(self.types.Float)
+        x = [self.types.Float(dr.reinterpret_array(Single, word)) for word in words[:9]]
+        Vector = self.types.Vector
+        triangle = TriangleArrays(first=Vector(*x[0:3]), second=Vector(*x[3:6]), third=Vector(*x[6:9]))
+        return triangle, self.types.Int(words[9])
 
-    def _vector(self, source: Any, first: Any, active: Any) -> Any:
-        return self.types.Vector(*(dr.gather(self.types.Float, source, first + k, active) for k in range(3)))
-
-    def box(self, node: Any, active: Any) -> tuple[Any, Any]:
-        """Return the lower and upper corners [m] of a node's box."""
-        return self._vector(self._boxes, node * 6, active), self._vector(self._boxes, node * 6 + 3, active)
-
-    def triangle(self, slot: Any, active: Any) -> TriangleArrays:
-        """Return the triangle in a slot."""
-        first, second, third = (self._vector(self._corners, slot * 9 + 3 * k, active) for k in range(3))
-        return TriangleArrays(first=first, second=second, third=third)
-
-    def number(self, slot: Any, active: Any) -> Any:
-        """Return the number of the triangle in a slot."""
-        return dr.gather(self.types.UInt, self._numbers, slot, active)
+    def meet(self, configuration: Configuration, ray: Ray, item: TriangleArrays, interval: Interval) -> Any:
+        """Return the t of one ray and one triangle, inf where they do not meet."""
+        return configuration["triangle"](ray, item, interval)
 
     def shape(self, number: Any, active: Any) -> Any:
         """Return the index of the shape that a triangle belongs to."""
-        return dr.gather(self.types.Int, self._shapes, number, active)
+        if len(set(self.host.shapes[[0, -1]])) == 1:
+            return self.types.Int(int(self.host.shapes[0]))
+        shapes = self._assets.upload("forest shapes", self.types.Int, lambda: self.host.shapes)
+        return dr.gather(self.types.Int, shapes, self.types.UInt(number), active)
 
     def face(self, number: Any, active: Any) -> Any:
         """Return a triangle's index in its mesh."""
-        return dr.gather(self.types.Int, self._faces, number, active)
+        faces = self._assets.upload("forest faces", self.types.Int, lambda: self.host.faces)
+        return dr.gather(self.types.Int, faces, self.types.UInt(number), active)
 
     def normal(self, number: Any, active: Any) -> Any:
         """Return a triangle's unit normal in object space."""
-        return self._vector(self._normals, number * 3, active)
+        normals = self._assets.floats("forest normals", self.types, lambda: self.host.normals)
+        return dr.gather(self.types.Vector, normals, self.types.UInt(number), active)
 
     def slenderness(self, number: Any, active: Any) -> Any:
         """Return the product of a triangle's edges over twice its area."""
-        return dr.gather(self.types.Float, self._slenderness, number, active)
+        slender = self._assets.floats("forest slenderness", self.types, lambda: self.host.slenderness)
+        return dr.gather(self.types.Float, slender, self.types.UInt(number), active)

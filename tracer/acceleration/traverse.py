@@ -1,20 +1,58 @@
-"""Every ray's own way through the tree, without a stack.
+"""A bundle's way through a tree, without a stack: all rays of a lane go together.
 
 The state is the node's heap index `key` and `trail`, one bit per level that says whether the sibling is still to be
-visited: to go back, climb to the deepest set bit and turn to the sibling.
+visited: to go back, climb to the deepest set bit and turn to the sibling. Which boxes are entered is decided for the
+bundle (`tracer.acceleration.beams`); in a leaf every ray meets every item by the formula that was chosen for it.
 """
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import drjit as dr
 
-from tracer.acceleration.boxes import entry, reciprocal
+from tracer.acceleration.beams import Beam
 from tracer.acceleration.build import LEAF_SIZE
-from tracer.acceleration.forest import Forest
+from tracer.acceleration.nodes import Nodes
+from tracer.arrays import ArrayTypes
+from tracer.configuration import Configuration
 from tracer.rays import Interval, Ray
 
-NONE = 0xFFFFFFFF  # the number of no triangle
+NONE = 0x7FFFFFFF  # the number of no item
+# A bound of float64 is compared in float32, rounded up by more than the conversion may round down.
+WIDER = 1 + 2.0**-22
+
+
+class Grove(Protocol):
+    """Items of one kind in a tree."""
+
+    nodes: Nodes
+    types: ArrayTypes
+
+    def item(self, slot: Any) -> tuple[Any, Any]:
+        """Return the item in a slot of a leaf, and its number."""
+        ...
+
+    def meet(self, configuration: Configuration, ray: Ray, item: Any, interval: Interval) -> Any:
+        """Return the t at which a ray meets an item, or inf."""
+        ...
+
+    def shape(self, number: Any, active: Any) -> Any:
+        """Return the index of the shape that an item belongs to."""
+        ...
+
+    def face(self, number: Any, active: Any) -> Any:
+        """Return an item's face index in its shape."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walk:
+    """What a bundle needs on its way through one tree: `meet(item, k)` is the t at which its ray k meets an item."""
+
+    grove: Grove
+    beam: Beam
+    meet: Callable[[Any, int], Any]
 
 
 def _pop(key: Any, trail: Any) -> tuple[Any, Any]:
@@ -25,104 +63,116 @@ def _pop(key: Any, trail: Any) -> tuple[Any, Any]:
     return dr.select(done, 0, (key >> levels) ^ 1), dr.select(done, 0, (trail >> levels) ^ 1)
 
 
-class Walk:
-    """What one kind of ray needs on its way through one tree."""
+def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
+    """Return the next leaf whose box is entered before `limit`, or key 0."""
+    nodes = walk.grove.nodes
+    UInt = walk.grove.types.UInt
 
-    def __init__(self, forest: Forest, ray: Ray, interval: Interval, formula: Callable[..., Any]) -> None:
-        self.forest, self.ray, self.interval, self.formula = forest, ray, interval, formula
-        self.types = forest.types
-        self._inverse = reciprocal(ray.direction)
+    def inside(key: Any, trail: Any) -> Any:
+        return (key != 0) & (key < nodes.leaves)
 
-    def begin(self, active: Any) -> tuple[Any, Any]:
-        """Return the state before the first step; rays that are not active have none to make."""
-        UInt = self.types.UInt
-        width = max(dr.width(self.ray.direction), dr.width(self.ray.origin), dr.width(active))
-        # A loop's state must have full width from the start.
-        return dr.select(active, dr.full(UInt, 1, width), 0), dr.zeros(UInt, width)
+    def step(key: Any, trail: Any) -> tuple[Any, Any]:
+        left_box, right_box = nodes.children(key, inside(key, trail))
+        left, left_enter = walk.beam.meets(left_box, limit)
+        right, right_enter = walk.beam.meets(right_box, limit)
+        go_right = right & (~left | (right_enter < left_enter))
+        popped_key, popped_trail = _pop(key, trail)
+        some = left | right
+        return (
+            dr.select(some, (key << 1) | dr.select(go_right, UInt(1), 0), popped_key),
+            dr.select(some, (trail << 1) | dr.select(left & right, UInt(1), 0), popped_trail),
+        )
 
-    def _enters(self, node: Any, limit: Any, active: Any) -> tuple[Any, Any]:
-        lower, upper = self.forest.box(node, active)
-        enter, leave = entry(lower, upper, self.ray.origin, self._inverse, precision=self.types.precision)
-        hit = (enter <= leave) & (leave >= self.interval.nearest) & (enter < self.interval.farthest) & (enter <= limit)
-        return hit, enter
-
-    def descend(self, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
-        """Return the next leaf whose box is entered before `limit`, or key 0."""
-        leaves = self.forest.leaves
-
-        def inside(key: Any, trail: Any) -> Any:
-            return (key != 0) & (key < leaves)
-
-        def step(key: Any, trail: Any) -> tuple[Any, Any]:
-            active = inside(key, trail)
-            left, right = 2 * key, 2 * key + 1
-            hit_left, enter_left = self._enters(left, limit, active)
-            hit_right, enter_right = self._enters(right, limit, active)
-            both = hit_left & hit_right
-            go_right = hit_right & (~hit_left | (enter_right < enter_left))
-            popped_key, popped_trail = _pop(key, trail)
-            some = hit_left | hit_right
-            return (
-                dr.select(some, dr.select(go_right, right, left), popped_key),
-                dr.select(some, (trail << 1) | dr.select(both, self.types.UInt(1), 0), popped_trail),
-            )
-
-        return dr.while_loop(state=(key, trail), cond=inside, body=step, labels=("key", "trail"))
-
-    def leaf(self, key: Any, active: Any) -> list[tuple[Any, Any]]:
-        """Return (number, distance) for each slot of a leaf; inf where its triangle is missed."""
-        found = []
-        for place in range(LEAF_SIZE):
-            slot = (key - self.forest.leaves) * LEAF_SIZE + place
-            t = self.formula(self.ray, self.forest.triangle(slot, active), self.interval)
-            found.append((self.forest.number(slot, active), dr.select(active, t, dr.inf)))
-        return found
+    return dr.while_loop(state=(key, trail), cond=inside, body=step, labels=("key", "trail"))
 
 
-def nearest(walk: Walk, *, closer: Callable[[Any, Any], Any], limit: Any, active: Any) -> tuple[Any, Any]:
-    """Return distance (inf: none up to `limit`) and number of the nearest triangle; at a tie the lower number."""
-    types = walk.types
-    key, trail = walk.begin(active)
-    width = dr.width(key)
-    best, number = dr.full(types.Float, dr.inf, width), dr.full(types.UInt, NONE, width)
+def _leaf(walk: Walk, key: Any) -> list[tuple[Any, Any]]:
+    """Return (item, number) for each slot of the leaf that was reached.
 
-    def going(key: Any, trail: Any, best: Any, number: Any) -> Any:
+    Lanes that are done look at the first leaf once more. They lose nothing by it, and nobody has to be told apart.
+    """
+    first = (dr.select(key == 0, walk.grove.nodes.leaves, key) - walk.grove.nodes.leaves) * LEAF_SIZE
+    return [walk.grove.item(first + place) for place in range(LEAF_SIZE)]
+
+
+def _begin(types: ArrayTypes, active: Any, width: int) -> tuple[Any, Any]:
+    """Return the state before the first step; a loop's state must have full width from the start."""
+    return dr.select(active, dr.full(types.UInt, 1, width), 0), dr.zeros(types.UInt, width)
+
+
+def _largest(values: Sequence[Any]) -> Any:
+    largest = values[0]
+    for value in values[1:]:
+        largest = dr.select(value > largest, value, largest)
+    return largest
+
+
+def nearest(
+    walk: Walk, *, closer: Callable[[Any, Any], Any], limits: Sequence[Any], width: int
+) -> list[tuple[Any, Any]]:
+    """Return, per ray, distance (inf: none up to its limit) and number of the nearest item, at a tie the lower one."""
+    types = walk.grove.types
+    Single: Any = dr.float32_array_t(types.Float)
+    key, trail = _begin(types, types.Bool(True), width)
+    bests = [dr.full(types.Float, dr.inf, width) for _ in limits]
+    numbers = [dr.full(types.Int, NONE, width) for _ in limits]
+
+    def going(key: Any, trail: Any, bests: Any, numbers: Any) -> Any:
         return key != 0
 
-    def step(key: Any, trail: Any, best: Any, number: Any) -> tuple[Any, ...]:
-        key, trail = walk.descend(key, trail, dr.select(best < limit, best, limit))
-        arrived = key != 0
-        for candidate, t in walk.leaf(key, arrived):
-            take = closer(t, best) | ((t == best) & (t < dr.inf) & (candidate < number))
-            best, number = dr.select(take, t, best), dr.select(take, candidate, number)
+    def step(key: Any, trail: Any, bests: Any, numbers: Any) -> tuple[Any, ...]:
+        bests, numbers = list(bests), list(numbers)
+        farthest = _largest([dr.select(best < limit, best, limit) for best, limit in zip(bests, limits, strict=True)])
+        if types.precision == "float64":
+            farthest = Single(farthest) * WIDER
+        key, trail = _descend(walk, key, trail, farthest)
+        for item, candidate in _leaf(walk, key):
+            for k, (best, number) in enumerate(zip(bests, numbers, strict=True)):
+                t = walk.meet(item, k)
+                # Where both are inf the number means nothing.
+                take = closer(t, best) | ((t == best) & (candidate < number))
+                bests[k], numbers[k] = dr.select(take, t, best), dr.select(take, candidate, number)
         key, trail = _pop(key, trail)
-        return key, trail, best, number
+        return key, trail, bests, numbers
 
-    *_, best, number = dr.while_loop(
-        state=(key, trail, best, number), cond=going, body=step, labels=("key", "trail", "best", "number")
+    *_, bests, numbers = dr.while_loop(
+        state=(key, trail, bests, numbers), cond=going, body=step, labels=("key", "trail", "bests", "numbers")
     )
-    return best, number
+    return list(zip(bests, numbers, strict=True))
 
 
-def any_hit(walk: Walk, *, skip: Any, active: Any) -> Any:
-    """Return the distance of some triangle in the interval, inf where there is none; `skip` is a shape or None."""
-    types = walk.types
-    key, trail = walk.begin(active)
-    found = dr.full(types.Float, dr.inf, dr.width(key))
+def any_hit(
+    walk: Walk, *, farthest: Any, skips: Callable[[Any, int], Any] | None, active: Sequence[Any], width: int
+) -> list[Any]:
+    """Return, per ray, the distance of some item that it meets, inf where there is none.
+
+    `farthest` bounds the beam's t (float32); `skips(number, k)` says which items ray k leaves out.
+    """
+    types = walk.grove.types
+    anyone = active[0]
+    for one in active[1:]:
+        anyone = anyone | one
+    key, trail = _begin(types, anyone, width)
+    found = [dr.full(types.Float, dr.inf, width) for _ in active]
 
     def going(key: Any, trail: Any, found: Any) -> Any:
         return key != 0
 
     def step(key: Any, trail: Any, found: Any) -> tuple[Any, Any, Any]:
-        key, trail = walk.descend(key, trail, types.Float(dr.inf))
-        arrived = key != 0
-        for number, t in walk.leaf(key, arrived):
-            counts = t < dr.inf
-            if skip is not None:
-                counts &= walk.forest.shape(number, arrived) != skip
-            found = dr.select(counts, t, found)
+        found = list(found)
+        key, trail = _descend(walk, key, trail, farthest)
+        for item, number in _leaf(walk, key):
+            for k in range(len(found)):
+                t = walk.meet(item, k)
+                counts = t < dr.inf
+                if skips is not None:
+                    counts &= ~skips(number, k)
+                found[k] = dr.select(counts, t, found[k])
         key, trail = _pop(key, trail)
-        return dr.select(found < dr.inf, 0, key), trail, found
+        open_ = types.Bool(False)
+        for k, one in enumerate(active):
+            open_ = open_ | (one & (found[k] == dr.inf))
+        return dr.select(open_, key, 0), trail, found
 
     *_, found = dr.while_loop(state=(key, trail, found), cond=going, body=step, labels=("key", "trail", "found"))
-    return found
+    return list(found)

@@ -1,0 +1,140 @@
+"""Going through the tree loses no hit: bundles of rays against trying every triangle, and rays at edges and corners."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import drjit as dr
+import numpy as np
+import pytest
+
+from cases.scene import Mesh
+from tracer.acceleration.beams import Beam
+from tracer.acceleration.forest import Forest, host_forest
+from tracer.acceleration.traverse import WIDER, Walk, any_hit, nearest
+from tracer.arrays import ArrayTypes, array_types
+from tracer.assets import Assets
+from tracer.catalogue import FORMULAS
+from tracer.rays import Interval, Ray
+
+TRIANGLES = 28  # fill a tree of 16 leaves with duplicates, the same kernel for every scene
+LANES, PER_LANE = 64, 4
+SCENES = 200
+FORMULA = FORMULAS["triangle/woop_kahan"].function
+CLOSER = FORMULAS["nearest/smaller"].function
+
+
+def grown(corners: np.ndarray, types: ArrayTypes) -> Forest:
+    mesh = Mesh(
+        albedo=(0.5, 0.5, 0.5), vertices=corners.reshape(-1, 3), faces=np.arange(3 * len(corners)).reshape(-1, 3)
+    )
+    host = host_forest(((0, mesh),))
+    assert host is not None
+    return Forest(host, types, Assets())
+
+
+def scene(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return triangles, origins (lanes, 3) and directions (lanes, rays, 3), at any scale and anywhere.
+
+    Bundles are narrow or wide, and some of their rays run along an axis or in a plane of two.
+    """
+    generator = np.random.default_rng(seed)
+    scale, moved = 10.0 ** generator.uniform(-4, 4), generator.normal(size=3) * 10.0 ** generator.uniform(-2, 3)
+    corners = generator.uniform(-2, 2, (TRIANGLES, 1, 3)) + generator.normal(size=(TRIANGLES, 3, 3)) * 0.4
+    corners[: seed % 9, :, seed % 3] = 0.25
+    origins = generator.normal(size=(LANES, 3)) * 3
+    targets = corners[generator.integers(TRIANGLES, size=LANES)].mean(axis=1)[:, np.newaxis]
+    width = 10.0 ** generator.uniform(-4, 0, (LANES, 1, 1))
+    directions = targets + width * generator.normal(size=(LANES, PER_LANE, 3)) - origins[:, np.newaxis]
+    directions[:10, :, 0], directions[8:16, :2, 1], directions[14:20, :, 1:] = 0.0, -0.0, 0.0
+    return tuple(
+        x.astype(np.float32) for x in ((corners + moved) * scale, (origins + moved) * scale, directions * scale)
+    )
+
+
+def vector(types: ArrayTypes, values: np.ndarray) -> Any:
+    kind = np.float64 if types.precision == "float64" else np.float32
+    return types.Vector(np.ascontiguousarray(values.T, dtype=kind))
+
+
+def tried(forest: Forest, rays: Sequence[Ray], interval: Interval, width: int) -> list[np.ndarray]:
+    """Return, per ray, the smallest t over all triangles, one after the other."""
+    types = forest.types
+    state = (types.UInt(0), [dr.full(types.Float, dr.inf, width) for _ in rays])
+
+    def step(slot: Any, bests: Any) -> tuple[Any, Any]:
+        triangle, _ = forest.item(slot)
+        found = [FORMULA(ray, triangle, interval) for ray in rays]
+        return slot + 1, [dr.select(t < best, t, best) for t, best in zip(found, bests, strict=True)]
+
+    count = dr.opaque(types.UInt, 2 * forest.nodes.leaves)
+    _, bests = dr.while_loop(state=state, cond=lambda slot, bests: slot < count, body=step)
+    return [np.array(best) for best in bests]
+
+
+def test_bundles_lose_no_hit_on_random_scenes(precision: str) -> None:
+    types = array_types(precision)
+    Single: Any = dr.float32_array_t(types.Float)
+    everywhere = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
+    segment = Interval(nearest=types.Float(0), farthest=types.Float(1))
+    hits = 0
+    for seed in range(SCENES):
+        corners, origins, directions = scene(seed)
+        forest = grown(corners, types)
+        rays = [Ray(origin=vector(types, origins), direction=vector(types, directions[:, k])) for k in range(PER_LANE)]
+        # As feelers: from the ends of the rays back to their common origin.
+        ends = [origins + directions[:, k] for k in range(PER_LANE)]
+        feelers = [Ray(origin=vector(types, end), direction=vector(types, origins - end)) for end in ends]
+
+        walk = Walk(
+            grove=forest,
+            beam=Beam(forest.nodes, rays[0].origin, [ray.direction for ray in rays]),
+            meet=lambda triangle, k, rays=rays: FORMULA(rays[k], triangle, everywhere),
+        )
+        back = Walk(
+            grove=forest,
+            beam=Beam(forest.nodes, rays[0].origin, [feeler.origin - rays[0].origin for feeler in feelers]),
+            meet=lambda triangle, k, feelers=feelers: FORMULA(feelers[k], triangle, segment),
+        )
+        met = nearest(walk, closer=CLOSER, limits=[types.Float(dr.inf)] * PER_LANE, width=LANES)
+        blocked = any_hit(back, farthest=Single(WIDER), skips=None, active=[types.Bool(True)] * PER_LANE, width=LANES)
+
+        for (t, _), expected in zip(met, tried(forest, rays, everywhere, LANES), strict=True):
+            np.testing.assert_array_equal(np.array(t), expected, err_msg=f"scene {seed}")
+            hits += np.isfinite(expected).sum()
+        for t, expected in zip(blocked, tried(forest, feelers, segment, LANES), strict=True):
+            np.testing.assert_array_equal(np.isfinite(np.array(t)), np.isfinite(expected), err_msg=f"scene {seed}")
+    assert hits > SCENES * LANES * PER_LANE * 0.2
+
+
+@pytest.mark.parametrize("moved", [0.0, 1e3])
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_no_ray_at_an_edge_or_a_corner_is_lost(moved: float, scale: float) -> None:
+    types = array_types("float32")
+    generator = np.random.default_rng(11)
+    side, count = 24, 4096
+    x, y = np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0), indexing="ij")
+    sheet = np.stack([x, y, np.zeros_like(x)], axis=-1) + generator.uniform(-0.3, 0.3, (side + 1, side + 1, 3))
+    sheet = ((sheet + moved) * scale).astype(np.float32)
+    a, b, c, d = sheet[:-1, :-1], sheet[1:, :-1], sheet[1:, 1:], sheet[:-1, 1:]
+    corners = np.concatenate([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3, 3)
+    # Inner edges from their start (a corner) to their end; every other ray is aimed at the corner itself.
+    i, j = generator.integers(2, side - 2, (2, count))
+    along = np.where(np.arange(count) % 2, generator.uniform(0, 1, count), 0.0)[:, np.newaxis]
+    target = sheet[i, j].astype(np.float64) * (1 - along) + sheet[i + 1, j + (np.arange(count) % 4 == 1)] * along
+    origin = ((np.array([12.0, 9.0, 30.0]) + moved) * scale).astype(np.float32)
+    directions = (target - origin).astype(np.float32).reshape(-1, PER_LANE, 3)
+    forest = grown(corners, types)
+    eye = types.Vector(*map(float, origin))
+    rays = [Ray(origin=eye, direction=vector(types, directions[:, k])) for k in range(PER_LANE)]
+    everywhere = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
+    walk = Walk(
+        grove=forest,
+        beam=Beam(forest.nodes, eye, [ray.direction for ray in rays]),
+        meet=lambda triangle, k: FORMULA(rays[k], triangle, everywhere),
+    )
+
+    met = nearest(walk, closer=CLOSER, limits=[types.Float(dr.inf)] * PER_LANE, width=len(directions))
+
+    for (t, _), expected in zip(met, tried(forest, rays, everywhere, len(directions)), strict=True):
+        np.testing.assert_array_equal(np.array(t), expected)
+        assert np.isfinite(expected).all()

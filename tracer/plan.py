@@ -1,0 +1,66 @@
+"""How a scene is traced: chosen from the scene and the configuration, never by hand.
+
+Few primitives are unrolled, one sample to a lane: nothing is cheaper than a formula whose numbers are constants. More
+go into trees, and a lane takes a whole tile of samples through them. Fused into one kernel the feelers of a tile go
+together as well, which pays while neighbours see the same triangles; where triangles are as small as pixels, or the
+image is small, a second kernel takes feelers one by one.
+"""
+
+from dataclasses import dataclass
+
+from cases.scene import Mesh, Plane, Scene, Shape
+from tracer.configuration import Configuration
+from tracer.geometry import SLOTS
+
+HANDFUL = 4  # shapes of one kind that are unrolled; measured in docs/performance.md
+FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
+SMALL = 0.5  # triangles per sample from which on feelers go one by one
+# A formula that asks for the matrix itself gets it only where shapes are unrolled.
+PLACING = ("to_object", "world_normal")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """The choices that a kernel is built by."""
+
+    columns: int = 1  # samples per lane, across
+    rows: int = 1  # and down
+    split: bool = False  # whether hits are written to memory, and everything after them is a kernel of its own
+    trees: frozenset[str] = frozenset()  # kinds of shapes that are in trees: "triangle", "sphere", "cube", "square"
+    tables: bool = False  # whether what belongs to a shape is looked up rather than chosen among all shapes
+
+    @property
+    def text(self) -> str:
+        """Return the plan in one line."""
+        tile = (
+            f"{self.columns} x {self.rows} samples per lane" if self.columns * self.rows > 1 else "one sample per lane"
+        )
+        kernels = "hits and shading in kernels of their own" if self.split else "one kernel"
+        trees = f"in trees: {', '.join(sorted(self.trees))}" if self.trees else "every shape unrolled"
+        return f"{trees}; {tile}; {kernels}"
+
+
+def _kinds(shapes: tuple[Shape, ...]) -> dict[str, int]:
+    counts: dict[str, int] = {}
+    for shape in shapes:
+        if not isinstance(shape, Mesh | Plane) and type(shape) in SLOTS:
+            counts[SLOTS[type(shape)]] = counts.get(SLOTS[type(shape)], 0) + 1
+    return counts
+
+
+def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Plan:
+    """Return how to trace a scene with samples x samples points per pixel."""
+    plain = all(configuration.formula(slot).default for slot in PLACING)
+    counts = _kinds(scene.shapes)
+    trees = {kind for kind, count in counts.items() if count > HANDFUL and (plain or kind == "triangle")}
+    triangles = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
+    if triangles:
+        trees.add("triangle")
+    tables = plain and sum(counts.values()) > 2 * HANDFUL
+    if not trees:
+        return Plan(tables=tables)
+    bounded = bool(configuration.formula("segment").facts.get("bounded", False))
+    count = scene.camera.width * scene.camera.height * samples * samples
+    side = 2 if count < FEW else 4
+    split = count < FEW or triangles > SMALL * count or not bounded
+    return Plan(columns=side, rows=side, split=split, trees=frozenset(trees), tables=tables)
