@@ -22,7 +22,7 @@ def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path
         images = path.with_name(f"{path.stem}.pixels.js")
         pixels = images.relative_to(folder).as_posix() if renders else None
         if pixels is not None:
-            written.append(write_pixels(images, pixels, renders, _eye(folder, case)))
+            written.append(write_pixels(images, pixels, renders, _camera(folder, case)))
     lights = case.get("lights")
     lights = lights if isinstance(lights, int) and 0 <= lights < 1000 else 0
     record = {
@@ -50,16 +50,16 @@ def view_of(folder: Path, case: dict[str, Any]) -> str | None:
     return view if view and inside(folder, view) else None
 
 
-def _eye(folder: Path, case: dict[str, Any]) -> tuple[float, float, float]:
-    """Return the camera's place [m], or the origin where the scene cannot be read: it only helps to store less."""
+def _camera(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the scene file's camera, or None where it cannot be read: it only helps to store less."""
     scene = case.get("scene")
-    if isinstance(scene, str) and inside(folder, scene):
-        try:
-            x, y, z = map(float, json.loads((folder / scene).read_text(encoding="utf-8"))["camera"]["eye"])
-            return x, y, z
-        except (OSError, ValueError, KeyError, TypeError):
-            pass
-    return 0.0, 0.0, 0.0
+    if not isinstance(scene, str) or not inside(folder, scene):
+        return None
+    try:
+        camera = json.loads((folder / scene).read_text(encoding="utf-8"))["camera"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return camera if isinstance(camera, dict) else None
 
 
 def _short(channel: str) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from cases.stages import IMAGE_STAGES, Stage
 from reports.publish.atomic import write_text
 from reports.publish.encoding import decode, encode
-from reports.publish.predicting import predicted, predictions
+from reports.publish.predicting import pinhole, predicted, predictions
 
 # The renderer against which the others are stored: the one they should all be close to.
 BASE = "analytic"
@@ -21,10 +21,12 @@ BASE = "analytic"
 Renders = dict[str, dict[Stage, np.ndarray]]  # by renderer: float32 (height, width, channels) of each stage
 
 
-def write_pixels(path: Path, name: str, renders: Mapping[str, Mapping[Stage, np.ndarray]], eye: Any) -> Path:
+def write_pixels(
+    path: Path, name: str, renders: Mapping[str, Mapping[Stage, np.ndarray]], camera: Mapping[str, Any] | None
+) -> Path:
     """Write the script that hands `renders`, rounded to float32 once, to the page as `name`; return `path`.
 
-    `eye` is the camera's (3), m: hit points are foretold from it.
+    `camera` is a scene file's: rays and hit points are foretold from it; without, the file is larger.
     """
     with np.errstate(over="ignore"):
         images = {
@@ -32,13 +34,16 @@ def write_pixels(path: Path, name: str, renders: Mapping[str, Mapping[Stage, np.
             for renderer, answers in renders.items()
         }
     base = BASE if BASE in images else next(iter(images), None)
-    start = (float(eye[0]), float(eye[1]), float(eye[2]))
+    rays = pinhole(camera)
+    x, y, z = map(float, camera["eye"]) if rays is not None and camera is not None else (0.0, 0.0, 0.0)
     encoded = {
         renderer: {
             stage.value: {
                 "height": image.shape[0],
                 "width": image.shape[1],
-                **encode(image, predictions(stage, own, images[base] if base and base != renderer else None, start)),
+                **encode(
+                    image, predictions(stage, own, images[base] if base and base != renderer else None, (x, y, z), rays)
+                ),
             }
             for stage, image in own.items()
             if image.ndim == 3 and image.size

@@ -19,11 +19,16 @@ TIMES = {Stage.EXITANCE: Stage.IRRADIANCE, Stage.RADIANCE: Stage.EXITANCE}
 
 
 def predictions(
-    stage: Stage, own: Images, base: Images | None, eye: tuple[float, float, float]
+    stage: Stage,
+    own: Images,
+    base: Images | None,
+    eye: tuple[float, float, float],
+    rays: list[list[float]] | None = None,
 ) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
     """Yield each way to foretell `own[stage]`: how, as plain JSON data, and the float32 prediction.
 
     `own` holds the renderer's stages, `base` those of the renderer that all are compared with, if it is another one.
+    `eye` is the camera's (3), m; `rays` its `pinhole`, where the camera is known.
     """
     image = own[stage]
     yield {"by": "nothing"}, np.zeros_like(image)
@@ -33,6 +38,8 @@ def predictions(
     if source is not None and source in own and Stage.OBJECT in own and own[source].shape == image.shape:
         table = factors(image, own[source], own[Stage.OBJECT])
         yield {"by": "factors", "of": source.value, "factors": table}, times(own[source], own[Stage.OBJECT], table)
+    if stage is Stage.RAY and rays is not None:
+        yield {"by": "pinhole", "rays": rays}, through(rays, image.shape[0], image.shape[1])
     if stage is Stage.POSITION and {Stage.RAY, Stage.DISTANCE} <= set(own):
         yield {"by": "ray", "eye": list(eye)}, along(own[Stage.RAY], own[Stage.DISTANCE], eye)
 
@@ -44,6 +51,8 @@ def predicted(how: Mapping[str, Any], stage: Stage, own: Images, base: Images | 
         return base[stage]
     if how["by"] == "factors":
         return times(own[Stage(how["of"])], own[Stage.OBJECT], how["factors"])
+    if how["by"] == "pinhole":
+        return through(how["rays"], how["height"], how["width"])
     return along(own[Stage.RAY], own[Stage.DISTANCE], how["eye"]) if how["by"] == "ray" else None
 
 
@@ -69,6 +78,38 @@ def times(source: np.ndarray, objects: np.ndarray, table: Mapping[str, list[floa
         scale[objects[..., 0] == index] = table.get(_key(index), [0.0] * source.shape[-1])
     with np.errstate(over="ignore", invalid="ignore"):
         return _finite((source.astype(np.float64) * scale).astype(np.float32))
+
+
+def pinhole(camera: Any) -> list[list[float]] | None:
+    """Return the direction to the corner (0, 0) of an image and the steps to the next column and row.
+
+    `camera` is a scene file's. None where it describes no view.
+    """
+    try:
+        eye, target, up = (np.array([float(v) for v in camera[name]]) for name in ("eye", "target", "up"))
+        width, height, fovy = int(camera["width"]), int(camera["height"]), float(camera["fovy"])
+    except (KeyError, TypeError, ValueError):
+        return None
+    with np.errstate(all="ignore"):
+        forward = (target - eye) / np.linalg.norm(target - eye)
+        right = np.cross(forward, up)
+        right /= np.linalg.norm(right)
+        step = 2 * np.tan(np.radians(fovy) / 2) / height
+        across, down = step * right, -step * np.cross(right, forward)
+        corner = forward - width / 2 * across - height / 2 * down
+    found = np.stack([corner, across, down])
+    return found.tolist() if found.shape == (3, 3) and np.isfinite(found).all() else None
+
+
+def through(rays: list[list[float]], height: int, width: int) -> np.ndarray:
+    """Return the unit directions through the pixel centres, in float64 rounded to float32 once."""
+    corner, across, down = np.asarray(rays, np.float64)
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    # Term by term and product by product: the order in which the browser will round.
+    d = [(corner[i] + x * across[i]) + y * down[i] for i in range(3)]
+    with np.errstate(all="ignore"):
+        length = np.sqrt((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2])
+        return _finite(np.stack([one / length for one in d], axis=-1).astype(np.float32))
 
 
 def along(ray: np.ndarray, distance: np.ndarray, eye: Any) -> np.ndarray:

@@ -1,7 +1,12 @@
-"""The journal: one line per finished case, written as it finishes, so that a killed run loses nothing."""
+"""The journal: one line per finished case, written as it finishes, so that a killed run loses nothing.
 
+Records are deflated: results.json will hold the same again, and a journal of the whole suite need not be as large.
+"""
+
+import base64
 import json
 import os
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,7 +26,7 @@ class Journal:
         temporary = self.path.with_suffix(".tmp")
         with temporary.open("w", encoding="utf-8") as file:
             for key, record in self._done.items():
-                file.write(json.dumps({"key": key, "record": record}) + "\n")
+                file.write(_line(key, record))
         temporary.replace(self.path)
         self._file = self.path.open("a", encoding="utf-8")
 
@@ -32,8 +37,8 @@ class Journal:
         for line in self.path.read_text(encoding="utf-8", errors="replace").splitlines():
             try:
                 entry = json.loads(line)
-                found[entry["key"]] = entry["record"]
-            except (ValueError, KeyError, TypeError):
+                found[entry["key"]] = json.loads(zlib.decompress(base64.b64decode(entry["record"])))
+            except (ValueError, KeyError, TypeError, zlib.error):
                 continue  # the last line of a killed run; its case is simply done again
         return found
 
@@ -47,7 +52,7 @@ class Journal:
 
     def append(self, key: str, record: Mapping[str, Any]) -> None:
         """Write one finished case and make sure that it reached the disk."""
-        self._file.write(json.dumps({"key": key, "record": record}) + "\n")
+        self._file.write(_line(key, record))
         self._file.flush()
         os.fsync(self._file.fileno())
 
@@ -56,3 +61,10 @@ class Journal:
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
+
+
+def _line(key: str, record: Mapping[str, Any]) -> str:
+    packed = base64.b64encode(zlib.compress(json.dumps(record).encode())).decode("ascii")
+    return (
+        json.dumps({"key": key, "name": record.get("name"), "verdict": record.get("verdict"), "record": packed}) + "\n"
+    )

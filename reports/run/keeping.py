@@ -1,6 +1,7 @@
 """What a run keeps of a case to look at: its images, and which of its pixels are near an edge."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def keep_images(task: JudgeTask, *, passed: bool) -> tuple[dict[str, str], str |
     if not renders:
         return {}, None
     path = Path("images", f"{task.case.name}.js")
-    write_pixels(task.folder / path, path.as_posix(), renders, task.case.scene.camera.eye)
+    write_pixels(task.folder / path, path.as_posix(), renders, asdict(task.case.scene.camera))
     return {}, path.as_posix()
 
 

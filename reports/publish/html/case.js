@@ -78,6 +78,9 @@
       const first = shown === null;
       shown = { stage, mine: own, other, settings };
       rayproof.replace(panel.tabs, tabs(stages, data, stage.name, (name, held) => set({ stage: name, channel: "" , low: "", high: "" }).then(() => held && document.getElementById(`tab-${name}`)?.focus())));
+      // On a narrow screen the tabs scroll; the chosen one is in sight.
+      const tab = document.getElementById(`tab-${stage.name}`);
+      if (tab) tab.parentNode.scrollLeft = tab.offsetLeft - (tab.parentNode.clientWidth - tab.offsetWidth) / 2;
       rayproof.replace(panel.meaning, stage.meaning, stage.unit && stage.unit !== "1" ? ` [${stage.unit}]` : "");
       keepFocus(view.controls, () => view.draw(stage, own, other, a, b, settings));
       rayproof.replace(panel.checks, e("h3", {}, "Checks"), rayproof.checkTable(checks.filter((check) => check.stage === stage.name), {

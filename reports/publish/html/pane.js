@@ -19,21 +19,24 @@
     context.textAlign = "center";
     context.textBaseline = "middle";
     context.lineJoin = "round";
+    const seen = [];
     for (let y = first(place.top, place.scale); y <= last(place.top, place.scale, frame.height, image.height); y += 1) {
-      for (let x = first(place.left, place.scale); x <= last(place.left, place.scale, frame.width, image.width); x += 1) {
-        const lines = text(x, y);
-        const size = Math.min(15, place.scale / (lines.length + 0.6), (1.55 * place.scale) / Math.max(4, ...lines.map((line) => line.length)));
-        if (size < 5) continue;
-        context.font = `${size}px ui-monospace, Menlo, Consolas, "DejaVu Sans Mono", monospace`;
-        lines.forEach((line, i) => {
-          const [px, py] = [place.left + (x + 0.5) * place.scale, place.top + (y + 0.5) * place.scale + (i - (lines.length - 1) / 2) * size * 1.1];
-          context.strokeStyle = "rgba(0, 0, 0, 0.85)";
-          context.lineWidth = size / 4;
-          context.strokeText(line, px, py);
-          context.fillStyle = "#fff";
-          context.fillText(line, px, py);
-        });
-      }
+      for (let x = first(place.left, place.scale); x <= last(place.left, place.scale, frame.width, image.width); x += 1) seen.push([x, y, text(x, y)]);
+    }
+    // One size for all: as large as the longest number and the most lines allow.
+    const most = (measure) => seen.reduce((sum, [, , lines]) => Math.max(sum, measure(lines)), 1);
+    const longest = most((lines) => Math.max(...lines.map((line) => line.length)));
+    const size = Math.min(15, place.scale / (most((lines) => lines.length) + 0.6), (1.6 * place.scale) / longest);
+    context.font = `${size}px ui-monospace, Menlo, Consolas, "DejaVu Sans Mono", monospace`;
+    context.strokeStyle = "rgba(0, 0, 0, 0.85)";
+    context.lineWidth = size / 4;
+    context.fillStyle = "#fff";
+    for (const [x, y, lines] of size < 5 ? [] : seen) {
+      lines.forEach((line, i) => {
+        const [px, py] = [place.left + (x + 0.5) * place.scale, place.top + (y + 0.5) * place.scale + (i - (lines.length - 1) / 2) * size * 1.1];
+        context.strokeText(line, px, py);
+        context.fillText(line, px, py);
+      });
     }
     context.restore();
   }

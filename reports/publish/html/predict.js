@@ -28,12 +28,26 @@
     return result;
   }
 
+  function through([corner, across, down], width, height) {
+    const result = new Float32Array(3 * width * height);
+    for (let row = 0, at = 0; row < height; row += 1) {
+      for (let column = 0; column < width; column += 1, at += 3) {
+        const [x, y] = [column + 0.5, row + 0.5];
+        const d = [0, 1, 2].map((i) => (corner[i] + x * across[i]) + y * down[i]);
+        const length = Math.sqrt((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2]);
+        for (let i = 0; i < 3; i += 1) result[at + i] = finite(Math.fround(d[i] / length));
+      }
+    }
+    return result;
+  }
+
   // -> Float32Array, or null where 0 is foretold; `get(renderer, stage)` promises a decoded image.
   rayproof.predict = async function (stored, stage, renderer, base, get) {
     if (stored.by === "base") return (await get(base, stage)).values;
     if (stored.by === "factors") {
       return times(await get(renderer, stored.of), await get(renderer, "object"), stored.factors);
     }
+    if (stored.by === "pinhole") return through(stored.rays, stored.width, stored.height);
     if (stored.by === "ray") return along(await get(renderer, "ray"), await get(renderer, "distance"), stored.eye);
     return null;
   };

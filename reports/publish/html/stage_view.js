@@ -27,6 +27,7 @@
     const once = painter();
     const numbers = new Map(); // objects by number, for keys
     const keyOf = (image) => { if (!numbers.has(image)) numbers.set(image, numbers.size); return numbers.get(image); };
+    const counts = data.mask ? rayproof.edgeCounts(data.mask) : [];
     const edges = data.mask ? rayproof.bitmap(rayproof.paintEdges(data.mask, data.masks.width, data.masks.height)) : null;
 
     function limitOf(stage, mine, other, metric) {
@@ -46,7 +47,7 @@
       const held = controls.contains(document.activeElement) && document.activeElement.type === "range";
       if (!(held && alike === controls.dataset.alike)) rayproof.replace(controls, a || b ? rayproof.toolbar(settings, { ours, theirs, mine, other, stage: name, both,
         channels: [[-1, "all channels"], ...(data.channels[name] || []).map((title, i) => [i, title])],
-        counts: data.mask ? rayproof.edgeCounts(data.mask) : [] }, set, viewer) : choosers(mine, other));
+        counts }, set, viewer) : choosers(mine, other));
       controls.dataset.alike = alike;
       if (!a && !b) {
         rayproof.replace(viewer.node, e("p", { class: "muted" }, name === "camera"
@@ -71,7 +72,7 @@
           rayproof.bitmap(rayproof.paintErrors(errors, range, settings.log, settings.colors))) };
       const shown = rayproof.hasExposure(name) ? `white = ${rayproof.short(scale.white / 2 ** settings.exposure)} ${unit}` : span(name, scale, unit);
       const refused = (data.unsupported || []).find((item) => item.reference === other && item.stage === name);
-      viewer.show({ stage: name, settings, ours: a, theirs: b, bitmaps, errors, names: { ours: mine, theirs: other },
+      viewer.show({ settings, mask: data.mask, ours: a, theirs: b, bitmaps, errors, names: { ours: mine, theirs: other },
         notes: { ours: mine, theirs: [other, shown].filter(Boolean).join(" \u00B7 "), error: errors && worst(errors, errorUnit) },
         foot: errors && rayproof.colorBar({ errors, range, log: settings.log, map: settings.colors, unit: errorUnit, limit,
           onrange: (low, high) => set({ low: low ?? "", high: high ?? "" }) }),

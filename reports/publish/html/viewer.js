@@ -35,12 +35,19 @@
       return Array.from(image.values.subarray(at, at + image.channels), (value) => rayproof.short(value, 5));
     };
 
+    const letters = (x, y) => {
+      const kinds = rayproof.kindsAt(shown.mask, shown.bitmaps.edges.width, x, y).map(({ letter }) => letter).join(" ");
+      return kinds ? [kinds] : [];
+    };
+
     function paint() {
       if (!shown || !node.isConnected) return;
       const { bitmaps, ours, theirs, errors, settings } = shown;
       const base = { image: shared.image, view: shared.view, pixel: shared.pixel };
       const over = bitmaps.edges && settings.edges ? [{ bitmap: bitmaps.edges }] : [];
-      const single = (pane, bitmap, words) => bitmap && pane.draw({ ...base, layers: [{ bitmap }, ...over], text: words });
+      // Where the overlay hides the colour, its letter stands beside the numbers.
+      const told = (words) => (over.length ? (x, y) => [...words(x, y), ...letters(x, y)] : words);
+      const single = (pane, bitmap, words) => bitmap && pane.draw({ ...base, layers: [{ bitmap }, ...over], text: told(words) });
       const mine = ours && text(ours, settings.channel), other = theirs && text(theirs, settings.channel);
       const part = Number(share.value);
       if (settings.mode === "side") {
@@ -69,7 +76,7 @@
 
     const absent = (title, why) => e("figure", { class: "pane" }, e("figcaption", {}, e("strong", {}, title)), e("div", { class: "frame absent" }, why));
 
-    // what: {stage, settings, ours, theirs, names, notes, bitmaps, errors, range, why, foot}
+    // what: {settings, ours, theirs, names, notes, bitmaps, mask, errors, why, foot}
     function show(what) {
       const first = !shown;
       shown = what;

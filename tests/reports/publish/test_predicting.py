@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cases.stages import Stage
-from reports.publish.predicting import along, factors, predicted, predictions, times
-from tests.reports.publish.sample import EYE, answers
+from reports.publish.predicting import along, factors, pinhole, predicted, predictions, through, times
+from tests.reports.publish.sample import EYE, SCENE, answers
 
 
 @pytest.fixture
@@ -24,6 +24,21 @@ def test_exitance_is_foretold_by_the_albedos_and_radiance_by_pi(own):
     assert np.allclose(foretold, own[Stage.EXITANCE], rtol=2**-22)
 
 
+def test_rays_are_foretold_by_the_camera(own):
+    rays = pinhole(SCENE["camera"])
+    assert rays is not None
+
+    assert np.allclose(through(rays, 30, 40), own[Stage.RAY], atol=2**-23)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [None, {}, {"eye": "x"}, SCENE["camera"] | {"target": SCENE["camera"]["eye"]}, SCENE["camera"] | {"up": 3}],
+)
+def test_a_camera_without_a_view_foretells_nothing(camera):
+    assert pinhole(camera) is None
+
+
 def test_hit_points_are_foretold_by_the_ray_and_misses_by_0(own):
     foretold = along(own[Stage.RAY], own[Stage.DISTANCE], EYE)
 
@@ -35,13 +50,14 @@ def test_every_prediction_is_made_again_from_what_it_says_of_itself(own):
     seen = set()
 
     for stage in own:
-        for how, foretold in predictions(stage, own, base, tuple(EYE)):
-            again = predicted(how, stage, own, base)
+        for how, foretold in predictions(stage, own, base, tuple(EYE), pinhole(SCENE["camera"])):
+            height, width, _ = foretold.shape
+            again = predicted({**how, "height": height, "width": width}, stage, own, base)
             assert (np.zeros_like(foretold) if again is None else again).tobytes() == foretold.tobytes()
             assert np.isfinite(foretold).all() or how["by"] == "base"
             seen.add(how["by"])
 
-    assert seen == {"nothing", "base", "factors", "ray"}
+    assert seen == {"nothing", "base", "factors", "ray", "pinhole"}
 
 
 def test_without_objects_or_with_indices_that_are_no_numbers_nothing_breaks(own):
