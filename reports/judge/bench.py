@@ -156,15 +156,19 @@ class Bench:
         )
 
     @cached_property
-    def _rules(self) -> tuple:
-        """Return what the limits and classes of this bench depend on beside the ground."""
+    def rounding(self) -> tuple:
+        """Return what the limits of this bench depend on beside the ground."""
         parties = (self.candidate, self.witness)
-        epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
         steps = tuple((stage, one) for party in parties for stage, one in party.resolutions.items())
         names = tuple(party.name for party in parties) if steps else ()
-        kinds = tuple(each.key for each in self._roundoffs)
-        near = tuple(party.ray_epsilon for party in parties)
-        return kinds, self._by_matrices, epsilon.tobytes(), steps, names, near, self.candidate.chained
+        return tuple(each.key for each in self._roundoffs), self._by_matrices, steps, names
+
+    @cached_property
+    def _rules(self) -> tuple:
+        """Return what the limits and classes of this bench depend on beside the ground."""
+        epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
+        near = self.candidate.ray_epsilon, self.witness.ray_epsilon
+        return self.rounding, epsilon.tobytes(), near, self.candidate.chained
 
     def _end_to_end(self, stage: Stage) -> Measurement:
         assert self.candidate.answers is not None
