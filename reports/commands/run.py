@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from reports.commands.lookup import Repeated, configurations, references_named
+from reports.commands.report import write_one_file
 from reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ def run(
     memory: float = 8.0,
     cache: bool = True,
     full: bool = False,
+    single_file: bool = False,
     history: Path | None = None,
     json: Path | None = None,
 ) -> int:
@@ -60,6 +62,8 @@ def run(
     full
         Keep every renderer's images of every case, as EXR. Default: of a case that passed ours and the independent
         references' in one compact file, without loss; of any other everything.
+    single_file
+        Also write report.html: the whole report in one file.
     history
         Keep errors and times in this SQLite file, and say what became worse; `rayproof history` shows it.
     json
@@ -113,7 +117,10 @@ def run(
     )
     from reports.run.suite import run as run_suite
 
-    return run_suite(request)
+    code = run_suite(request)
+    if single_file:
+        write_one_file(out)
+    return code
 
 
 def under_test(subject: str, *, seconds: float, memory: float) -> "Subject":

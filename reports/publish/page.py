@@ -9,7 +9,7 @@ import base64
 import hashlib
 import html
 import os
-from collections.abc import Mapping
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from importlib.resources import files
 from multiprocessing import get_context
@@ -30,8 +30,8 @@ from reports.publish.tradeoff import diagrams
 
 # In the order in which they build on each other.
 SCRIPTS = (
-    "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "load", "colors", "paint", "ssim",
-    "errors", "edges", "histogram", "transform", "keys", "command", "navigation", "front", "plot", "ladders",
+    "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "load", "colors", "paint",
+    "ssim", "errors", "edges", "histogram", "transform", "keys", "command", "navigation", "front", "plot", "ladders",
     "stability", "tradeoff", "audit", "references", "coverage",
     "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",
     "checks", "adjudication", "scene", "case", "start",
@@ -41,7 +41,7 @@ STYLES = ("style", "cases", "viewer", "scene", "pages")
 
 FEW = 16  # cases that one process writes sooner than another one starts
 
-_PAGE = """<!doctype html><!--{shout}-->
+_HEAD = """<!doctype html><!--{shout}-->
 <html lang="en">
 <head>
 <meta charset="utf-8">
@@ -57,7 +57,9 @@ _PAGE = """<!doctype html><!--{shout}-->
 <noscript><p>{shout}</p><p>{headline}</p><p>The report needs JavaScript; summary.md has the totals.</p></noscript>
 <div id="app"></div>
 <script type="application/json" id="results">{data}</script>
-{inlined}<script>{script}</script>
+"""
+
+_TAIL = """<script>{script}</script>
 </body>
 </html>
 """
@@ -71,35 +73,41 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     # Data of an earlier publication of the same folder, when it had more cases.
     for stale in set((folder / "data").glob("*.js")) - set(written):
         stale.unlink()
-    return [write_text(folder / "index.html", page_text(folder, results)), *written]
+    head, tail = page_parts(results, page_data(folder, results))
+    return [write_text(folder / "index.html", head + tail), *written]
 
 
-def page_text(folder: Path, results: dict[str, Any], inlined: Mapping[str, str] | None = None) -> str:
-    """Return index.html. `inlined` maps paths below `folder` to JSON that the page then does not ask the disk for."""
+def page_data(folder: Path, results: dict[str, Any]) -> dict[str, Any]:
+    """Return what the page holds of a run from the beginning."""
     rows = [case_row(folder, data_file(i), case) for i, case in enumerate(worst_first(results["cases"]), start=1)]
-    data = front_data(results, rows) | {
+    return front_data(results, rows) | {
         "audit": front(load_audit(folder)),
         "tradeoff": diagrams(folder),
         "plots": pages(folder),
         "panel": panel(results["cases"]),
         "findings": findings(results),
     }
+
+
+def page_parts(
+    results: dict[str, Any], data: dict[str, Any], *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
+) -> tuple[str, str]:
+    """Return the page up to and from where a page that is `alone` holds what otherwise lies beside it.
+
+    `digests` are the hashes of scripts and of styles that it runs beside its own.
+    """
     style = "\n".join(_asset(f"{name}.css") for name in STYLES)
     script = "\n".join(_asset(f"{name}.js") for name in SCRIPTS)
     loud = " ".join(shouts(results))
-    return _PAGE.format(
+    head = _HEAD.format(
         shout=html.escape(loud).replace("--", "&#45;&#45;"),
-        policy=html.escape(policy(script, style)),
+        policy=html.escape(policy([digest(script), *digests[0]], [digest(style), *digests[1]], alone=alone)),
         title=html.escape(f"{'! ' if loud else ''}rayproof: {results.get('verdict') or 'report'}"),
         headline=html.escape(headline(results)),
         style=style,
         data=script_safe(data),
-        inlined="".join(
-            f'<script type="application/json" data-path="{html.escape(path)}">{content}</script>\n'
-            for path, content in (inlined or {}).items()
-        ),
-        script=script,
     )
+    return head, _TAIL.format(script=script)
 
 
 def data_file(number: int) -> str:
@@ -120,15 +128,16 @@ def _write_all(folder: Path, ordered: list[tuple[int, dict[str, Any]]]) -> list[
     return [path for paths in written for path in paths]
 
 
-def policy(script: str, style: str) -> str:
-    """Return a content-security policy that lets nothing in but this folder and these two texts.
+def policy(scripts: Sequence[str], styles: Sequence[str], *, alone: bool = False) -> str:
+    """Return a content-security policy that lets in the texts with these hashes and, if not `alone`, this folder.
 
     Plotly makes an empty style sheet and fills it rule by rule, which needs the hash of nothing at all.
     """
+    beside = "" if alone else " 'self' file:"
+    frames = beside or " 'none'"
     return (
-        f"default-src 'none'; script-src 'self' file: '{_digest(script)}'; "
-        f"style-src '{_digest(style)}' '{_digest('')}'; "
-        "img-src 'self' file: data: blob:; frame-src 'self' file:; base-uri 'none'; form-action 'none'"
+        f"default-src 'none'; script-src{beside} {_quoted(scripts)}; style-src {_quoted([*styles, digest('')])}; "
+        f"img-src{beside} data: blob:; frame-src{frames}; base-uri 'none'; form-action 'none'"
     )
 
 
@@ -137,8 +146,13 @@ def script_safe(data: Any) -> str:
     return inert(plain(data))
 
 
-def _digest(text: str) -> str:
+def digest(text: str) -> str:
+    """Return a script's or a style's hash as a policy names it."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _quoted(digests: Sequence[str]) -> str:
+    return " ".join(f"'{one}'" for one in digests)
 
 
 def _asset(name: str) -> str:

@@ -1,5 +1,5 @@
-// A case's data: scripts added when the case is opened, since browsers refuse fetch() on file://; in a page that is a
-// single file they are inert elements instead, named by their path.
+// A case's data: scripts added when the case is opened, since browsers refuse fetch() on file://; a page
+// that is a single file holds them itself.
 (function (rayproof) {
   "use strict";
 
@@ -9,12 +9,9 @@
 
   rayproof.receive = (path, content) => waiting.get(path)?.(content);
 
-  // Where a file of the results folder is, for src and href. No segment of a path is markup or a scheme.
-  rayproof.place = (path) => `./${path.split("/").map(encodeURIComponent).join("/")}`;
-
   // -> Promise of the content that the script at `path` hands over
   rayproof.request = function (path) {
-    const inlined = document.querySelector(`script[type="application/json"][data-path="${CSS.escape(path)}"]`);
+    const inlined = rayproof.inlined(path);
     if (inlined) return Promise.resolve(JSON.parse(inlined.textContent));
     return new Promise((resolve, reject) => {
       const script = document.createElement("script");

@@ -4,13 +4,16 @@
   const e = rayproof.element;
   const CAPTION = "Geometry, camera (blue), some rays (ochre), feelers that arrive (blue) or are blocked (orange), normals, lights (yellow) and hit points coloured by their error.";
 
+  const VIEWER = "viewer/index.html";
+
   const token = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (word) => word.toString(36)).join("");
 
   // A frame with the viewer: a page of its own beside the report, or text in a report that is a single file.
   function frame(name) {
-    const inlined = document.querySelector('script[data-path="viewer/index.html"]');
-    const source = inlined ? { srcdoc: JSON.parse(inlined.textContent) } : { src: rayproof.place("viewer/index.html") };
-    return e("iframe", { ...source, name, title: "The scene in 3-D", class: "frame3d" });
+    const inlined = rayproof.inlined(VIEWER);
+    const node = e("iframe", { src: inlined ? null : rayproof.place(VIEWER), name, title: "The scene in 3-D", class: "frame3d" });
+    if (inlined) rayproof.unfolded(VIEWER).then((text) => { node.srcdoc = text; });
+    return node;
   }
 
   const pair = (value, data) => Array.isArray(value) && value.length === 2 && value.every(Number.isInteger)
@@ -83,7 +86,7 @@
     }
 
     const poster = () => [
-      data.picture ? e("img", { src: rayproof.place(data.picture), width: 600, height: 450, loading: "lazy",
+      data.picture ? e("img", { src: rayproof.source(data.picture), width: 600, height: 450, loading: "lazy",
         alt: "The scene with its camera, rays, hit points coloured by error, normals and lights" })
         : e("p", { class: "muted" }, "No picture was drawn of this scene."),
       data.view ? e("button", { class: "open3d", onclick: open }, "open in 3-D") : null];

@@ -63,7 +63,7 @@
     const order = [...data.diagrams].sort((a, b) => b.name.endsWith("/overall") - a.name.endsWith("/overall"));
     return [e("section", { class: "panel" }, e("h1", {}, "Error against run time"),
       e("p", { class: "muted" }, `${data.repetitions} interleaved repetitions; intervals of 95 %. Filled: on the front. Circles float32, squares float64, crosses formulas that are kept as wrong. `,
-        e("a", { href: "tradeoff/tradeoff.csv" }, "numbers as CSV"))),
+        results.alone ? null : e("a", { href: "tradeoff/tradeoff.csv" }, "numbers as CSV"))),
     e("div", { class: "ladders" }, order.map((diagram) => card(results, diagram)))];
   }
 

@@ -1,0 +1,76 @@
+"""report.html: the whole report in one file, to be mailed or kept where only files are.
+
+What lies beside index.html stands in the page as elements that no browser runs or shows, as it is compressed already
+or deflated here, and is inflated when it is opened. The policy names every script by its hash and no place at all:
+neither the network nor the disk. The 3-D viewer is there once, and each open view is a frame of its own.
+"""
+
+import base64
+import html
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from reports.publish.atomic import replacing
+from reports.publish.case_data import picture_of, view_of
+from reports.publish.encoding import pack_text
+from reports.publish.headline import worst_first
+from reports.publish.kept import inside
+from reports.publish.page import data_file, digest, page_data, page_parts
+from reports.publish.plots import FOLDER, LIBRARY
+from reports.publish.plots import pages as plots
+from reports.publish.viewer_page import digests_in_one, page_in_one, vendored
+
+NAME = "report.html"
+
+
+def write_single_file(folder: Path, results: dict[str, Any]) -> Path:
+    """Write `folder`/report.html from what `publish_all` wrote into `folder`, and return its path."""
+    scripts, styles = digests_in_one()
+    # Drawings by `rayproof tradeoff` and their page are files beside; the page of plots has all of their points.
+    data = page_data(folder, results) | {"alone": True, "tradeoff": []}
+    head, tail = page_parts(results, data, alone=True, digests=([*scripts, digest(vendored(LIBRARY))], styles))
+    path = folder / NAME
+    with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
+        file.write(head)
+        for element in _elements(folder, results):
+            file.write(element)
+        file.write(tail)
+    return path
+
+
+def _elements(folder: Path, results: dict[str, Any]) -> Iterator[str]:
+    viewed = False
+    for number, case in enumerate(worst_first(results["cases"]), start=1):
+        record, kept = data_file(number), case.get("pixels")
+        written = record.replace(".js", ".pixels.js")
+        for name in (record, kept if isinstance(kept, str) and inside(folder, kept) else written):
+            yield from _script(folder, name)
+        if (view := view_of(folder, case)) is not None:
+            viewed = True
+            yield from _script(folder, view)
+        if (picture := picture_of(folder, case)) is not None:
+            content = base64.b64encode((folder / picture).read_bytes()).decode("ascii")
+            yield _element(picture, content, 'type="text/plain" data-type="image/png"')
+    for name in plots(folder).values():
+        yield from _script(folder, name)
+    if plots(folder):
+        yield _deflated(f"{FOLDER}/{LIBRARY}", vendored(LIBRARY))
+    if viewed:
+        yield _deflated("viewer/index.html", page_in_one())
+
+
+def _script(folder: Path, name: str) -> Iterator[str]:
+    """Yield what a script that `reports.publish.pixels.script` made hands over, where there is such a file."""
+    if inside(folder, name):
+        # JSON, whoever wrote it: escaped again, it ends no element.
+        content = (folder / name).read_text(encoding="utf-8").split("\n")[1].replace("<", "\\u003c")
+        yield _element(name, content, 'type="application/json"')
+
+
+def _deflated(name: str, text: str) -> str:
+    return _element(name, pack_text(text), 'type="text/plain"')
+
+
+def _element(name: str, content: str, attributes: str) -> str:
+    return f'<script {attributes} data-path="{html.escape(name)}">{content}</script>\n'

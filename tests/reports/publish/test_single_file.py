@@ -1,0 +1,117 @@
+"""report.html: everything in one file, which asks nobody for anything, in a real browser."""
+
+import io
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from cases.stages import Stage
+from reports.publish import gl, publish_all
+from reports.publish.exr import read_answers
+from reports.publish.pictures import draw_pictures
+from reports.publish.results import save_results
+from reports.publish.single_file import write_single_file
+from tests.reports.publish.sample import make_folder
+from tests.reports.publish.test_plots import CLIMB, leave
+
+# What a software OpenGL says of itself when a canvas is read; no word of the page's.
+DRIVER = "GL Driver Message (OpenGL, Performance"
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a report in one file, of which nothing else is left; images/ is beside it for comparison only."""
+    folder = tmp_path_factory.mktemp("run")
+    results = make_folder(folder)
+    results["cases"] = results["cases"][:2] + results["cases"][4:5]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gl, "why_not", lambda: "OpenGL is missing")
+        draw_pictures(folder, results)
+    picture = folder / "pictures/sphere/sheared.png"
+    Image.new("RGB", (8, 6), (10, 200, 30)).save(picture)
+    results["cases"][1]["picture"] = picture.relative_to(folder).as_posix()
+    save_results(folder, results)
+    leave(folder, climbs=[CLIMB])
+    publish_all(folder)
+    place = tmp_path_factory.mktemp("mail")
+    shutil.copytree(folder / "images", place / "images")
+    write_single_file(folder, results).rename(place / "report.html")
+    return place / "report.html"
+
+
+@pytest.fixture
+def page(browser: Any, alone: Path) -> Iterator[Any]:
+    """Return a page at the file; a word on the console and a request are errors."""
+    context = browser.new_context()
+    page = context.new_page()
+    complaints: list[str] = []
+    asked: list[str] = []
+    page.on("console", lambda message: complaints.append(message.text))
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(alone.as_uri())
+    yield page
+    context.close()
+    assert [text for text in complaints if DRIVER not in text] == []
+    assert {url for url in asked if not url.startswith("data:")} <= {alone.as_uri(), "about:srcdoc"}
+
+
+def go(page: Any, /, **address: str) -> None:
+    """Open another address of the file."""
+    page.goto(f"{page.url.split('#')[0]}#{urlencode(address)}")
+
+
+def test_the_policy_names_texts_by_hash_and_no_place(alone: Path) -> None:
+    text = alone.read_text()
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)
+
+    assert policy is not None
+    for word in ("unsafe", "self", "file:", "http"):
+        assert word not in policy[1]
+    assert policy[1].count("sha256-") == 7  # scripts: page, viewer, vtk.js, Plotly; styles: page, viewer, Plotly's
+    assert "http:" not in text
+    assert "https:" not in text
+    assert "<img src=x" not in text
+
+
+@pytest.mark.browser
+def test_a_case_has_its_images_to_the_last_bit(page: Any, alone: Path) -> None:
+    go(page, case="sphere/sheared", stage="normal", at="20,15")
+    page.wait_for_selector(".inspector td[data-stage]")
+
+    cell = page.locator('.inspector td[data-renderer="tracer-float32"][data-stage="normal"]')
+    kept = read_answers(alone.parent / "images/sphere/sheared/tracer-float32.exr")[Stage.NORMAL][15, 20]
+    assert np.array([np.float32(text) for text in cell.all_inner_texts()]).tobytes() == kept.tobytes()
+    frame = np.asarray(Image.open(io.BytesIO(page.locator(".pane .frame > canvas").first.screenshot())).convert("RGB"))
+    assert len(np.unique(frame.reshape(-1, 3), axis=0)) > 20
+
+
+@pytest.mark.browser
+def test_the_picture_is_there_until_the_scene_is_opened_in_3d(page: Any) -> None:
+    go(page, case="sphere/sheared")
+    page.wait_for_selector(".open3d")
+    assert page.evaluate("document.querySelector('.stage3d img').decode().then(() => true)")
+
+    page.locator(".open3d").click()
+    page.wait_for_selector("iframe[data-drawn]")
+
+    shot = np.asarray(Image.open(io.BytesIO(page.locator("iframe").screenshot())).convert("RGB"))
+    assert len(np.unique(shot.reshape(-1, 3), axis=0)) > 100
+
+
+@pytest.mark.browser
+def test_plots_are_drawn(page: Any) -> None:
+    go(page, page="stability")
+    page.wait_for_selector(".plot[data-drawn]")
+
+    assert page.locator(".plot .point").count() > 0
+    go(page, page="tradeoff")
+    page.wait_for_selector(".plot[data-drawn]")
+    assert page.get_by_text("numbers as CSV").count() == 0
