@@ -15,6 +15,7 @@ from reports.subjects.orphans import adopt_orphans, descendants, end_below
 
 CONFINE = str(Path(__file__).with_name("confine.py"))
 CANNOT = 77  # the exit code by which a program says that it cannot draw this scene, as test programs skip by it
+SHELLS_WORD = 128  # a shell ends with this plus the number of the signal that ended its program
 GLANCE = 0.2  # s between looks at what the program has written
 MOST_SAID = 64 * 2**10  # bytes kept of what it printed
 LONGEST_LINE = 200  # characters of its complaint that a verdict repeats
@@ -91,6 +92,8 @@ def _size(folder: Path) -> int:
 
 
 def _end(code: int, output: int) -> str:
+    if code > SHELLS_WORD and code - SHELLS_WORD in set(signal.Signals):
+        return f"it ended with exit code {code}, a shell's word for {signal.Signals(code - SHELLS_WORD).name}"
     if code >= 0:
         return f"it ended with exit code {code}"
     if code == -getattr(signal, "SIGXFSZ", 0):

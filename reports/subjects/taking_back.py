@@ -79,7 +79,8 @@ def _exr(path: Path, *, width: int, height: int) -> dict[str, np.ndarray]:
         raise
     except (RuntimeError, ValueError, KeyError, TypeError) as error:
         why = (str(error).splitlines() or [type(error).__name__])[0]
-        raise ValueError(f"its image is cut short or broken: {why.replace(str(path.parent), '').strip()}") from None
+        said = why.replace(f"{path.parent}{os.sep}", "").strip()
+        raise ValueError(f"its image is cut short or broken (OpenEXR says: {said})") from None
 
 
 class UnfitError(ValueError):

@@ -39,6 +39,7 @@ def full(value: float, size: tuple[int, int] = SIZE, kind: type = np.float32) ->
 HOSTILE = {
     "does nothing": (["pass"], "wrote no image"),
     "exit code": (["sys.exit('no licence')"], "exit code 1: no licence"),
+    "a shell's signal": (["sys.exit(139)"], "exit code 139, a shell's word for SIGSEGV"),
     "signal": (["os.kill(os.getpid(), 11)"], "SIGSEGV"),
     "abort": (["os.abort()"], "SIGABRT"),
     "text for an image": (["open(OUTPUT, 'w').write('hello')"], "neither OpenEXR nor PFM"),
