@@ -32,6 +32,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "export": ("reports.commands.exchange:export_scene", "Write a scene as Mitsuba 3 XML."),
     "compare": ("reports.commands.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
     "tradeoff": ("reports.commands.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
+    "bench": ("reports.commands.bench:bench", "Time the tracer beside Mitsuba and others, with the errors."),
     "history": ("reports.commands.history:history", "Show error and time of each case over the runs that were kept."),
     "adapt": ("reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
     "cache": ("reports.commands.cache:cache", "List, verify or clear kept renders of references."),

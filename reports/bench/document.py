@@ -1,0 +1,126 @@
+"""The benchmark's JSON: machine, scenes, every contender on each, as docs/bench.md describes it."""
+
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from typing import Any
+
+from cases.scene import Scene
+from reports.bench import CONTENDERS
+from reports.bench.errors import error, sampled
+from reports.bench.limits import limit_fraction
+from reports.bench.machine import machine
+from reports.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
+from reports.bench.scenes import BenchScene
+
+SCHEMA = 1
+
+
+def measured(
+    scenes: Sequence[BenchScene],
+    sizes: Sequence[tuple[int, int]],
+    contenders: Sequence[str],
+    *,
+    budget: float,
+    tell: Callable[[str], None],
+    done: Callable[[dict[str, Any]], None],
+) -> dict[str, Any]:
+    """Return the benchmark of `scenes` at `sizes` [px]; `budget` [s] goes to the rounds of each scene and size.
+
+    `done` gets each scene's entry as it is finished, so that an interrupted benchmark keeps what it has.
+    """
+    from importlib.metadata import version
+
+    tell("the machine")
+    peaks = machine()
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "versions": {name: version(name) for name in ("rayproof", "drjit", "mitsuba", "embreex", "pyradiance")},
+        "machine": peaks,
+        "scenes": [],
+    }
+    for bench in scenes:
+        for width, height in sizes:
+            scene = bench.scene(width, height)
+            entry = _entry(bench, scene, tuple(contenders), peaks, budget, tell)
+            document["scenes"].append(entry)
+            done(document)
+    return document
+
+
+def _entry(
+    bench: BenchScene,
+    scene: Scene,
+    names: tuple[str, ...],
+    peaks: dict[str, Any],
+    budget: float,
+    tell: Callable[[str], None],
+) -> dict[str, Any]:
+    camera = scene.camera
+    place = f"{bench.name}, {camera.width}x{camera.height}"
+    found = timed(scene, names, budget=budget, tell=lambda name: tell(f"{place}: {name}"))
+    tell(f"{place}: errors")
+    pixels, truth = sampled(scene)
+    ours = found[OURS]
+    kernel = ours.prepared.kernels() if ours.prepared is not None and ours.prepared.kernels is not None else (0.0, 0)
+    minimal, direct, control = (ratio(found, others) for others in (MINIMAL, DIRECT, (CONTROL,)))
+    unrolled = _unrolled(scene)
+    return {
+        "name": bench.name,
+        "about": bench.about,
+        "width": camera.width,
+        "height": camera.height,
+        "lights": len(scene.lights),
+        "ours_ms": _ms(ours),
+        "minimal_ms": min(
+            (_ms(found[name]) for name in MINIMAL if name in found and found[name].seconds), default=None
+        ),
+        "direct_ms": min((_ms(found[name]) for name in DIRECT if name in found and found[name].seconds), default=None),
+        "ratio_minimal": minimal["ratio"] if minimal else None,
+        "ratio_minimal_interval": minimal["interval"] if minimal else None,
+        "ratio_minimal_by": minimal["by"] if minimal else None,
+        "ratio_direct": direct["ratio"] if direct else None,
+        "ratio_direct_interval": direct["interval"] if direct else None,
+        "control": control["ratio"] if control else None,
+        "control_interval": control["interval"] if control else None,
+        "pixels_differ": differing(found),
+        "error": error(ours, pixels, truth),
+        "compile_ms": 1e3 * ours.first_seconds,
+        "build_ms": 1e3 * ours.build_seconds,
+        "kernel_ms": 1e3 * kernel[0],
+        "operations": kernel[1],
+        "limit_fraction": limit_fraction(scene, kernel[0], kernel[1], peaks) if unrolled else None,
+        "contenders": {name: _contender(found[name], pixels, truth) for name in found},
+    }
+
+
+def _unrolled(scene: Scene) -> bool:
+    """Say whether the tracer draws the scene without a loop, so that its operations count once a pixel."""
+    from tracer.configuration import Configuration
+    from tracer.plan import plan
+
+    return not plan(scene, Configuration()).trees
+
+
+def _ms(one: Timed) -> float:
+    return 1e3 * one.median if one.seconds else float("nan")
+
+
+def _contender(one: Timed, pixels: Any, truth: Any) -> dict[str, Any]:
+    if one.left_out is not None:
+        return {"left_out": one.left_out}
+    return {
+        "does": one.does,
+        "ms": _ms(one),
+        "fastest_ms": 1e3 * min(one.seconds),
+        "rounds": len(one.seconds),
+        "first_ms": 1e3 * one.first_seconds,
+        "build_ms": 1e3 * one.build_seconds,
+        "error": error(one, pixels, truth),
+    }
+
+
+def everybody(*, quick: bool) -> tuple[str, ...]:
+    """Return the contenders of a benchmark; a quick one does without those that take seconds a picture."""
+    slow = {"radiance", "povray", "mitsuba_scalar", "embree"}
+    return tuple(name for name in CONTENDERS if not quick or name not in slow)

@@ -1,0 +1,134 @@
+"""`rayproof bench`: our tracer's pictures per second beside other renderers', the same scenes, in turns."""
+
+import json as json_module
+from pathlib import Path
+from typing import Any
+
+from reports.commands.output import say, show_table, write_json
+from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+BUDGET, QUICK_BUDGET = 4.0, 0.8  # s for the rounds of one scene at one size
+
+
+def bench(
+    *scenes: str,
+    quick: bool = False,
+    compare: Path | None = None,
+    out: Path | None = None,
+    json: Path | None = None,
+) -> int:
+    """Time the tracer beside Mitsuba, Embree, Radiance and POV-Ray, interleaved, with the errors beside the times.
+
+    Each ratio is another renderer's time over ours, the median of ratios within rounds, with a 95 % interval; the
+    control is our own time over our own. Both pictures are compared first. Compile and build times stand apart.
+
+    Parameters
+    ----------
+    scenes
+        Names of bench scenes. Default: all.
+    quick
+        The smaller scenes at 512 x 512, without the slow contenders.
+    compare
+        An earlier --json: say which scenes became slower or faster since.
+    out
+        A results folder whose report shall show the benchmark.
+    json
+        Also write everything to this file; an interrupted benchmark leaves there what it has.
+
+    """
+    from reports.run.llvm import choose_packaged_llvm
+
+    choose_packaged_llvm()
+    from reports.bench.document import everybody, measured
+    from reports.bench.regressions import compared
+    from reports.bench.scenes import QUICK_SIZES, SIZES, chosen
+
+    with told_in_one_line():
+        asked = chosen(scenes, quick=quick)
+        old = _earlier(compare)
+        for folder in (out, json.parent if json is not None else None):
+            if folder is not None:
+                writable_folder(folder)
+    files = [file for file in (json, out / "bench.json" if out is not None else None) if file is not None]
+
+    def done(document: dict[str, Any]) -> None:
+        for file in files:
+            write_json(file, document)
+        say(line(document["scenes"][-1]))
+
+    document = measured(
+        asked,
+        QUICK_SIZES if quick else SIZES,
+        everybody(quick=quick),
+        budget=QUICK_BUDGET if quick else BUDGET,
+        tell=lambda text: None,
+        done=done,
+    )
+    if old is not None:
+        document["changes"] = compared(old, document)
+        for file in files:
+            write_json(file, document)
+    show_table("Times: theirs over ours", HEAD, [row(entry) for entry in document["scenes"]])
+    for change in document.get("changes", ()):
+        low, high = change["interval"]
+        said = f"{change['name']} {change['width']}x{change['height']}: {change['verdict']}"
+        say(f"{said}, time x{change['change']:.3g} [{low:.3g}, {high:.3g}]")
+    return 0
+
+
+HEAD = [
+    "scene",
+    "size",
+    "ours [ms]",
+    "minimal",
+    "direct",
+    "control",
+    "differ",
+    "error p99",
+    "compile",
+    "build",
+    "of limit",
+]
+
+
+def line(entry: dict[str, Any]) -> str:
+    """Return a finished scene in a line."""
+    return "  ".join(row(entry))
+
+
+def row(entry: dict[str, Any]) -> list[str]:
+    """Return a scene's cells."""
+    error, differ, limit = entry["error"], entry["pixels_differ"], entry["limit_fraction"]
+    return [
+        entry["name"],
+        f"{entry['width']}x{entry['height']}",
+        f"{entry['ours_ms']:.2f}",
+        *(_ratio(entry[key], entry[f"{key}_interval"]) for key in ("ratio_minimal", "ratio_direct", "control")),
+        "-" if differ is None else f"{100 * differ:.3f} %",
+        "-" if error is None else f"{error['p99']:.1e}",
+        f"{entry['compile_ms']:.0f} ms",
+        f"{entry['build_ms']:.0f} ms",
+        "-" if limit is None else f"{100 * limit:.0f} %",
+    ]
+
+
+def _ratio(value: float | None, interval: list[float] | None) -> str:
+    return "-" if value is None or interval is None else f"{value:.2f} [{interval[0]:.2f}, {interval[1]:.2f}]"
+
+
+def _earlier(file: Path | None) -> dict[str, Any] | None:
+    """Return an earlier benchmark.
+
+    Raises:
+        UsageError: the file is none.
+
+    """
+    if file is None:
+        return None
+    try:
+        document = json_module.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UsageError(f"{file}: is not JSON: {error}") from None
+    if not isinstance(document, dict) or not isinstance(document.get("scenes"), list):
+        raise UsageError(f"{file}: is not a benchmark that rayproof bench --json wrote")
+    return document

@@ -1,0 +1,60 @@
+"""The benchmark's scenes are what their names say, and the same every time."""
+
+import numpy as np
+import pytest
+
+from cases.scene import Mesh
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.bench.meshes import bumpy, scanned, uneven
+from reports.bench.scenes import SCENES, chosen
+
+
+@pytest.mark.parametrize("subdivisions", [0, 3, 5])
+def test_bumpy_balls_have_the_triangles_they_claim(subdivisions: int) -> None:
+    assert len(bumpy(subdivisions).faces) == 20 * 4**subdivisions
+
+
+def test_uneven_is_uneven() -> None:
+    mesh = uneven(20_000)
+    corners = mesh.vertices[mesh.faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+
+    assert 10_000 < len(mesh.faces) < 30_000
+    assert np.quantile(edges.max(axis=1), 0.9) / np.quantile(edges.min(axis=1), 0.1) > 100
+    assert (area > 0).all()
+
+
+def test_a_scan_has_holes_noise_and_no_order() -> None:
+    mesh = scanned(4)
+
+    assert 0.7 * 20 * 4**4 < len(mesh.faces) < 0.98 * 20 * 4**4
+    centers = mesh.vertices[mesh.faces].mean(axis=1)
+    steps = np.linalg.norm(np.diff(centers, axis=0), axis=1)
+    assert np.median(steps) > 0.5  # neighbours in the file are no neighbours in space
+    assert mesh is scanned(4)
+
+
+@pytest.mark.parametrize("name", [scene.name for scene in SCENES if scene.quick])
+def test_every_quick_scene_shows_something_lit(name: str) -> None:
+    (bench,) = chosen((name,), quick=False)
+    scene = bench.scene(24, 24)
+
+    answers = Analytic().render(scene, [Stage.OBJECT, Stage.RADIANCE])
+
+    assert (answers[Stage.OBJECT][..., 0] >= 0).mean() > 0.2
+    assert (answers[Stage.RADIANCE].max(axis=-1) > 0).mean() > 0.1
+    assert len(scene.lights) == bench.lights
+
+
+def test_quick_leaves_the_large_ones_out() -> None:
+    assert {scene.name for scene in chosen((), quick=False)} > {scene.name for scene in chosen((), quick=True)}
+    assert not any("330k" in scene.name for scene in chosen((), quick=True))
+
+
+def test_meshes_are_baked_already() -> None:
+    for bench in SCENES[:6]:
+        for shape in bench.scene(8, 8).shapes:
+            if isinstance(shape, Mesh):
+                assert np.array_equal(shape.to_world, np.eye(4))

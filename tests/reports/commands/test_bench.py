@@ -1,0 +1,56 @@
+"""`rayproof bench`, small."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from reports.bench import scenes
+from reports.cli import main
+
+
+def test_a_small_benchmark_writes_what_its_document_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(scenes, "QUICK_SIZES", ((64, 48),))
+    monkeypatch.setattr("reports.commands.bench.QUICK_BUDGET", 0.05)
+    file, again = tmp_path / "one.json", tmp_path / "two.json"
+
+    assert main(["bench", "sphere_and_floor", "--quick", "--json", str(file)]) == 0
+    assert main(["bench", "sphere_and_floor", "--quick", "--compare", str(file), "--json", str(again)]) == 0
+
+    document = json.loads(file.read_text())
+    (entry,) = document["scenes"]
+    assert (entry["name"], entry["width"], entry["height"]) == ("sphere_and_floor", 64, 48)
+    assert entry["ours_ms"] > 0
+    assert entry["minimal_ms"] > 0
+    assert entry["direct_ms"] > 0
+    low, high = entry["ratio_minimal_interval"]
+    assert low <= entry["ratio_minimal"] <= high
+    # Outlines and shadow edges in float32: never more than their own pixels.
+    assert entry["pixels_differ"] < 0.01
+    assert entry["error"]["median"] < 1e-5
+    assert document["machine"]["fma_gflops"] > 0
+    assert entry["limit_fraction"] > 0
+    (change,) = json.loads(again.read_text())["changes"]
+    assert change["verdict"] in ("slower", "faster", "no difference shown")
+    assert "sphere_and_floor" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(["no_such"], "no bench scene is called"), (["--compare", "nowhere.json"], "nowhere.json")],
+)
+def test_bad_usage_is_one_line_and_2(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", *arguments]) == 2
+
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.count("\n") == 1
+
+
+def test_what_is_no_benchmark_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "other.json").write_text("[1]")
+
+    assert main(["bench", "sphere_and_floor", "--compare", str(tmp_path / "other.json")]) == 2
+    assert "is not a benchmark" in capsys.readouterr().err
