@@ -43,8 +43,9 @@ def run(
     resume
         Go on with the run that OUT holds; finished cases are not done again.
     require
-        A reference that must have a say, or several with commas: a case about which it can say nothing at all fails;
-        one that answers on request only is asked; one that is not installed ends the run. Repeatable.
+        A reference that must have a say, or several with commas: a case about which it can say nothing at all fails
+        (of an optional program: a run); one that answers on request only is asked; one that is not installed ends the
+        run. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout

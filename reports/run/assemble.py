@@ -127,6 +127,14 @@ def verdict(records: Sequence[Mapping[str, Any]], *, planned: int, tracer: bool 
     return worst(outcomes + [Outcome.MISSING] * (planned - len(records)))
 
 
+def silent(records: Iterable[Mapping[str, Any]], required: Iterable[str]) -> tuple[str, ...]:
+    """Return the required references that measured nothing in any case."""
+    heard = {
+        check["reference"] for record in records for check in record["checks"] if Outcome(check["verdict"]) in MEASURED
+    }
+    return tuple(name for name in dict.fromkeys(required) if name not in heard)
+
+
 def number(value: Any) -> float:
     """Return a number that may have been written as "inf" or "nan"; NaN counts as inf."""
     as_float = float(value)

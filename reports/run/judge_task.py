@@ -3,10 +3,12 @@
 from functools import cache
 from typing import Any
 
+from reference import REFERENCES
 from reference.analytic import Analytic
 from reports.judge.adjudication import adjudication
 from reports.judge.judging import judge_case
 from reports.judge.outcomes import Outcome, worst
+from reports.judge.parties import Witness
 from reports.judge.remembering import Remembering
 from reports.judge.sentinels import stand_guard
 from reports.judge.summing_up import Judged
@@ -26,6 +28,11 @@ def _guarded() -> int:
     return stand_guard(_ORACLE)
 
 
+def _excused(witness: Witness) -> bool:
+    """Say whether an optional program said of a scene that it cannot; that it answered none, the run's end tells."""
+    return witness.error is None and bool(REFERENCES.about(witness.name).get("optional", False))
+
+
 def judge(task: JudgeTask) -> dict[str, Any]:
     """Judge one case and return its record."""
     _guarded()
@@ -33,7 +40,7 @@ def judge(task: JudgeTask) -> dict[str, Any]:
     judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions)
     count_what_is_supported(judged, task.candidates)
     for witness in task.witnesses:
-        if witness.name in task.require and not witness.answers:
+        if witness.name in task.require and not witness.answers and not _excused(witness):
             why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
             judged.outcome = worst([judged.outcome, Outcome.FAIL])
             judged.reason = judged.reason or f"{witness.name} is required and could not answer: {why}"

@@ -27,11 +27,12 @@ from reports.run.plan import PlannedCase, key, plan
 from reports.run.pool import Pool
 from reports.run.progress import CaseProgress, worst_first
 from reports.run.request import RunRequest
+from reports.run.stopping import terminated_as_interrupted
 from reports.run.supported import concerning
 from reports.run.tasks import UNDER_TEST
 from reports.subjects import PROGRAM, Subject
 
-INTERRUPTED = 130
+FAILED, INTERRUPTED = 1, 130
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
 AHEAD = 3  # cases on their way at once: enough to keep every worker busy, few enough to stay small in memory
@@ -63,7 +64,7 @@ def run(request: RunRequest) -> int:
     line = f"{who}{len(planned)} cases against {', '.join(heard.names)}; results in {request.out}"
     console.print(line, soft_wrap=True, markup=False)
     start, started = time.perf_counter(), datetime.now(UTC)
-    with Drawing(request.out) as drawing:
+    with terminated_as_interrupted(), Drawing(request.out) as drawing:
         records, interrupted = _render_and_judge(request, planned, heard.names, console, drawing)
     results = _results(planned, records, heard, faults, started, subject)
     results["finished"] = not interrupted
@@ -75,7 +76,11 @@ def run(request: RunRequest) -> int:
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
-    return exit_code(concerning((Outcome(record["verdict"]) for record in records), tracer=subject.is_tracer))
+    silent = assemble.silent(records, request.require)
+    for name in silent:
+        console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
+    code = exit_code(concerning((Outcome(record["verdict"]) for record in records), tracer=subject.is_tracer))
+    return max(code, FAILED) if silent else code
 
 
 def _remember(request: RunRequest, results: dict[str, Any], console: Console) -> list[str]:

@@ -14,10 +14,10 @@ from flint import arb
 from cases.ladders.ladder import Inputs, Ladder
 from reports.stability.device import downloaded, uploaded
 from reports.stability.exactly import Columns
-from reports.stability.impossible import dark, impossible
 from reports.stability.mathematics import dot
 from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from reports.stability.questions.distance import Distance
+from reports.stability.questions.impossible import dark, impossible
 from reports.stability.questions.view_ray import ViewRay, looking, tangents
 from reports.stability.shapes import SHAPES, towards
 from tracer.arrays import array_types

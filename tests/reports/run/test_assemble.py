@@ -81,3 +81,9 @@ def test_where_nothing_is_hit_misses_are_measured_and_light_is_not(item, stage, 
 
     assert coverage([empty])[item]["cases"] == covered
     assert coverage([full])[item]["cases"] == 1
+
+
+def test_a_required_reference_that_measured_nothing_is_named():
+    checks = [{"reference": "povray", "verdict": "pass"}, {"reference": "tachyon", "verdict": "unsupported"}]
+
+    assert assemble.silent([{"checks": checks}], ("povray", "tachyon", "cycles")) == ("tachyon", "cycles")
