@@ -1,4 +1,4 @@
-"""Ctrl-C ends a run with 130 and leaves no program running that it had started."""
+"""Ctrl-C, or being told to terminate, ends a run with 130 and leaves nothing running that it had started."""
 
 import os
 import signal
@@ -22,7 +22,8 @@ def sleepers() -> list[psutil.Process]:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_nothing_is_left_running(tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM"])
+def test_nothing_is_left_running(tmp_path: Path, how: str) -> None:
     script = tmp_path / "render"
     # A child in a session of its own as well: it does not get the terminal's signal.
     script.write_text(f'#!/bin/sh\n[ "$1" = --capabilities ] && exit 1\nsetsid sleep {NAP} &\nexec sleep {NAP}\n')
@@ -42,7 +43,7 @@ def test_nothing_is_left_running(tmp_path: Path) -> None:
             time.sleep(0.1)
         assert len(sleepers()) == 2, "the program and its child run"
 
-        process.send_signal(signal.SIGINT)
+        process.send_signal(getattr(signal, how))
         printed, _ = process.communicate(timeout=200)
     finally:
         process.kill()
