@@ -3,7 +3,7 @@
 import pytest
 
 from reports.judge.outcomes import Outcome, exit_code, ledger
-from reports.run.assemble import case_ledger, check_ledger, coverage, review, verdict
+from reports.run.assemble import case_ledger, check_ledger, coverage, review, silent, verdict
 
 
 def check(**changed):
@@ -86,4 +86,4 @@ def test_where_nothing_is_hit_misses_are_measured_and_light_is_not(item, stage, 
 def test_a_required_reference_that_measured_nothing_is_named():
     checks = [{"reference": "povray", "verdict": "pass"}, {"reference": "tachyon", "verdict": "unsupported"}]
 
-    assert assemble.silent([{"checks": checks}], ("povray", "tachyon", "cycles")) == ("tachyon", "cycles")
+    assert silent([{"checks": checks}], ("povray", "tachyon", "cycles")) == ("tachyon", "cycles")
