@@ -23,6 +23,7 @@ from reports.publish.case_data import write_case_data
 from reports.publish.front_data import case_row, front_data
 from reports.publish.headline import headline, shouts, worst_first
 from reports.publish.panel_data import findings, panel
+from reports.publish.history import history_front
 from reports.publish.pixels import inert
 from reports.publish.plots import pages
 from reports.publish.results import plain
@@ -32,12 +33,13 @@ from reports.publish.tradeoff import diagrams
 SCRIPTS = (
     "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "load", "colors", "paint",
     "ssim", "errors", "edges", "histogram", "transform", "keys", "command", "navigation", "front", "plot", "ladders",
-    "stability", "tradeoff", "audit", "references", "coverage",
+    "stability", "tradeoff", "audit", "references", "series", "history",
+    "coverage",
     "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",
     "checks", "adjudication", "scene", "case", "start",
 )  # fmt: skip
 
-STYLES = ("style", "cases", "viewer", "scene", "pages")
+STYLES = ("style", "cases", "viewer", "scene", "pages", "history")
 
 FEW = 16  # cases that one process writes sooner than another one starts
 
@@ -86,6 +88,7 @@ def page_data(folder: Path, results: dict[str, Any]) -> dict[str, Any]:
         "plots": pages(folder),
         "panel": panel(results["cases"]),
         "findings": findings(results),
+        "history": history_front(results),
     }
 
 

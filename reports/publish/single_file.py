@@ -15,6 +15,7 @@ from reports.publish.atomic import replacing
 from reports.publish.case_data import picture_of, view_of
 from reports.publish.encoding import pack_text
 from reports.publish.headline import worst_first
+from reports.publish.history import DATA as HISTORY
 from reports.publish.kept import inside
 from reports.publish.page import data_file, digest, page_data, page_parts
 from reports.publish.plots import FOLDER, LIBRARY
@@ -52,7 +53,7 @@ def _elements(folder: Path, results: dict[str, Any]) -> Iterator[str]:
         if (picture := picture_of(folder, case)) is not None:
             content = base64.b64encode((folder / picture).read_bytes()).decode("ascii")
             yield _element(picture, content, 'type="text/plain" data-type="image/png"')
-    for name in plots(folder).values():
+    for name in (*plots(folder).values(), HISTORY):
         yield from _script(folder, name)
     if plots(folder):
         yield _deflated(f"{FOLDER}/{LIBRARY}", vendored(LIBRARY))

@@ -23,6 +23,16 @@
     return node;
   };
 
+  // Named by the browser itself, so that no address stands in the page.
+  const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").body.firstChild.namespaceURI;
+
+  // The same for parts of a drawing; attributes that are null are left out.
+  rayproof.svg = function (tag, attributes, ...children) {
+    const node = document.createElementNS(SVG, tag);
+    for (const [name, value] of Object.entries(attributes)) if (value !== null) node.setAttribute(name, String(value));
+    return rayproof.append(node, children);
+  };
+
   rayproof.replace = function (node, ...children) {
     node.replaceChildren();
     return rayproof.append(node, children);

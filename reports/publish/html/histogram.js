@@ -21,13 +21,7 @@
   };
 
   const WIDTH = 480, HEIGHT = 90;
-  // Named by the browser itself, so that no address stands in the page.
-  const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").body.firstChild.namespaceURI;
-  const svg = (tag, attributes, ...children) => {
-    const node = document.createElementNS(SVG, tag);
-    for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, String(value));
-    return rayproof.append(node, children);
-  };
+  const { svg } = rayproof;
 
   // `limit` is null where the limit is of another quantity than the metric shown.
   rayproof.histogramView = function (errors, range, log, limit) {
