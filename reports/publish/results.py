@@ -8,6 +8,7 @@ from typing import Any
 
 from reports.judge.outcomes import Outcome
 from reports.publish.atomic import write_text
+from reports.publish.derivations import folded, unfold
 
 SCHEMA = 1
 NAME = "results.json"
@@ -35,6 +36,7 @@ def load_results(folder: Path) -> dict[str, Any]:
     problem = shape_problem(results)
     if problem:
         raise ResultsError(f"{path}: {problem}")
+    unfold(results)
     return results
 
 
@@ -48,7 +50,7 @@ def save_results(folder: Path, results: Mapping[str, Any]) -> Path:
     problem = shape_problem(results)
     if problem:
         raise ResultsError(f"{folder / NAME}: {problem}")
-    return write_text(folder / NAME, _a_case_a_line(plain(results)))
+    return write_text(folder / NAME, _a_case_a_line(plain(folded(results))))
 
 
 def _a_case_a_line(results: dict[str, Any]) -> str:
