@@ -153,7 +153,7 @@ def _said(
         "time_ratio": ratio,
         "time_interval": interval,
         "families": [
-            family_record(one, time, outcome([sign], speed(time.interval, beside.interval)))
-            for one, time, beside, sign in families
+            family_record(one, time, signs, outcome([signs], speed(time.interval, beside.interval)))
+            for one, time, beside, signs in families
         ],
     }

@@ -10,6 +10,7 @@ from cases.stages import Stage
 from reports.compare.measured import UNITS
 from reports.compare.pairing import PairedStage
 from reports.compare.statistics import Interval, mcnemar, median_interval, percentile_interval, scene_means
+from reports.compare.tails import Tail
 
 # An error changed by less than a twentieth is not worth a word, however surely it changed.
 LEAST_DIGITS = math.log10(1.05)
@@ -43,6 +44,7 @@ class Finding:
     p: float
     better: float
     worse: float
+    tail: Tail
     errors: dict[str, tuple[Errors, Errors]]  # by stage: base, candidate
 
 
@@ -89,6 +91,7 @@ def finding(
         p=mcnemar(only_base, only_candidate),
         better=float(np.mean([pair.better for _, pair in pairs])) if pairs else 0.0,
         worse=float(np.mean([pair.worse for _, pair in pairs])) if pairs else 0.0,
+        tail=Tail.of([np.sum([pair.leaning for pair in scene.values()], axis=0) for scene in scenes if scene]),
         errors={
             stage.value: _errors(stage, [pair for at, pair in pairs if at is stage])
             for stage in dict.fromkeys(stage for stage, _ in pairs)

@@ -34,6 +34,7 @@ class Measured:
     scaled: np.ndarray  # error / (K u |X|), u the contender's own unit roundoff; NaN where wrong or without a value
     natural: np.ndarray  # error in `UNITS`, likewise
     floored: np.ndarray  # the same, at least what an exact result counts as
+    unit_roundoff: float
 
 
 def measured(
@@ -75,6 +76,7 @@ def measured(
         scaled=np.where(good, scaled, np.nan),
         natural=np.where(good, per_pixel * unit, np.nan),
         floored=np.where(good, np.maximum(per_pixel, LEAST * u * _size(stage, truth.value)) * unit, np.nan),
+        unit_roundoff=u,
     )
 
 

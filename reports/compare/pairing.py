@@ -13,6 +13,7 @@ from reports.compare.contenders import Contender
 from reports.compare.measured import Measured, measured
 from reports.compare.received import as_received
 from reports.compare.statistics import tile_medians
+from reports.compare.tails import leaning
 from reports.compare.truths import oracle_for, truth_of
 from tracer.render import render
 
@@ -32,6 +33,7 @@ class PairedStage:
     replicates: np.ndarray = field(repr=False)  # of `digits`, pixels drawn again in tiles
     better: float  # share of pixels at which the candidate errs less
     worse: float
+    leaning: np.ndarray = field(repr=False)  # (height, width): -1 where only the candidate is far off, 1 only the base
     base: Measured = field(repr=False)
     candidate: Measured = field(repr=False)
 
@@ -88,6 +90,8 @@ def _pair(base: Measured, candidate: Measured, *, same: bool, seed: int) -> Pair
     both = ratio[np.isfinite(ratio)]
     tiles = _tiles(both)
     counts = base.counts | candidate.counts
+    # The coarser of two precisions excuses both; what float64 gains beyond it is the digits' affair.
+    u = max(base.unit_roundoff, candidate.unit_roundoff)
     return PairedStage(
         pixels=int(np.count_nonzero(counts)),
         only_base=int(np.count_nonzero(base.wrong & ~candidate.wrong)),
@@ -98,6 +102,7 @@ def _pair(base: Measured, candidate: Measured, *, same: bool, seed: int) -> Pair
         replicates=tile_medians(tiles, np.random.default_rng(seed)) if len(both) else np.empty(0),
         better=float(np.mean(both > 0)) if len(both) else 0.0,
         worse=float(np.mean(both < 0)) if len(both) else 0.0,
+        leaning=leaning(*(one.scaled * (one.unit_roundoff / u) for one in (base, candidate))),
         base=base,
         candidate=candidate,
     )

@@ -4,14 +4,16 @@ from dataclasses import asdict
 from typing import Any
 
 from reports.compare.findings import Finding, Timing
+from reports.compare.verdicts import Signs
 
 
-def family_record(finding: Finding, timing: Timing, outcome: str) -> dict[str, Any]:
+def family_record(finding: Finding, timing: Timing, signs: Signs, outcome: str) -> dict[str, Any]:
     """Return one family's entry; see docs/compare.md."""
     return {
         "family": finding.family,
         "stress": finding.stress,
         "outcome": outcome,
+        "changed": asdict(signs),
         "scenes": finding.scenes,
         "pixels": finding.pixels,
         "same_inputs": finding.same_inputs,
@@ -26,6 +28,7 @@ def family_record(finding: Finding, timing: Timing, outcome: str) -> dict[str, A
             "only_candidate": finding.only_candidate,
             "p": finding.p,
         },
+        "tail": asdict(finding.tail),
         "errors": {
             stage: {"base": asdict(base), "candidate": asdict(candidate)}
             for stage, (base, candidate) in finding.errors.items()

@@ -14,7 +14,7 @@ from reports.compare.contenders import contender, seen, stages_at_stake
 from reports.compare.findings import Finding, finding
 from reports.compare.pairing import PairedStage, paired
 from reports.compare.received import as_received
-from reports.compare.verdicts import NOTHING, TRADE, accuracy, outcome, speed
+from reports.compare.verdicts import NOTHING, TRADE, Signs, accuracy, outcome, speed
 from tests.reports.commands.conftest import Rayproof
 from tracer.catalogue import FORMULAS
 
@@ -39,7 +39,7 @@ def test_haines_keeps_three_digits_that_the_textbook_loses_a_thousand_radii_away
     assert pair.same_inputs
     assert 2.7 < pair.digits < 3.4
     assert np.nanquantile(pair.candidate.scaled, 0.99) <= 4  # K u: backward stable
-    assert accuracy(one_finding(pair), alpha=0.05) == 1
+    assert accuracy(one_finding(pair), alpha=0.05).all == {1}
 
 
 def test_the_way_back_loses_what_the_way_there_gained() -> None:
@@ -61,7 +61,7 @@ def test_a_formula_that_misses_what_is_there_is_worse_whatever_its_digits() -> N
     pair = compared("sphere/haines", "sphere/fault_far_root")
     missing = compared("sphere/haines", "sphere/fault_center_ignored")
 
-    assert accuracy(one_finding(pair), alpha=0.05) == -1
+    assert accuracy(one_finding(pair), alpha=0.05).all == {-1}
     assert missing.pixels > 0
 
 
@@ -76,7 +76,7 @@ def test_time_within_the_control_is_no_difference() -> None:
     assert speed((1.01, 1.05), (0.97, 1.02)) == 0
     assert speed((1.03, 1.05), (0.97, 1.02)) == -1
     assert speed((0.90, 0.95), (0.97, 1.02)) == 1
-    assert outcome([1, 0], -1) == TRADE
+    assert outcome([Signs(decisions=0, typical=1, tail=0)], -1) == TRADE
 
 
 @pytest.fixture
