@@ -22,8 +22,8 @@ from reports.publish.audit import front, load_audit
 from reports.publish.case_data import write_case_data
 from reports.publish.front_data import case_row, front_data
 from reports.publish.headline import headline, shouts, worst_first
-from reports.publish.panel_data import findings, panel
 from reports.publish.history import history_front
+from reports.publish.panel_data import findings, panel
 from reports.publish.pixels import inert
 from reports.publish.plots import pages
 from reports.publish.results import plain

@@ -16,7 +16,7 @@ from tests.reports.publish.visits import Visit
 SENTENCE = "sphere/plain: worst error / limit 0.9 at normal (float32 analytic), was 0.3 in run 3"
 
 
-def series(*ratios: float | None | str, verdict: str = "pass", steps: tuple[Any, ...] = ()) -> dict[str, Any]:
+def series(*ratios: float | str | None, verdict: str = "pass", steps: tuple[Any, ...] = ()) -> dict[str, Any]:
     """Return a case's past: a run for each ratio, each a second long."""
     points = [[run, f"c0ffee{run}", verdict, ratio, 1.0] for run, ratio in enumerate(ratios, start=1)]
     return {"points": points, "error_steps": list(steps), "time_steps": []}
