@@ -76,7 +76,7 @@
 
   // -> a node that draws itself when it is seen. make() -> {traces, layout, onpoint(customdata), instead() -> node}
   rayproof.plot = function (label, make) {
-    const node = e("div", { class: "plot", role: "img", "aria-label": label });
+    const node = e("div", { class: "plot", role: "group", "aria-label": label });
     const seen = new IntersectionObserver((entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
       seen.disconnect();

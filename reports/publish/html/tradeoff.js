@@ -42,7 +42,7 @@
     const onpoint = (point) => rayproof.replace(chosen, e("p", {}, e("strong", {}, point.label), `: ${rayproof.short(point.nanoseconds)} ns [${rayproof.short(point.nanoseconds_low)}, ${rayproof.short(point.nanoseconds_high)}] by ${point.clock === "wall" ? "the wall's clock" : "kernel times"}, error ${rayproof.short(point.error)} [${rayproof.short(point.error_low)}, ${rayproof.short(point.error_high)}]`,
       finite(point.natural) ? `, ${rayproof.short(point.natural)} ${point.unit}` : "", point.wrong ? `, ${rayproof.short(100 * point.wrong)} % decided wrongly` : ""), origin(results, diagram, point));
     const table = e("details", { ontoggle: () => { if (table.open && table.children.length === 1) table.append(numbers(diagram, onpoint)); } }, e("summary", {}, "numbers"));
-    return e("section", { class: "panel ladder", "aria-label": diagram.name }, e("h3", {}, diagram.name, " ", e("span", { class: "muted" }, "faster to the left, more accurate below")),
+    return e("section", { class: "panel ladder", "aria-label": diagram.name }, e("h2", {}, diagram.name, " ", e("span", { class: "muted" }, "faster to the left, more accurate below")),
       rayproof.plot(`${diagram.name}: ${diagram.error_axis} over ${diagram.time_axis}`, () => ({ traces: traces(diagram), onpoint,
         instead: () => e("img", { src: `tradeoff/${encodeURIComponent(diagram.svg)}`, alt: diagram.name, loading: "lazy" }),
         layout: { xaxis: { type: "log", title: { text: rayproof.plotText(diagram.time_axis) } }, yaxis: { type: "log", title: { text: rayproof.plotText(diagram.error_axis) } } } })),
@@ -62,8 +62,8 @@
     const data = JSON.parse(await rayproof.inflateText(await rayproof.request(results.plots.tradeoff)));
     const order = [...data.diagrams].sort((a, b) => b.name.endsWith("/overall") - a.name.endsWith("/overall"));
     return [e("section", { class: "panel" }, e("h1", {}, "Error against run time"),
-      e("p", { class: "muted" }, `${data.repetitions} interleaved repetitions; intervals of 95 %. Filled: on the front. Circles float32, squares float64, crosses formulas that are kept as wrong. `,
-        results.alone ? null : e("a", { href: "tradeoff/tradeoff.csv" }, "numbers as CSV"))),
+      e("p", { class: "muted" }, `${data.repetitions} interleaved repetitions; intervals of 95 %. Filled: on the front. Circles float32, squares float64, crosses formulas that are kept as wrong.`),
+      results.alone ? null : e("p", {}, e("a", { href: "tradeoff/tradeoff.csv" }, "all numbers as CSV"))),
     e("div", { class: "ladders" }, order.map((diagram) => card(results, diagram)))];
   }
 
