@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.scene import Mesh, Shape, Triangle
+from cases.scene import IDENTITY, Mesh, Shape, Triangle
 
 
 @lru_cache(maxsize=64)
@@ -25,7 +25,8 @@ def world_triangles(shape: Shape) -> np.ndarray:
     else:
         raise TypeError(f"{type(shape).__name__} has no triangles")
     matrix = np.asarray(shape.to_world, dtype=np.float64)
-    baked = (corners @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
+    placed = corners if shape.to_world == IDENTITY else corners @ matrix[:3, :3].T + matrix[:3, 3]
+    baked = placed.astype(np.float32)
     if np.linalg.det(matrix[:3, :3]) < 0:
         baked = baked[:, [0, 2, 1]]
     baked = np.ascontiguousarray(baked)

@@ -7,12 +7,14 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import PointLight
 from tracer.arrays import array_types
 from tracer.feeling import Hit
+from tracer.lights import InTurn
 from tracer.rays import Interval, Ray
 from tracer.surfaces import Surfaces
 from tracer.world import Feeler, World
+
+MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +46,7 @@ class Illumination:
         self.world, self.surfaces, self.types = world, surfaces, world.types
         self.scene, self.configuration = world.scene, world.configuration
 
-    def _towards(self, light: PointLight, surfaces: Surfaces) -> Towards:
-        position = self.types.Vector(*light.position)
+    def _towards(self, position: Any, surfaces: Surfaces) -> Towards:
         away = position - surfaces.position
         squared = dr.squared_norm(away)
         cosine = self.configuration["cosine"](surfaces.normal, away)
@@ -54,7 +55,8 @@ class Illumination:
     @cached_property
     def towards(self) -> list[list[Towards]]:
         """Return, per light, the ways to it."""
-        return [[self._towards(light, surfaces) for surfaces in self.surfaces] for light in self.scene.lights]
+        positions = [self.types.Vector(*light.position) for light in self.scene.lights]
+        return [[self._towards(position, surfaces) for surfaces in self.surfaces] for position in positions]
 
     @cached_property
     def _feeling(self) -> tuple[World, list[Hit]]:
@@ -99,39 +101,61 @@ class Illumination:
             active=active,
         )
 
+    def _above_horizon(self, towards: Sequence[Towards]) -> list[Any]:
+        """Return where one light is above the horizon. A NaN cosine counts as above, so that it stays visible."""
+        horizon = self.configuration["horizon"]
+        return [one.mask & ~horizon(way.cosine) for one, way in zip(self.surfaces, towards, strict=True)]
+
     @cached_property
     def _above(self) -> list[list[Any]]:
-        """Return, per light, where it is above the horizon. A NaN cosine counts as above, so that it stays visible."""
-        horizon = self.configuration["horizon"]
-        return [
-            [one.mask & ~horizon(way.cosine) for one, way in zip(self.surfaces, towards, strict=True)]
-            for towards in self.towards
-        ]
+        return [self._above_horizon(towards) for towards in self.towards]
+
+    def _unblocked(self, towards: Sequence[Towards], above: Sequence[Any]) -> list[Any]:
+        """Return where nothing is in one light's way; below the horizon nobody asks."""
+        masks = [surfaces.mask for surfaces in self.surfaces]
+        if not self.world.has_blockers:
+            return masks
+        world, hits = self._feeling
+        feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
+        blocked = world.blocked(feelers, world.types.Vector(towards[0].light))
+        return [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
 
     @cached_property
     def _free(self) -> list[list[Any]]:
-        """Return, per light, where nothing is in its way; below the horizon nobody asks."""
-        masks = [surfaces.mask for surfaces in self.surfaces]
-        if not self.world.has_blockers:
-            return [masks for _ in self.towards]
-        world, hits = self._feeling
-        free = []
-        for towards, above in zip(self.towards, self._above, strict=True):
-            feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
-            blocked = world.blocked(feelers, world.types.Vector(towards[0].light))
-            free.append([mask & ~there for mask, there in zip(masks, blocked, strict=True)])
-        return free
+        return [self._unblocked(*one) for one in zip(self.towards, self._above, strict=True)]
+
+    def one(self, position: Any, flux: Any) -> tuple[list[Any], list[Any]]:
+        """Return where one light at `position` [m] is seen, and the irradiance [W/m^2] that it brings there."""
+        towards = [self._towards(position, surfaces) for surfaces in self.surfaces]
+        above = self._above_horizon(towards)
+        free = self._unblocked(towards, above)
+        brought = [dr.select(f, self._brought(flux, way), 0) for f, way in zip(free, towards, strict=True)]
+        return [a & f for a, f in zip(above, free, strict=True)], brought
+
+    def settle(self) -> None:
+        """Compute, before a loop, what does not depend on the light."""
+        for surfaces in self.surfaces:
+            _ = surfaces.mask, surfaces.normal
+        if self.world.has_blockers:
+            _ = self._feeling
+
+    @cached_property
+    def _in_turn(self) -> InTurn | None:
+        # Only a sum can be taken two by two; another formula for it sees all lights at once.
+        many = len(self.scene.lights) > MANY and self.configuration.formula("sum_lights").default
+        return InTurn(self) if many else None
 
     @cached_property
     def lit(self) -> list[list[Any]]:
         """Return, per light, where it is above the horizon and nothing is in its way."""
+        if self._in_turn is not None:
+            return self._in_turn.lit()
         return [
             [above & free for above, free in zip(*light, strict=True)]
             for light in zip(self._above, self._free, strict=True)
         ]
 
-    def _brought(self, light: PointLight, towards: Towards) -> Any:
-        flux = self.types.Vector(*light.flux)
+    def _brought(self, flux: Any, towards: Towards) -> Any:
         if self.scene.shading == "simplified":
             return self.configuration["simplified"](flux, towards.cosine)
         law = self.configuration.formula("falloff")
@@ -143,12 +167,15 @@ class Illumination:
         """Return E [W/m^2] per channel, 0 where nothing was hit."""
         if not self.scene.lights or not self.scene.shapes:
             return [self.types.Vector(0) for _ in self.surfaces]
+        if self._in_turn is not None:
+            return self._in_turn.irradiance
+        fluxes = [self.types.Vector(*light.flux) for light in self.scene.lights]
         total = []
         for k in range(len(self.surfaces)):
             # Below the horizon the cosine law itself gives 0; only what blocks is taken away here.
             contributions = [
-                dr.select(free[k], self._brought(light, towards[k]), 0)
-                for light, towards, free in zip(self.scene.lights, self.towards, self._free, strict=True)
+                dr.select(free[k], self._brought(flux, towards[k]), 0)
+                for flux, towards, free in zip(fluxes, self.towards, self._free, strict=True)
             ]
             total.append(self.configuration["sum_lights"](contributions))
         return total

@@ -14,6 +14,8 @@ from tracer.geometry import SLOTS
 
 HANDFUL = 4  # shapes of one kind that are unrolled; measured in docs/performance.md
 FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
+MANY = 2**20  # samples from which on a long kernel of several kinds pays
+SIMPLE = 3  # shapes
 SMALL = 0.5  # triangles per sample from which on feelers go one by one
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
 PLACING = ("to_object", "world_normal")
@@ -57,10 +59,13 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     if triangles:
         trees.add("triangle")
     tables = plain and sum(counts.values()) > 2 * HANDFUL
-    if not trees:
-        return Plan(tables=tables)
-    bounded = bool(configuration.formula("segment").facts.get("bounded", False))
     count = scene.camera.width * scene.camera.height * samples * samples
-    side = 2 if count < FEW else 4
+    if not trees:
+        # Four pixels in a row are written at once; more shapes than these leave no time to be saved by it.
+        strip = count >= FEW and len(scene.shapes) <= SIMPLE
+        return Plan(columns=4 if strip else 1, tables=tables)
+    bounded = bool(configuration.formula("segment").facts.get("bounded", False))
+    # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
+    side = 4 if count >= (FEW if len(trees) == 1 else MANY) else 2
     split = count < FEW or triangles > SMALL * count or not bounded
     return Plan(columns=side, rows=side, split=split, trees=frozenset(trees), tables=tables)

@@ -33,10 +33,22 @@ def show(case: str, *, json: Path | None = None) -> int:
     say(f"covers {', '.join(found.covers)}")
     show_table("Requirements", ["what", "must hold", "because"], requirements(found))
     show_table("Scene", ["what", "values"], contents(found.scene))
+    say(f"traced with: {traced(found.scene)}")
     say("Reproduce:")
     for line in commands:
         say(f"  {line}")
     return 0
+
+
+def traced(scene: Scene) -> str:
+    """Return how the tracer goes about a scene with its default formulas."""
+    from tracer.llvm import select
+
+    select()
+    from tracer.configuration import Configuration
+    from tracer.plan import plan
+
+    return plan(scene, Configuration()).text
 
 
 def requirements(case: Case) -> list[list[str]]:

@@ -2,10 +2,12 @@
 
 import dataclasses
 
+import drjit as dr
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Scene, Sphere, Square, Triangle
+from cases.rounding import UNIT_ROUNDOFF
+from cases.scene import Cube, PointLight, Scene, Sphere, Square, Triangle
 from cases.stages import IMAGE_STAGES, Stage
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, affine, camera, everything, matrix, octahedron, scene
 from tracer.configuration import Configuration
@@ -90,6 +92,7 @@ def test_the_scene_decides() -> None:
     endless = Configuration(formulas={"segment": "endless"})
 
     assert plan(scene(sphere, FLOOR), default) == UNROLLED
+    assert plan(large(scene(sphere, FLOOR)), default) == Plan(columns=4)
     assert plan(scene(*[sphere] * 20), default).trees == {"sphere"}
     assert plan(scene(*[sphere] * 20), default).tables
     assert plan(scene(octahedron()), default).split
@@ -103,3 +106,36 @@ def test_a_plan_reads_as_one_line() -> None:
     assert Plan(columns=2, rows=2, split=True, trees=frozenset(("triangle",))).text == (
         "in trees: triangle; 2 x 2 samples per lane; hits and shading in kernels of their own"
     )
+
+
+@pytest.mark.parametrize("what", [scene(Sphere(albedo=ALBEDO), FLOOR), everything()], ids=["unrolled", "trees"])
+@pytest.mark.parametrize("feeler", ["normal_offset", "doubles"])
+def test_many_lights_are_the_sum_of_few(what: Scene, feeler: str, precision: str) -> None:
+    generator = np.random.default_rng(6)
+    places = generator.uniform((-4, -4, 3), (4, 4, 6), (9, 3)).tolist()
+    lights = tuple(PointLight(position=(x, y, z), flux=(30.0 + k, 20.0, 10.0)) for k, (x, y, z) in enumerate(places))
+    configuration = Configuration(precision=precision, formulas={"feeler": feeler})
+    stages = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.RADIANCE)
+
+    together = render(dataclasses.replace(what, lights=lights), stages, configuration)
+    parts = [render(dataclasses.replace(what, lights=lights[k : k + 3]), stages, configuration) for k in (0, 3, 6)]
+
+    visible = np.concatenate([part[Stage.VISIBILITY] for part in parts], axis=-1)
+    np.testing.assert_array_equal(together[Stage.VISIBILITY], visible)
+    for stage in (Stage.IRRADIANCE, Stage.RADIANCE):
+        total = sum(part[stage] for part in parts)
+        np.testing.assert_allclose(together[stage], total, rtol=16 * UNIT_ROUNDOFF[precision])
+
+
+def test_a_hundred_lights_are_no_longer_kernel_than_ten() -> None:
+    def operations(count: int) -> int:
+        lights = tuple(dataclasses.replace(LIGHT, position=(2.0, -3.0, 5.0 + 0.01 * k)) for k in range(count))
+        dr.kernel_history_clear()
+        render(dataclasses.replace(everything(), lights=lights), (Stage.RADIANCE,), Configuration())
+        return sum(kernel["operation_count"] for kernel in dr.kernel_history([dr.KernelType.JIT]))
+
+    dr.set_flag(dr.JitFlag.KernelHistory, True)
+    try:
+        assert operations(100) == operations(10)
+    finally:
+        dr.set_flag(dr.JitFlag.KernelHistory, False)

@@ -4,11 +4,13 @@ Node i has the children 2 i and 2 i + 1; nodes `leaves` .. 2 leaves - 1 are leav
 them all, some items stand in two slots, which changes no answer.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 LEAF_SIZE = 2
+THREADS = 2  # numpy lets go of the interpreter in all that takes long
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +40,7 @@ def _halved(orders: list[np.ndarray], keys: list[np.ndarray]) -> list[np.ndarray
     half = size // 2
     extents = [key[order[:, -1]] - key[order[:, 0]] for key, order in zip(keys, orders, strict=True)]
     longest = np.argmax(extents, axis=0)
-    left = np.zeros(nodes * size, dtype=bool)
+    left = np.zeros(len(keys[0]), dtype=bool)
     for axis, order in enumerate(orders):
         left[order[longest == axis, :half].reshape(-1)] = True
     split = []
@@ -50,6 +52,13 @@ def _halved(orders: list[np.ndarray], keys: list[np.ndarray]) -> list[np.ndarray
         pairs[:, 1] = flat[~chosen].reshape(nodes, half)
         split.append(pairs.reshape(2 * nodes, half))
     return split
+
+
+def _leaves(orders: list[np.ndarray], keys: list[np.ndarray]) -> np.ndarray:
+    """Return the items of one node, leaf by leaf."""
+    while orders[0].shape[1] > LEAF_SIZE:
+        orders = _halved(orders, keys)
+    return orders[0].reshape(-1)
 
 
 def build(lower: np.ndarray, upper: np.ndarray) -> Tree:
@@ -65,10 +74,16 @@ def build(lower: np.ndarray, upper: np.ndarray) -> Tree:
     leaves, slots = _spread(count)
     # Halved before they are added: a sum may overflow.
     keys = [np.ascontiguousarray((lower[:, axis] / 2 + upper[:, axis] / 2)[slots]) for axis in range(3)]
-    orders = [np.argsort(key, kind="stable").astype(np.int32)[np.newaxis] for key in keys]
-    while orders[0].shape[1] > LEAF_SIZE:
-        orders = _halved(orders, keys)
-    slots = slots[orders[0].reshape(-1)]
+    with ThreadPoolExecutor(THREADS) as pool:
+        orders = list(pool.map(lambda key: np.argsort(key, kind="stable").astype(np.int32)[np.newaxis], keys))
+        if len(slots) > LEAF_SIZE:
+            # What is left of the first cut and what is right of it are trees of their own.
+            left, right = zip(*(order for order in _halved(orders, keys)), strict=True)
+            halves = [[order[np.newaxis] for order in side] for side in (left, right)]
+            order = np.concatenate(list(pool.map(lambda half: _leaves(half, keys), halves)))
+        else:
+            order = orders[0].reshape(-1)
+    slots = slots[order]
     boxes = np.zeros((2 * leaves, 6), dtype=lower.dtype)
     boxes[leaves:, :3] = lower[slots].reshape(leaves, LEAF_SIZE, 3).min(axis=1)
     boxes[leaves:, 3:] = upper[slots].reshape(leaves, LEAF_SIZE, 3).max(axis=1)
