@@ -22,7 +22,7 @@ def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path
         images = path.with_name(f"{path.stem}.pixels.js")
         pixels = images.relative_to(folder).as_posix() if renders else None
         if pixels is not None:
-            written.append(write_pixels(images, pixels, renders, _camera(folder, case)))
+            written.append(write_pixels(images, pixels, renders, camera_of(folder, case)))
     lights = case.get("lights")
     lights = lights if isinstance(lights, int) and 0 <= lights < 1000 else 0
     record = {
@@ -50,7 +50,7 @@ def view_of(folder: Path, case: dict[str, Any]) -> str | None:
     return view if view and inside(folder, view) else None
 
 
-def _camera(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
+def camera_of(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
     """Return the scene file's camera, or None where it cannot be read: it only helps to store less."""
     scene = case.get("scene")
     if not isinstance(scene, str) or not inside(folder, scene):
