@@ -19,6 +19,8 @@
     const renderer = renderWindow.getRenderers().at(-1);
     const parts = viewer.parts(renderer, about.parts, dark);
     const camera = renderer.getActiveCamera();
+    // A frame higher than wide needs a step back, or it cuts both sides off.
+    camera.dolly(Math.min(1, scene.clientWidth / scene.clientHeight));
     const first = { position: camera.getPosition(), focalPoint: camera.getFocalPoint(), viewUp: camera.getViewUp() };
     const render = () => { renderer.resetCameraClippingRange(); renderWindow.render(); };
     const points = parts.actor("points");
