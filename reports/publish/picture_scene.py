@@ -15,6 +15,7 @@ from reports.publish.picture_hits import absolute_error, chosen_hits, colored_st
 from reports.publish.picture_shapes import surface
 
 SIZE = (600, 450)  # px
+COLOURS = 160  # of a picture's palette
 MOST_RAYS, MOST_NORMALS = 24, 50
 NO_ERROR = 1e-16  # drawn where no pixel has an error at all, which has no logarithm
 
@@ -36,8 +37,12 @@ def draw(plotter: Any, path: Path, scene: Scene, *, ours: Any, theirs: Any, stag
     _fill(plotter, scene, ours=ours, theirs=theirs, stage=stage)
     # A plotter that has been shown once takes its last image for the screenshot unless told to draw.
     plotter.render()
+    from PIL import Image
+
+    picture = Image.fromarray(plotter.screenshot(return_img=True)).convert("RGB")
     with replacing(path) as draft:
-        plotter.screenshot(str(draft))
+        # Few colours are in it; a palette of them takes a third of the file.
+        picture.quantize(COLOURS, dither=Image.Dither.NONE).save(draft, optimize=True)
 
 
 def _fill(plotter: Any, scene: Scene, *, ours: Any, theirs: Any, stage: str | None) -> None:

@@ -1,6 +1,7 @@
 """The journal: one line per finished case, written as it finishes, so that a killed run loses nothing.
 
-Records are deflated: results.json will hold the same again, and a journal of the whole suite need not be as large.
+Records are deflated, and once results.json holds them the journal of a finished run only names them: two copies of
+every number would be a third of a results folder.
 """
 
 import base64
@@ -12,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from reports.judge.outcomes import Outcome
+from reports.publish.atomic import write_text
+from reports.publish.results import ResultsError, load_results
 
 NAME = "journal.jsonl"
 
@@ -34,9 +37,13 @@ class Journal:
         found: dict[str, dict[str, Any]] = {}
         if not self.path.is_file():
             return found
+        settled = _settled(self.path.parent)
         for line in self.path.read_text(encoding="utf-8", errors="replace").splitlines():
             try:
                 entry = json.loads(line)
+                if "record" not in entry:
+                    found[entry["key"]] = settled[entry["key"]]
+                    continue
                 found[entry["key"]] = json.loads(zlib.decompress(base64.b64decode(entry["record"])))
             except (ValueError, KeyError, TypeError, zlib.error):
                 continue  # the last line of a killed run; its case is simply done again
@@ -61,6 +68,27 @@ class Journal:
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
+
+
+def settle(folder: Path) -> None:
+    """Leave of a finished run's journal the keys and names: results.json, which must be written, has the records."""
+    path = folder / NAME
+    known = _settled(folder)
+    lines = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        entry = json.loads(line)
+        if entry["key"] in known:
+            entry.pop("record", None)
+        lines.append(json.dumps(entry) + "\n")
+    write_text(path, "".join(lines))
+
+
+def _settled(folder: Path) -> dict[str, dict[str, Any]]:
+    """Return results.json's records by the key under which they were found; without the file cases are done again."""
+    try:
+        return {case["key"]: case for case in load_results(folder)["cases"] if isinstance(case.get("key"), str)}
+    except (ResultsError, OSError):
+        return {}
 
 
 def _line(key: str, record: Mapping[str, Any]) -> str:

@@ -20,7 +20,7 @@ from reports.run import assemble
 from reports.run.case_run import CaseRun
 from reports.run.guards import stand_guards
 from reports.run.journal import NAME as JOURNAL
-from reports.run.journal import Journal
+from reports.run.journal import Journal, settle
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.panel import Panel, panel
 from reports.run.plan import PlannedCase, key, plan
@@ -71,6 +71,8 @@ def run(request: RunRequest) -> int:
     results["seconds"] = round(time.perf_counter() - start, 3)
     worse = _remember(request, results, console)
     _publish(request, results, drawing.reason, console)
+    if not interrupted:
+        settle(request.out)
     for sentence in worse:
         console.print(f"worse than its history: {sentence}", style="yellow", soft_wrap=True, markup=False)
     if interrupted:
@@ -157,6 +159,7 @@ def _render_and_judge(
         def finished(case_run: CaseRun, record: dict[str, Any]) -> None:
             name = case_run.planned.case.name
             records[name] = record
+            record["key"] = keys[name]
             drawing.submit(record)
             journal.append(keys[name], record)
             progress.finished(record, again=False)

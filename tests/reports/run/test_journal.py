@@ -1,6 +1,8 @@
 """What was finished is kept, exactly if it is still the same question."""
 
-from reports.run.journal import Journal
+from reports.publish.results import save_results
+from reports.run.journal import Journal, settle
+from tests.reports.publish.sample import results_of
 
 
 def test_a_finished_case_is_found_again_only_under_its_key(tmp_path):
@@ -43,3 +45,35 @@ def test_a_case_that_ended_in_an_error_is_done_again(tmp_path):
     with Journal(tmp_path, resume=True) as journal:
         assert journal.finished("timed out") is None
         assert journal.finished("failed") == {"verdict": "fail"}
+
+
+def _case(name: str, verdict: str = "pass") -> dict:
+    return {"name": name, "family": "a", "verdict": verdict, "covers": [], "checks": [], "item": None, "key": name}
+
+
+def test_a_settled_journal_names_what_results_json_holds(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("a/one", _case("a/one"))
+        journal.append("a/two", _case("a/two"))
+        journal.append("an older question", _case("a/one", "fail"))
+    before = (tmp_path / "journal.jsonl").stat().st_size
+    save_results(tmp_path, results_of([_case("a/one")]))
+
+    settle(tmp_path)
+
+    assert (tmp_path / "journal.jsonl").stat().st_size < before
+    with Journal(tmp_path, resume=True) as again:
+        assert again.finished("a/one") == _case("a/one")
+        assert again.finished("a/two") == _case("a/two")
+        assert again.finished("an older question") == _case("a/one", "fail")
+
+
+def test_without_results_json_settled_cases_are_done_again(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("a/one", _case("a/one"))
+    path = save_results(tmp_path, results_of([_case("a/one")]))
+    settle(tmp_path)
+    path.unlink()
+
+    with Journal(tmp_path, resume=True) as again:
+        assert again.finished("a/one") is None
