@@ -1,22 +1,42 @@
-"""`rayproof report`: publish a results folder again, so that a new page costs no rendering."""
+"""`rayproof report`: publish a results folder again, or two with what changed between them; nothing is rendered."""
 
 from pathlib import Path
+from typing import Any
 
-from reports.commands.output import say
-from reports.commands.usage import told_in_one_line, writable_folder
+from reports.commands.output import say, shout, show_table, write_json
+from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+MOST = 40  # rows of a table in the terminal; the page and the JSON have all
 
 
-def report(folder: Path, *, single_file: bool = False) -> int:
-    """Publish a results folder again, without rendering.
+def report(
+    folder: Path,
+    other: Path | None = None,
+    *,
+    out: Path | None = None,
+    single_file: bool = False,
+    json: Path | None = None,
+) -> int:
+    """Publish a results folder again, without rendering, or say what changed between two.
 
     Parameters
     ----------
     folder
         A folder that `rayproof run --out` filled.
+    other
+        Another one, of a later run: show what changed its verdict, by how much, and the images of both.
+    out
+        Of two runs: the folder for the report of what changed. Default: only the table in the terminal.
     single_file
         Also write report.html: the whole report in one file.
+    json
+        Of two runs: also write what changed to this file.
 
     """
+    if other is not None:
+        return report_between(folder, other, out, single_file=single_file, json=json)
+    if out is not None or json is not None:
+        raise UsageError("--out and --json are for the report of two runs; name both folders")
     from reports.publish import publish_all
     from reports.publish.headline import shouts
     from reports.publish.results import load_results
@@ -40,3 +60,55 @@ def write_one_file(folder: Path) -> None:
 
     path = write_single_file(folder, load_results(folder))
     say(f"single file: {path} ({path.stat().st_size / 1e6:.1f} MB)")
+
+
+def report_between(before: Path, after: Path, out: Path | None, *, single_file: bool, json: Path | None) -> int:
+    """Say what changed between two runs, and publish a folder that shows it."""
+    from reports.difference.record import comparison, moved, names_of, sentence
+    from reports.publish import publish_all
+    from reports.publish.results import load_results
+
+    if single_file and out is None:
+        raise UsageError("--single-file needs --out, the folder for the report of both runs")
+    with told_in_one_line():
+        runs = (load_results(before), load_results(after))
+        record = comparison(*runs, names_of(before, after))
+        if out is not None and out.resolve() in (before.resolve(), after.resolve()):
+            raise UsageError(f"{out} is one of the two runs; the report of both needs a folder of its own")
+        for place in (out, json.parent if json is not None else None):
+            if place is not None:
+                writable_folder(place)
+    shout(record["faults"])
+    if out is not None:
+        from reports.difference.folder import write_folder
+
+        write_folder(out, (before, after), runs, record)
+        publish_all(out)
+    rows = [row for row in record["rows"] if moved(row)]
+    if rows:
+        columns = ["case", "verdict", "largest change of error / limit", "pixels that differ", "time [s]"]
+        show_table(f"{before} -> {after}", columns, [_cells(row) for row in rows[:MOST]])
+    if len(rows) > MOST:
+        say(f"and {len(rows) - MOST} more")
+    for word in ("appeared", "vanished"):
+        if record[word]:
+            say(f"{word}: {', '.join(f'{name} ({verdict})' for name, verdict in record[word])}")
+    say(record.get("sentence") or sentence(record))
+    write_json(json, record)
+    if out is not None:
+        say(f"report: {out / 'index.html'}")
+    if single_file and out is not None:
+        write_one_file(out)
+    return 0
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    worst, (before, after, quotient) = row["worst"], row["seconds"]
+    verdict = row["after"] if row["before"] == row["after"] else f"{row['before']} -> {row['after']}"
+    change = "-"
+    if worst is not None and row["decades"] > 0:
+        place = f"{worst['stage']} {worst['configuration']} {worst['reference']}"
+        change = f"{place}: {worst['before'][1]:.3g} -> {worst['after'][1]:.3g}"
+    pixels = row.get("pixels")
+    time = "-" if quotient is None else f"{before:.3g} -> {after:.3g}"
+    return [row["case"], verdict, change, "-" if pixels is None else str(pixels), time]

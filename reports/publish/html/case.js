@@ -42,7 +42,8 @@
     const stages = results.stages.filter((stage) => checks.some((check) => check.stage === stage.name)
       || data.renderers.some((renderer) => data.has(renderer, stage.name)));
     // Whoever is not a reference of this run was put to the test, whatever its name.
-    const witnesses = new Set([...Object.keys(results.references || {}), ...checks.map((check) => check.reference)]);
+    const earlier = results.comparison?.renderers || {};
+    const witnesses = new Set([...Object.keys(results.references || {}), ...Object.values(earlier), ...checks.map((check) => check.reference)]);
     const ours = data.renderers.filter((name) => !witnesses.has(name));
     const theirs = data.renderers.filter((name) => witnesses.has(name));
     const panel = { tabs: e("div"), meaning: e("p", { class: "muted" }), checks: e("div"), panel: e("div") };
@@ -72,7 +73,7 @@
       if (!stage) return;
       const bad = checks.find((check) => check.stage === stage.name && check.verdict === row.verdict && row.verdict !== "pass");
       const own = choose(wanted.ours, ours, [bad ? `tracer-${bad.configuration}` : "", bad ? bad.configuration : "", "tracer-float32"]);
-      const other = choose(wanted.reference, theirs, [bad ? bad.reference : "", "analytic"]);
+      const other = choose(wanted.reference, theirs, [earlier[own], bad ? bad.reference : "", "analytic"]);
       const [a, b] = await Promise.all([data.image(own, stage.name), data.image(other, stage.name)]);
       if (mine !== turn) return;
       const first = shown === null;
@@ -133,7 +134,7 @@
         e("section", { class: "panel", role: "tabpanel", id: "stage-panel", "aria-label": "Stage" }, e("h2", { class: "offscreen" }, "Images and checks of this stage"), panel.meaning, view.controls, view.node, panel.checks, panel.panel),
         e("div", { class: "pair" }, e("div", {}, inspector.node), scene?.node)]
         : [e("p", { class: "panel muted" }, "Nothing was measured in this case."), scene?.node],
-      rayproof.expectations(data.expectations || []), rayproof.unsupported(data.unsupported || []), rayproof.past(results, row.name), rayproof.renders(data));
+      rayproof.expectations(data.expectations || []), rayproof.unsupported(data.unsupported || []), rayproof.compared(results, data), rayproof.past(results, row.name), rayproof.renders(data));
     if (!data.renderers.length) inspector.node.hidden = true;
     await show();
     return { node: root, keys: stages.length ? rows : rows.slice(-3), shown: () => shown && view.viewer.node.isConnected && show() };

@@ -1,0 +1,68 @@
+"""`rayproof report`: a folder published again, two folders compared, and bad folders refused in one line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from reports.cli import main
+from tests.reports.publish.sample import make_folder
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a results folder."""
+    folder = tmp_path_factory.mktemp("run")
+    make_folder(folder)
+    return folder
+
+
+def test_a_folder_is_published_as_one_file_too(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", str(run), "--single-file"]) == 0
+
+    assert f"single file: {run / 'report.html'} (0." in capsys.readouterr().out
+    assert (run / "index.html").stat().st_size < (run / "report.html").stat().st_size
+
+
+def test_two_runs_are_compared_in_the_terminal_and_as_json(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = make_folder(tmp_path)
+    results["cases"][0]["verdict"] = "fail"
+    (tmp_path / "results.json").write_text(json.dumps(results))
+
+    assert main(["report", str(run), str(tmp_path), "--json", str(tmp_path / "both.json")]) == 0
+
+    out = capsys.readouterr().out
+    assert "pass -> fail" in out
+    assert "1 of 9 verdicts changed, 1 for the worse" in out
+    assert json.loads((tmp_path / "both.json").read_text())["rows"][0]["case"] == "sphere/plain"
+    assert not (tmp_path / "index.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["{run}", "{empty}", "--out", "{empty}/both"], "results.json: no such file"),
+        (["{empty}", "{run}"], "results.json: no such file"),
+        (["{run}", "{broken}"], "not JSON"),
+        (["{run}", "{run}", "--out", "{run}"], "is one of the two runs"),
+        (["{run}", "{run}", "--single-file"], "--single-file needs --out"),
+        (["{run}", "--out", "{empty}"], "name both folders"),
+    ],
+)
+def test_bad_folders_are_one_line_and_2(
+    run: Path, tmp_path: Path, arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    empty, broken = tmp_path / "empty", tmp_path / "broken"
+    empty.mkdir()
+    broken.mkdir()
+    (broken / "results.json").write_text("{")
+
+    given = [text.format(run=run, empty=empty, broken=broken) for text in arguments]
+
+    assert main(["report", *given]) == 2
+    told = capsys.readouterr()
+    assert said in told.err
+    assert told.err.count("\n") == 1
+    assert told.out == ""
