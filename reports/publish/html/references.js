@@ -25,14 +25,34 @@
       Object.entries(results.absent || {}).map(([name, why]) => e("p", {}, rayproof.pill("missing"), " ", e("strong", {}, name), ` ${why}`)));
   }
 
-  function findings(list) {
-    const keys = [["reference", "reference"], ["version", "version"], ["stage", "stage"], ["cases", "cases"], ["smallest_scene", "smallest scene"],
-      ["third_witness", "third witness"], ["what", "what"]];
+  // One defect shows at several stages and in several cases: told once.
+  function merged(list) {
+    const groups = new Map();
+    for (const finding of list) {
+      const key = JSON.stringify([finding.reference, finding.version, finding.what, finding.smallest_scene]);
+      groups.set(key, [...(groups.get(key) || []), finding]);
+    }
+    return [...groups.values()].map((same) => ({ ...same[0],
+      ...Object.fromEntries(["stage", "cases", "third_witness"].map((name) => [name, [...new Set(same.map((one) => one[name]).filter(Boolean))]])) }));
+  }
+
+  // The smallest scene is a case of the run, or a file that any checkout has.
+  function smallest(results, finding) {
+    const name = text(finding.smallest_scene);
+    if (results.cases.some((row) => row.name === name)) return e("a", { href: rayproof.link({ case: name, stage: finding.stage[0] }) }, e("bdi", {}, name));
+    return name ? e("code", {}, `rayproof run ${rayproof.quoted(name)}`) : "";
+  }
+
+  function findings(results) {
+    const list = merged(results.findings || []);
+    const lines = (values, between) => e("bdi", {}, values.map(text).join(between));
     return e("section", { class: "panel", "aria-label": "Findings" }, e("h2", {}, "Findings about references"),
-      list.length ? e("div", { class: "scroll" }, e("table", {}, e("thead", {}, e("tr", {}, keys.map(([, title]) => th(title)))),
-        e("tbody", {}, list.map((finding) => e("tr", {}, keys.map(([key]) => e("td", {}, key === "smallest_scene" && finding[key]
-          ? e("a", { href: rayproof.link({ case: finding[key], stage: finding.stage }) }, e("bdi", {}, finding[key])) : e("bdi", {}, text(finding[key])))))))))
-        : e("p", { class: "muted" }, "None: no reference was found wrong on a case of this run. Only a finding turns \u201Creference suspect\u201D into a warning."));
+      list.length ? e("div", { class: "scroll" }, e("table", { class: "findings" },
+        e("thead", {}, e("tr", {}, ["reference", "what", "stages", "cases", "smallest scene", "third witness"].map(th))),
+        e("tbody", {}, list.map((finding) => e("tr", {}, e("th", { scope: "row" }, text(finding.reference), e("div", { class: "muted" }, text(finding.version))),
+          e("td", {}, e("bdi", {}, text(finding.what))), e("td", {}, lines(finding.stage, ", ")), e("td", {}, lines(finding.cases, ", ")),
+          e("td", {}, smallest(results, finding)), e("td", {}, lines(finding.third_witness, "; ")))))))
+        : e("p", { class: "muted" }, "None: no reference was found wrong. Only a finding turns \u201Creference suspect\u201D into a warning."));
   }
 
   function environment(results) {
@@ -44,5 +64,5 @@
   }
 
   rayproof.addPage("references", { title: "References", has: (results) => Object.keys(results.references || {}).length > 0,
-    view: (results) => e("div", {}, panel(results), findings(results.findings || []), environment(results)) });
+    view: (results) => e("div", {}, panel(results), findings(results), environment(results)) });
 })(window.rayproof);

@@ -48,6 +48,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(gl, "why_not", lambda: "OpenGL is missing")
         draw_pictures(folder, results)
+    finding = {
+        "reference": "mitsuba_scalar",
+        "version": "3",
+        "cases": "sphere/*",
+        "what": "loses digits",
+        "third_witness": "a",
+    }
+    scene = {"smallest_scene": "examples/findings/<b>.json"}
+    results["findings"] = [finding | scene | {"stage": stage} for stage in ("normal", "radiance")]
+    results["findings"].append(finding | {"stage": "ray", "smallest_scene": "sphere/plain"})
     save_results(folder, results)
     leave(folder, climbs=[CLIMB, CLIMB | {"formula": HOSTILE, "verdict": "fail", "surprise": "it broke"}])
     (folder / "audit.json").write_text(json.dumps(AUDIT))
@@ -268,7 +278,11 @@ def test_references_tell_versions_settings_notes_and_who_is_absent(visit: Visit)
     ):
         assert expected in text
     assert "drjit" in page.get_by_role("region", name="Environment").inner_text()
-    assert page.get_by_role("region", name="Findings").count() == 1
+    findings = page.get_by_role("region", name="Findings")
+    assert findings.locator("tbody tr").count() == 2
+    assert "normal, radiance" in findings.inner_text()
+    assert findings.locator("code").inner_text() == "rayproof run 'examples/findings/<b>.json'"
+    assert findings.get_by_role("link", name="sphere/plain").count() == 1
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
