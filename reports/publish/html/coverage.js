@@ -11,7 +11,11 @@
   }
 
   // What every item was held against is said once; a row names its own only where they are others.
-  const same = (a, b) => a.length === b.length && a.every((name) => b.includes(name));
+  function asked(names, everyone) {
+    const missing = everyone.filter((name) => !names.includes(name));
+    if (names.some((name) => !everyone.includes(name)) || missing.length * 2 > everyone.length) return names.join(", ");
+    return missing.length ? `all but ${missing.join(", ")}` : "all";
+  }
   const usual = (items) => items.map((item) => item.references || []).sort((a, b) => b.length - a.length)[0] || [];
 
   const table = (items, onpick, everyone) => (items.length ? e("div", { class: "scroll" }, e("table", { class: "coverage" },
@@ -25,7 +29,7 @@
       e("td", { class: "figure" }, item.cases),
       e("td", { class: "figure" }, item.failed ?? ""),
       e("td", {}, e("span", { title: item.worst_check || "" }, rayproof.ratioBar(item.cases ? item.worst_ratio : null))),
-      e("td", { class: "references" }, !item.cases ? "" : same(item.references || [], everyone) ? "all" : (item.references || []).join(", "))))))) : null);
+      e("td", { class: "references" }, item.cases ? asked(item.references || [], everyone) : "")))))) : null);
 
   rayproof.coverage = function (results, onpick) {
     const everyone = usual(results.coverage);
