@@ -15,6 +15,9 @@ def report(
     *,
     out: Path | None = None,
     single_file: bool = False,
+    pictures: Path | None = None,
+    case: str | None = None,
+    figures: bool = False,
     json: Path | None = None,
 ) -> int:
     """Publish a results folder again, without rendering, or say what changed between two.
@@ -29,11 +32,19 @@ def report(
         Of two runs: the folder for the report of what changed. Default: only the table in the terminal.
     single_file
         Also write report.html: the whole report in one file.
+    pictures
+        Also take pictures of the report, for documents, into this folder; needs Chromium and Playwright.
+    case
+        The case that pictures show. Default: the worst one.
+    figures
+        Also say how large the report is and how long it takes to open; needs Chromium and Playwright.
     json
         Of two runs: also write what changed to this file.
 
     """
     if other is not None:
+        if pictures is not None or figures:
+            raise UsageError("--pictures and --figures are of one report; name its folder")
         return report_between(folder, other, out, single_file=single_file, json=json)
     if out is not None or json is not None:
         raise UsageError("--out and --json are for the report of two runs; name both folders")
@@ -44,13 +55,35 @@ def report(
     with told_in_one_line():
         results = load_results(folder)
         writable_folder(folder)
+        if pictures is not None:
+            writable_folder(pictures)
     for line in shouts(results):
         say(line)
     publish_all(folder)
     say(f"report: {folder / 'index.html'}")
     if single_file:
         write_one_file(folder)
+    if pictures is not None or figures:
+        look(folder, results, pictures, case, figures=figures)
     return 0
+
+
+def look(folder: Path, results: dict[str, Any], pictures: Path | None, case: str | None, *, figures: bool) -> None:
+    """Open a published report in Chromium, to take pictures of it or to time it."""
+    from reports.looking.chromium import missing
+    from reports.looking.figures import figures as measured
+    from reports.looking.pictures import take_pictures
+
+    with told_in_one_line():
+        if case is not None and all(one["name"] != case for one in results["cases"]):
+            raise LookupError(f"{folder} has no case called {case}")
+        if (why := missing()) is not None:
+            raise LookupError(why)
+    if pictures is not None:
+        for path in take_pictures(folder, results, pictures, case=case):
+            say(f"picture: {path} ({path.stat().st_size / 1e3:.0f} kB)")
+    if figures:
+        show_table(str(folder), ["", "folder", "single file"], measured(folder, results))
 
 
 def write_one_file(folder: Path) -> None:
