@@ -11,12 +11,16 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import AutoLocator, NullLocator, StrMethodFormatter
 
 from cases.ladders.ladder import Ladder
 
 MARKERS = "os^vD<>ph*Xd"
 STYLE: dict[Any, Any] = {"svg.hashsalt": "rayproof", "svg.fonttype": "none", "font.size": 8.0}
 SMALLEST_SHARE = 1e-6  # where a share of zero is drawn
+# Inches. Set by hand: working a layout out draws every figure twice, and measures each of its texts.
+HEIGHT, PANEL, LEFT, GAP, BELOW, ABOVE = 3.6, 4.0, 0.75, 0.6, 0.5, 0.5
+KEY, CHARACTER = 0.5, 0.068  # of the legend: its line, and a letter of its text
 
 
 def figure(file: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> None:
@@ -25,8 +29,13 @@ def figure(file: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> Non
     # Names must keep their colour from panel to panel.
     formulas = list(dict.fromkeys(one["formula"] for one in records))
     with mpl.rc_context(STYLE):
-        drawing = Figure(figsize=(4.6 * len(precisions) + 1.8, 3.6), layout="constrained")
+        width = LEFT + len(precisions) * (PANEL + GAP) - GAP
+        total = width + KEY + CHARACTER * max((len(_label(one)) for one in records), default=0)
+        drawing = Figure(figsize=(total, HEIGHT))
         FigureCanvasSVG(drawing)
+        drawing.subplots_adjust(
+            left=LEFT / total, right=width / total, bottom=BELOW / HEIGHT, top=1 - ABOVE / HEIGHT, wspace=GAP / PANEL
+        )
         panels = drawing.subplots(1, len(precisions), squeeze=False)[0]
         for panel, precision in zip(panels, precisions, strict=True):
             for one in records:
@@ -37,6 +46,14 @@ def figure(file: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> Non
             panel.set_yscale("log" if panel.lines and any(line.get_ydata().size for line in panel.lines) else "linear")
             if ladder.values[0] > ladder.values[-1]:
                 panel.invert_xaxis()
+            for axis in (panel.xaxis, panel.yaxis):
+                # Powers in mathematical type and nine small ticks a decade took most of the time.
+                axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+                axis.set_minor_locator(NullLocator())
+            heights = [height for line in panel.lines for height in line.get_ydata()]
+            if heights and max(heights) < 10 * min(heights):
+                # Powers of ten alone would leave the axis without a number.
+                panel.yaxis.set_major_locator(AutoLocator())
             panel.grid(visible=True, linewidth=0.3)
         panels[0].set_ylabel(f"median error [{ladder.unit}]" if _measures(ladder) else "share of wrong answers")
         panels[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
@@ -51,7 +68,6 @@ def _measures(ladder: Ladder) -> bool:
 def _line(panel: Any, ladder: Ladder, one: dict[str, Any], index: int) -> None:
     points = [(rung["value"], _height(ladder, rung)) for rung in one["values"]]
     kept = [(value, height) for value, height in points if height is not None and height > 0]
-    label = one["formula"] + (" (expected to fail)" if one["expected"] == "fail" else "")
     style = "--" if one["expected"] == "fail" else "-"
     panel.plot(
         np.array([value for value, _ in kept]),
@@ -61,8 +77,12 @@ def _line(panel: Any, ladder: Ladder, one: dict[str, Any], index: int) -> None:
         color=f"C{index % 10}",
         markersize=3,
         linewidth=0.8,
-        label=label,
+        label=_label(one),
     )
+
+
+def _label(one: dict[str, Any]) -> str:
+    return one["formula"] + (" (expected to fail)" if one["expected"] == "fail" else "")
 
 
 def _height(ladder: Ladder, rung: dict[str, Any]) -> float | None:

@@ -41,7 +41,7 @@ def ladder_entries(ladder: Ladder, tell: Callable[[str], None]) -> list[Entry]:
     inputs = ladder.draw(value_of(ladder), ladder.rays, np.random.default_rng(ladder.seed), "float32")
     rays = len(next(iter(inputs.values())))
     truth = question.truth(ladder, inputs, np.zeros(rays, dtype=int))
-    many = {name: np.resize(array, (RAYS, *array.shape[1:])) for name, array in inputs.items()}
+    many = enough(inputs, rays)
     formulas = [
         formula
         for slot in ladder.slots
@@ -61,6 +61,15 @@ def ladder_entries(ladder: Ladder, tell: Callable[[str], None]) -> list[Entry]:
                 )
             )
     return found
+
+
+def enough(inputs: Inputs, rays: int) -> Inputs:
+    """Return the inputs (rays,) as `RAYS` of them, repeats side by side.
+
+    A run of rays with one matrix stays one run: each is a kernel's worth of code, which takes long to compile.
+    """
+    index = np.arange(RAYS) * rays // RAYS
+    return {name: array[index] for name, array in inputs.items()}
 
 
 def _asked(question: Question, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> float:
