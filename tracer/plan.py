@@ -12,7 +12,7 @@ from cases.scene import Mesh, Plane, Scene, Shape
 from tracer.configuration import Configuration
 from tracer.geometry import SLOTS
 
-HANDFUL = 4  # shapes of one kind that are unrolled; measured in docs/performance.md
+HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
 FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
 MANY = 2**20  # samples from which on a long kernel of several kinds pays
 SIMPLE = 3  # shapes
@@ -58,7 +58,7 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     triangles = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
     if triangles:
         trees.add("triangle")
-    tables = plain and sum(counts.values()) > 2 * HANDFUL
+    tables = plain and sum(counts.values()) > HANDFUL
     count = scene.camera.width * scene.camera.height * samples * samples
     if not trees:
         # Four pixels in a row are written at once; more shapes than these leave no time to be saved by it.

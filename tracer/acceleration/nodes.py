@@ -13,10 +13,10 @@ import numpy as np
 
 from tracer.acceleration.build import Tree
 from tracer.arrays import ArrayTypes
-from tracer.assets import Assets
+from tracer.assets import Assets, packets
 
 STEPS = 65535
-WORDS = 3  # per box
+WORDS = 4  # per box
 # Scenes smaller or larger than this [m] would leave float32 in grid space; they are walked without culling.
 SMALLEST, LARGEST = 2.0**-80, 2.0**80
 
@@ -57,6 +57,7 @@ def quantise(tree: Tree) -> HostNodes:
     else:
         grid[:, :3], grid[:, 3:] = 0, STEPS
     words = grid[:, 0::2] | (grid[:, 1::2] << 16)
+    words = np.concatenate([words, np.zeros((len(words), 1), dtype=np.uint32)], axis=1)
     return HostNodes(leaves=tree.leaves, words=words.reshape(tree.leaves, 2, WORDS), base=base, step=step, exact=exact)
 
 
@@ -98,8 +99,7 @@ class Nodes:
 
     def children(self, node: Any, active: Any) -> tuple[Any, Any]:
         """Return the boxes of the two children of an inner node, each (lower, upper) with three grid coordinates."""
-        first = node * (2 * WORDS)
-        a, b, c, d, e, f = (dr.gather(type(self.words), self.words, first + word, active) for word in range(2 * WORDS))
+        a, b, c, _, d, e, f, _ = packets(self.types, self.words, dr.select(active, node, 0), 2)
         return self._box(a, b, c), self._box(d, e, f)
 
     @staticmethod
