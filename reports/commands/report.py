@@ -6,6 +6,7 @@ from typing import Any
 from reports.commands.output import say, shout, show_table, write_json
 from reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
+FEW = 12  # names in a line
 MOST = 40  # rows of a table in the terminal; the page and the JSON have all
 
 
@@ -125,7 +126,8 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
         say(f"and {len(rows) - MOST} more")
     for word in ("appeared", "vanished"):
         if record[word]:
-            say(f"{word}: {', '.join(f'{name} ({verdict})' for name, verdict in record[word])}")
+            named = ", ".join(f"{name} ({verdict})" for name, verdict in record[word][:FEW])
+            say(f"{len(record[word])} {word}: {named}{', ...' if len(record[word]) > FEW else ''}")
     say(record.get("sentence") or sentence(record))
     write_json(json, record)
     if out is not None:

@@ -11,7 +11,6 @@ from reports.publish.results import number
 Case = Mapping[str, Any]
 ORDER = [outcome.value for outcome in Outcome]  # from the best to the worst
 LEAST_RATIO = 0.01  # below a hundredth of its limit an error is nobody's business: changes down there weigh nothing
-NOTEWORTHY_TIME = 1.2  # factor: what two runs of the same code differ by on a busy machine
 
 
 def paired(before: Sequence[str], after: Sequence[str]) -> dict[str, str]:

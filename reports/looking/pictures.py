@@ -10,7 +10,8 @@ from reports.publish.atomic import replacing
 from reports.publish.case_data import view_of
 from reports.publish.headline import worst_first
 
-SIZE = {"width": 1280, "height": 860}  # CSS px
+SIZE = {"width": 1280, "height": 940}  # CSS px
+NARROW = {"width": 900, "height": 940}  # of the scene, which needs no room beside it
 COLORS = 128  # of a picture's palette: flat surfaces and text need no more
 MOST_BYTES = 150_000
 SETTLE = 600  # ms for images that are painted in the frame after they are there
@@ -39,7 +40,7 @@ def take_pictures(folder: Path, results: Results, out: Path, *, case: str | None
     written = []
     with chromium() as browser:
         for name, parts, ready in pages:
-            context = browser.new_context(viewport=SIZE, color_scheme="light")
+            context = browser.new_context(viewport=NARROW if name == "scene" else SIZE, color_scheme="light")
             page = context.new_page()
             page.goto(address(folder / "index.html", **parts))
             page.wait_for_selector("main")

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-_OF_A_ROW = ("case", "before", "after", "stage", "worst", "pixels", "seconds")
+_OF_A_ROW = ("case", "before", "after", "stage", "worst", "pixels", "seconds", "stands_out")
 
 
 def comparison_front(results: Mapping[str, Any]) -> dict[str, Any] | None:

@@ -2,7 +2,6 @@
 (function (rayproof) {
   "use strict";
   const e = rayproof.element;
-  const NOTABLE = 1.2; // factor of time
   const th = (title) => e("th", { scope: "col" }, title);
 
   // By how much an error over its limit grew: an arrow beside the number.
@@ -23,11 +22,8 @@
       `${rayproof.short(check.before[1], 2)} \u2192 ${rayproof.short(check.after[1], 2)} `, factor(check.factor)];
   }
 
-  function time([before, after, quotient]) {
-    if (quotient === null) return "";
-    const told = `${rayproof.seconds(before)} \u2192 ${rayproof.seconds(after)}`;
-    const much = quotient > NOTABLE || quotient < 1 / NOTABLE;
-    return [told, " ", much ? factor(quotient) : null];
+  function time({ seconds: [before, after, quotient], stands_out: loud }) {
+    return quotient === null ? "" : [`${rayproof.seconds(before)} \u2192 ${rayproof.seconds(after)}`, " ", loud ? factor(quotient) : null];
   }
 
   function row(results, item) {
@@ -35,7 +31,7 @@
       e("th", { scope: "row", class: "name" }, e("a", { href: rayproof.link({ case: item.case, stage: item.stage }) }, e("bdi", {}, item.case))),
       e("td", {}, worst(item.worst)),
       e("td", { class: "figure" }, item.pixels === null ? e("span", { class: "muted" }, "not kept") : item.pixels === 0 ? e("span", { class: "muted" }, "identical") : item.pixels),
-      e("td", { class: "figure" }, time(item.seconds)));
+      e("td", { class: "figure" }, time(item)));
   }
 
   const listed = (title, names, link) => (names.length ? e("p", {}, e("strong", {}, `${title} (${names.length}): `), names.slice(0, 40).flatMap(([name, verdict], i) => [i ? ", " : "",

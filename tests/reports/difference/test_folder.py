@@ -69,7 +69,8 @@ def test_the_record_says_what_changed_worst_first(folder: Path) -> None:
     assert (record["appeared"], record["vanished"]) == ([["plane/other", "warn"]], [["plane/tilted", "warn"]])
     assert record["sentence"] == (
         "2 of 8 verdicts changed, 1 for the worse; worst errors grew in 1 and shrank in 1; images differ in 1 of 5; "
-        "1 slower and 0 faster by a fifth or more, timed at different hours; 1 appeared; 1 vanished."
+        "times, at different hours: x1 in the median case; 1 slower and 0 faster than that explains; "
+        "1 appeared; 1 vanished."
     )
 
 
@@ -95,6 +96,19 @@ def test_two_equal_runs_differ_in_nothing(runs: tuple[Path, Path]) -> None:
 
     assert not any(map(moved, record["rows"]))
     assert sentence(record).startswith("0 of 9 verdicts changed, 0 for the worse; worst errors grew in 0")
+
+
+def test_what_all_cases_share_is_no_case_s_own_slowness(runs: tuple[Path, Path]) -> None:
+    results = load_results(runs[0])
+    slower = copy.deepcopy(results)
+    for case in slower["cases"]:
+        for render in case["renders"]:
+            render["seconds"] *= 5
+
+    record = comparison(results, slower, ("a", "b"))
+
+    assert record["time"] == pytest.approx(5)
+    assert not any(row["stands_out"] for row in record["rows"])
 
 
 def test_runs_without_a_common_case_cannot_be_compared(runs: tuple[Path, Path]) -> None:
