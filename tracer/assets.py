@@ -14,11 +14,19 @@ from tracer.arrays import ArrayTypes
 ALIGNMENT = 64  # bytes; packets are read from aligned memory only, and numpy's is aligned to 16
 
 
-def _aligned(values: np.ndarray) -> np.ndarray:
-    """Return the numbers in a row, in aligned memory of their own: Dr.Jit's array on the CPU is that very memory."""
-    memory = np.empty(values.nbytes + ALIGNMENT, dtype=np.uint8)
+def aligned(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
+    """Return a new array of undefined values in aligned memory."""
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    memory = np.empty(size + ALIGNMENT, dtype=np.uint8)
     start = -memory.ctypes.data % ALIGNMENT
-    row = memory[start : start + values.nbytes].view(values.dtype)
+    return memory[start : start + size].view(dtype).reshape(shape)
+
+
+def _in_a_row(values: np.ndarray) -> np.ndarray:
+    """Return the numbers in a row in aligned memory: on the CPU it is Dr.Jit's array from then on."""
+    if values.ctypes.data % ALIGNMENT == 0 and values.flags.c_contiguous and values.flags.writeable:
+        return values.reshape(-1)
+    row = aligned((values.size,), values.dtype)
     row[:] = values.reshape(-1)
     return row
 
@@ -32,7 +40,7 @@ class Assets:
     def upload(self, name: str, kind: Any, values: Callable[[], np.ndarray]) -> Any:
         """Return the array called `name`, made from a host array on the first call."""
         if name not in self.arrays:
-            self.arrays[name] = kind(_aligned(np.asarray(values())))
+            self.arrays[name] = kind(_in_a_row(np.asarray(values())))
         return self.arrays[name]
 
     def floats(self, name: str, types: ArrayTypes, values: Callable[[], np.ndarray]) -> Any:

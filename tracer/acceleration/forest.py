@@ -12,7 +12,7 @@ from cases.scene import Mesh, Triangle
 from tracer.acceleration.build import build
 from tracer.acceleration.nodes import HostNodes, Nodes, quantise
 from tracer.arrays import ArrayTypes
-from tracer.assets import Assets, packets
+from tracer.assets import Assets, aligned, packets
 from tracer.configuration import Configuration
 from tracer.geometry import TriangleArrays
 from tracer.rays import Interval, Ray
@@ -48,7 +48,8 @@ def host_forest(meshes: Meshes) -> HostForest | None:
     if len(corners) == 0:
         return None
     tree = build(*bounds(corners))
-    records = np.zeros((len(tree.slots), RECORD), dtype=np.float32)
+    records = aligned((len(tree.slots), RECORD), np.float32)
+    records[:, 9:] = 0
     records[:, :9] = corners.reshape(-1, 9)[tree.slots]
     records[:, 9] = tree.slots.astype(np.uint32).view(np.float32)
     return HostForest(

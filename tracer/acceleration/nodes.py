@@ -13,7 +13,7 @@ import numpy as np
 
 from tracer.acceleration.build import Tree
 from tracer.arrays import ArrayTypes
-from tracer.assets import Assets, packets
+from tracer.assets import Assets, aligned, packets
 
 STEPS = 65535
 WORDS = 4  # per box
@@ -41,23 +41,27 @@ def _rounded(values: np.ndarray, towards: float) -> np.ndarray:
 
 def quantise(tree: Tree) -> HostNodes:
     """Return the boxes on the grid that spans them, each corner rounded outward."""
-    boxes = tree.boxes.astype(np.float64)
+    root = tree.boxes[1].astype(np.float64)
     # Base and step are float32 numbers, so that the device computes with the very grid that the boxes were rounded to.
-    base = _rounded(boxes[1, :3], -np.inf)
-    size = boxes[1, 3:] - base
-    exact = bool(SMALLEST < size.max() < LARGEST and np.abs(boxes[1]).max() < LARGEST)
+    base = _rounded(root[:3], -np.inf)
+    size = root[3:] - base
+    exact = bool(SMALLEST < size.max() < LARGEST and np.abs(root).max() < LARGEST)
     # A flat axis gets a step too. One step is kept free at the upper end for rounding.
     step = _rounded(np.maximum(size, size.max() * 2.0**-20) / (STEPS - 2), np.inf) if exact else np.ones(3)
-    grid = np.empty(boxes.shape, dtype=np.uint32)
-    if exact:
-        # (x - base) / step is rounded three times: 2^-30 of a step covers it.
-        scaled = (boxes - np.tile(base, 2)) / np.tile(step, 2)
-        grid[:, :3] = np.clip(np.floor(scaled[:, :3] - 2.0**-30), 0, STEPS)
-        grid[:, 3:] = np.clip(np.ceil(scaled[:, 3:] + 2.0**-30), 0, STEPS)
-    else:
-        grid[:, :3], grid[:, 3:] = 0, STEPS
-    words = grid[:, 0::2] | (grid[:, 1::2] << 16)
-    words = np.concatenate([words, np.zeros((len(words), 1), dtype=np.uint32)], axis=1)
+
+    def corner(place: int) -> np.ndarray:
+        axis, upper = place % 3, place >= 3
+        if not exact:
+            return np.full(len(tree.boxes), STEPS if upper else 0, dtype=np.uint32)
+        scaled = (tree.boxes[:, place].astype(np.float64) - base[axis]) / step[axis]
+        # Rounded three times: 2^-30 of a step covers it.
+        whole = np.ceil(scaled + 2.0**-30) if upper else np.floor(scaled - 2.0**-30)
+        return np.clip(whole, 0, STEPS).astype(np.uint32)
+
+    words = aligned((len(tree.boxes), WORDS), np.uint32)
+    for word in range(3):
+        words[:, word] = corner(2 * word) | (corner(2 * word + 1) << 16)
+    words[:, 3] = 0
     return HostNodes(leaves=tree.leaves, words=words.reshape(tree.leaves, 2, WORDS), base=base, step=step, exact=exact)
 
 
