@@ -7,8 +7,8 @@ from flint import arb
 from cases.ladders import all_ladders
 from cases.ladders.ladder import Ladder
 from reports.stability.climb import drawn
-from reports.stability.impossible import dark, impossible
 from reports.stability.judge import doubted
+from reports.stability.questions.impossible import dark, impossible
 
 LADDERS = all_ladders()
 
