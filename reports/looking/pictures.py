@@ -11,8 +11,8 @@ from reports.publish.case_data import view_of
 from reports.publish.headline import worst_first
 
 SIZE = {"width": 1280, "height": 940}  # CSS px
-NARROW = {"width": 900, "height": 940}  # of the scene, which needs no room beside it
-COLORS = 128  # of a picture's palette: flat surfaces and text need no more
+NARROW = {"width": 1080, "height": 940}  # of the scene, which needs no room beside it
+PALETTES = (256, 128, 64, 32)
 MOST_BYTES = 150_000
 SETTLE = 600  # ms for images that are painted in the frame after they are there
 
@@ -84,16 +84,23 @@ def _plots(page: Any) -> None:
 
 
 def _small(shot: bytes, path: Path) -> Path:
-    """Write a picture with a palette as large as still makes a small file, and return its path."""
+    """Write a picture and return its path: as it is where that is small, else with as many colours as make it small.
+
+    A palette makes facets out of what is smooth, so it comes last.
+    """
     from PIL import Image
 
     picture = Image.open(io.BytesIO(shot)).convert("RGB")
-    packed = io.BytesIO()
-    for colors in (COLORS, COLORS // 2, COLORS // 4):
-        packed = io.BytesIO()
-        picture.quantize(colors).save(packed, "PNG", optimize=True)
-        if packed.tell() <= MOST_BYTES:
-            break
+    packed = _png(picture)
+    for colors in PALETTES:
+        if len(packed) > MOST_BYTES:
+            packed = _png(picture.quantize(colors))
     with replacing(path) as draft:
-        draft.write_bytes(packed.getvalue())
+        draft.write_bytes(packed)
     return path
+
+
+def _png(picture: Any) -> bytes:
+    packed = io.BytesIO()
+    picture.save(packed, "PNG", optimize=True)
+    return packed.getvalue()

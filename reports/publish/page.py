@@ -40,7 +40,7 @@ SCRIPTS = (
     "checks", "adjudication", "scene", "case", "start",
 )  # fmt: skip
 
-STYLES = ("style", "cases", "viewer", "scene", "pages", "history")
+STYLES = ("style", "cases", "viewer", "scene", "pages", "history", "comparison")
 
 FEW = 16  # cases that one process writes sooner than another one starts
 
