@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError
 
 from reports.commands.usage import UsageError, one_line
+from tracer.llvm import NoBackendError
 
 HELP = """A conformance harness for ray tracers: every stage checked against closed forms and independent renderers.
 
@@ -73,6 +74,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (UsageError, CycloptsError) as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
         return BAD_USAGE
+    except NoBackendError as error:
+        sys.stderr.write(f"rayproof: {one_line(error)}\n")
+        return NOT_MEASURED
     except KeyboardInterrupt:
         sys.stderr.write("rayproof: interrupted\n")
         return INTERRUPTED

@@ -5,6 +5,7 @@ NaN * 0 into 0.
 """
 
 import importlib
+import os
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -14,6 +15,8 @@ import drjit as dr
 from tracer import llvm
 
 PRECISIONS = {"float32": "f", "float64": "f64"}
+BACKENDS = {"cuda": dr.JitBackend.CUDA, "llvm": dr.JitBackend.LLVM}  # the first that is there is taken
+VARIABLE = "RAYPROOF_BACKEND"  # names one of them, for a machine that has both
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,16 +36,21 @@ class ArrayTypes:
 
 @cache
 def backend() -> str:
-    """Return "cuda" where Dr.Jit finds an NVIDIA GPU, else "llvm".
+    """Return what RAYPROOF_BACKEND names; without it "cuda" where Dr.Jit finds an NVIDIA GPU, else "llvm".
 
     Raises:
-        RuntimeError: Dr.Jit has neither; using it anyway would kill the process.
+        NoBackendError: Dr.Jit has neither, or not the one that is named; using it anyway would kill the process.
 
     """
-    for name, found in (("cuda", dr.JitBackend.CUDA), ("llvm", dr.JitBackend.LLVM)):
-        if dr.has_backend(found):
+    wanted = os.environ.get(VARIABLE)
+    for name, found in BACKENDS.items():
+        if wanted in (None, "", name) and dr.has_backend(found):
             return name
-    raise RuntimeError(
+    if wanted:
+        raise llvm.NoBackendError(
+            f"{VARIABLE}={wanted}, but Dr.Jit has no such backend here; known: {', '.join(BACKENDS)}"
+        )
+    raise llvm.NoBackendError(
         "Dr.Jit finds neither an NVIDIA GPU nor a usable LLVM; install karellen-llvm-core (and the system's "
         f"libatomic1), or name an LLVM library of version 19 or later in {llvm.VARIABLE}"
     )
@@ -54,7 +62,7 @@ def array_types(precision: str) -> ArrayTypes:
 
     Raises:
         LookupError: the precision is neither float32 nor float64.
-        RuntimeError: Dr.Jit has no backend.
+        NoBackendError: Dr.Jit has no backend.
 
     """
     if precision not in PRECISIONS:

@@ -12,6 +12,10 @@ VARIABLE = "DRJIT_LIBLLVM_PATH"
 NAMES = {"darwin": ("lib/libLLVM.dylib",), "win32": ("Library/bin/LLVM-C.dll", "bin/LLVM-C.dll")}
 
 
+class NoBackendError(RuntimeError):
+    """Dr.Jit has no backend to compute with, or not the one that was asked for."""
+
+
 def packaged_library() -> Path | None:
     """Return the path of the LLVM library in this Python environment, or None if there is none."""
     candidates = (Path(sys.prefix) / name for name in NAMES.get(sys.platform, ("lib/libLLVM.so",)))
