@@ -32,7 +32,7 @@ def history_front(results: Mapping[str, Any]) -> dict[str, Any] | None:
 
 
 def history_of(results: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return a run's history if it has one in the shape that docs/results.md tells; None otherwise."""
+    """Return a run's history if it has one in the shape that docs/report.md tells; None otherwise."""
     history = results.get("history")
     if not isinstance(history, Mapping):
         return None

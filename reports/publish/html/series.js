@@ -20,7 +20,7 @@
   rayproof.seriesPlot = function (label, { points, steps, unit, limit, href }) {
     const known = points.filter((point) => point.value > 0 && Number.isFinite(point.value));
     const { width, height, left, right, top, bottom } = SIZE;
-    const shown = { viewBox: `0 0 ${width} ${height}`, class: "series", role: "img", "aria-label": label };
+    const shown = { viewBox: `0 0 ${width} ${height}`, class: "series", role: known.length ? "group" : "img", "aria-label": label };
     if (!known.length) return svg("svg", shown, svg("text", { x: width / 2, y: height / 2, "text-anchor": "middle" }, "nothing above zero was measured"));
     const values = known.map((point) => point.value);
     // The limit is shown where it is near: far away it would leave no room for the steps.
