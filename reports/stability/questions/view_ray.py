@@ -93,13 +93,16 @@ class ViewRay:
 
     @staticmethod
     def _half_sizes(configuration: Configuration, inputs: Inputs, types: Any) -> tuple[Any, Any]:
-        pairs, where = np.unique(np.stack([inputs["fovy"], inputs["aspect"]]), axis=1, return_inverse=True)
+        given = np.stack([inputs["fovy"], inputs["aspect"]])
+        # Runs first: to sort pairs takes long, and the rays of a run have one.
+        starts = np.concatenate([[True], np.any(given[:, 1:] != given[:, :-1], axis=0)])
+        pairs, where = np.unique(given[:, starts], axis=1, return_inverse=True)
         sizes = np.array(
             [
                 [float(size[0]) for size in configuration["half_extent"](types.Float, float(fovy), float(aspect))]
                 for fovy, aspect in pairs.T
             ]
-        )[where]
+        )[where[np.cumsum(starts) - 1]]
         return number(sizes[:, 0], types), number(sizes[:, 1], types)
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
