@@ -21,6 +21,7 @@ from reports.publish.atomic import write_text
 from reports.publish.audit import front, load_audit
 from reports.publish.case_data import write_case_data
 from reports.publish.comparing import comparison_front
+from reports.publish.contest import contest
 from reports.publish.front_data import case_row, front_data
 from reports.publish.headline import headline, shouts, worst_first
 from reports.publish.history import history_front
@@ -35,7 +36,7 @@ SCRIPTS = (
     "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "load", "colors", "paint",
     "ssim", "errors", "edges", "histogram", "transform", "keys", "command", "navigation", "front", "plot", "ladders",
     "stability", "tradeoff", "audit", "references", "series", "history",
-    "coverage", "comparison",
+    "coverage", "comparison", "contest",
     "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",
     "checks", "adjudication", "scene", "case", "start",
 )  # fmt: skip
@@ -91,6 +92,7 @@ def page_data(folder: Path, results: dict[str, Any]) -> dict[str, Any]:
         "findings": findings(results),
         "history": history_front(results),
         "comparison": comparison_front(results),
+        "contest": contest(folder),
     }
 
 
