@@ -62,8 +62,7 @@ def report(
         say(line)
     publish_all(folder)
     say(f"report: {folder / 'index.html'}")
-    if single_file:
-        write_one_file(folder)
+    write_one_file(folder, asked=single_file)
     if pictures is not None or figures:
         look(folder, results, pictures, case, figures=figures)
     return 0
@@ -87,11 +86,16 @@ def look(folder: Path, results: dict[str, Any], pictures: Path | None, case: str
         show_table(str(folder), ["", "folder", "single file"], measured(folder, results))
 
 
-def write_one_file(folder: Path) -> None:
-    """Write the report of a published results folder as one file, and say where and how large it is."""
-    from reports.publish.results import load_results
-    from reports.publish.single_file import write_single_file
+def write_one_file(folder: Path, *, asked: bool) -> None:
+    """Write the report of a published results folder as one file, and say where and how large it is.
 
+    An earlier one is written anew though nobody `asked`: it would tell of another run.
+    """
+    from reports.publish.results import load_results
+    from reports.publish.single_file import NAME, write_single_file
+
+    if not (asked or (folder / NAME).is_file()):
+        return
     path = write_single_file(folder, load_results(folder))
     say(f"single file: {path} ({path.stat().st_size / 1e6:.1f} MB)")
 
@@ -132,8 +136,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
     write_json(json, record)
     if out is not None:
         say(f"report: {out / 'index.html'}")
-    if single_file and out is not None:
-        write_one_file(out)
+        write_one_file(out, asked=single_file)
     return 0
 
 

@@ -119,8 +119,7 @@ def run(
     from reports.run.suite import run as run_suite
 
     code = run_suite(request)
-    if single_file:
-        write_one_file(out)
+    write_one_file(out, asked=single_file)
     return code
 
 

@@ -23,6 +23,11 @@ def test_a_folder_is_published_as_one_file_too(run: Path, capsys: pytest.Capture
     assert f"single file: {run / 'report.html'} (0." in capsys.readouterr().out
     assert (run / "index.html").stat().st_size < (run / "report.html").stat().st_size
 
+    # An old one would tell of another run.
+    (run / "report.html").write_text("old")
+    assert main(["report", str(run)]) == 0
+    assert (run / "report.html").stat().st_size > 1000
+
 
 def test_two_runs_are_compared_in_the_terminal_and_as_json(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
