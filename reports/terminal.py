@@ -6,7 +6,7 @@ from rich.console import Console
 PIPED_WIDTH = 200
 
 
-def console() -> Console:
-    """Return the terminal, or a page of `PIPED_WIDTH` columns."""
+def console(*, width: int = PIPED_WIDTH) -> Console:
+    """Return the terminal, or a page of `width` columns."""
     terminal = Console(highlight=False)
-    return terminal if terminal.is_terminal else Console(highlight=False, width=PIPED_WIDTH)
+    return terminal if terminal.is_terminal else Console(highlight=False, width=width)

@@ -72,11 +72,20 @@ def references() -> list[dict[str, Any]]:
             "independent": bool(REFERENCES.about(name).get("independent", False)),
             "on_request": bool(REFERENCES.about(name).get("on_request", False)),
             "precision": REFERENCES[name].precision,
-            "version": REFERENCES[name]().version(),
+            "version": version_of(name),
             "what": first_line(REFERENCES[name]),
         }
         for name in REFERENCES
     ]
+
+
+def version_of(name: str) -> str:
+    """Return a reference's program and version, or why it cannot run here."""
+    from reference import REFERENCES
+
+    missing: Any = getattr(REFERENCES[name], "missing", None)
+    why = missing() if missing is not None else None
+    return REFERENCES[name]().version() if why is None else why
 
 
 def metrics() -> list[dict[str, Any]]:

@@ -10,7 +10,9 @@ from rich.table import Table
 from rich.text import Text
 
 from reports.commands.usage import told_in_one_line
-from reports.terminal import console
+from reports.terminal import PIPED_WIDTH, console
+
+ROOM = 34  # columns of a page that a column of a table may need before its names break in two
 
 
 def say(line: str) -> None:
@@ -36,7 +38,7 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[objec
         table.add_column(column, overflow="fold")
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
-    console().print(table)
+    console(width=max(PIPED_WIDTH, ROOM * len(columns))).print(table)
 
 
 def write_json(file: Path | None, content: Any) -> None:

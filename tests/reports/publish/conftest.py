@@ -1,4 +1,4 @@
-"""One sample results folder, published once, for all tests that only read it; and one browser to look at it."""
+"""One sample results folder, published once, for all tests that only read it."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,7 +8,7 @@ import pytest
 
 from reports.publish import publish_all
 from tests.reports.publish.sample import make_folder
-from tests.reports.publish.visits import CHROMIUM, Visit
+from tests.reports.publish.visits import Visit
 
 
 class Published(NamedTuple):
@@ -25,18 +25,6 @@ def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
     results = make_folder(folder)
     publish_all(folder)
     return Published(folder, results)
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    """Return a headless Chromium, or skip with the reason that there is none."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if CHROMIUM is None:
-        pytest.skip("Chromium is not installed; on Debian: apt-get install chromium")
-    with playwright.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM)
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from tests.reports.publish.sample import make_folder
 from tests.reports.publish.test_audit import AUDIT
 from tests.reports.publish.test_plots import CLIMB, leave
 
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = [
     pytest.mark.browser,
@@ -63,15 +63,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "audit.json").write_text(json.dumps(AUDIT))
     publish_all(folder)
     return folder
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """Return a headless Chromium."""
-    with playwright.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM)
-        yield chromium
-        chromium.close()
 
 
 class Visit:
