@@ -50,7 +50,8 @@ def draw(diagram: dict[str, Any]) -> Figure:
         label="Pareto front",
     )
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    # Where nothing has an error, as on a ladder that only counts wrong answers, nothing is logarithmic.
+    axes.set_yscale("log" if any(math.isfinite(point["error"]) for point in diagram["points"]) else "linear")
     # Powers of ten alone would leave an axis of less than a decade without a number.
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,15 @@ def test_the_same_numbers_give_the_same_bytes(result: dict[str, Any]) -> None:
 
     assert text == svg(diagram)
     assert not re.search(r"\d{4}-\d\d-\d\d", text)
+
+
+def test_a_diagram_without_any_error_is_drawn_all_the_same(result: dict[str, Any]) -> None:
+    diagram = result["diagrams"][0]
+    nothing = {"error": math.nan, "error_low": math.nan, "error_high": math.nan, "front": False}
+
+    text = svg({**diagram, "front": [], "points": [point | nothing for point in diagram["points"]]})
+
+    assert diagram["name"] in text
 
 
 def test_the_folder_holds_data_pictures_and_a_page_without_scripts(result: dict[str, Any], tmp_path: Path) -> None:
