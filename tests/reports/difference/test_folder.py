@@ -16,7 +16,6 @@ from reports.publish.comparing import comparison_front
 from reports.publish.exr import read_answers, write_answers
 from reports.publish.kept import kept_images
 from reports.publish.results import load_results, save_results
-from tests.reports.publish.conftest import browser  # noqa: F401 - a fixture
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 
@@ -135,7 +134,7 @@ def test_a_record_of_another_shape_is_not_shown(folder: Path, spoiled: dict[str,
 
 
 @pytest.mark.browser
-def test_the_page_shows_the_table_and_both_images(browser: Any, folder: Path) -> None:  # noqa: F811
+def test_the_page_shows_the_table_and_both_images(browser: Any, folder: Path) -> None:
     visit = Visit(browser, folder)
     page = visit.open()
 
