@@ -29,7 +29,9 @@ def test_nothing_is_left_running(tmp_path: Path, how: str) -> None:
     script.write_text(f'#!/bin/sh\n[ "$1" = --capabilities ] && exit 1\nsetsid sleep {NAP} &\nexec sleep {NAP}\n')
     script.chmod(0o755)
     command = ["run", "primitives/sphere", "--jobs", "1", "--out", str(tmp_path / "out")]
-    code = "import sys; from reports.cli import main; sys.exit(main(sys.argv[1:]))"
+    # A shell without job control starts background jobs with Ctrl-C ignored, and CI may be one.
+    heeding = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"{heeding}; import sys; from reports.cli import main; sys.exit(main(sys.argv[1:]))"
     process = subprocess.Popen(
         [sys.executable, "-c", code, *command, "--subject", f"exec:{script} {{scene}} {{output}}"],
         cwd=CHECKOUT,
