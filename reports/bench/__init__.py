@@ -11,12 +11,15 @@ The best time of `minimal` and of `direct` is what ours is divided into; the oth
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from cases.registry import Registry
 from cases.scene import Scene
+
+if TYPE_CHECKING:
+    from reports.bench.kernels import Kernel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +30,7 @@ class Prepared:
     run: Callable[[], None]  # render once, and come back when it is done
     image: Callable[[], np.ndarray] | None  # the last radiance, float32 (height, width, 3); None where it draws none
     does: str  # what one run is, in words
-    kernels: Callable[[], tuple[float, int]] | None = None  # one more run: seconds in kernels, operations in their code
+    kernels: Callable[[], tuple["Kernel", ...]] | None = None  # of one more run
 
 
 class Contender(Protocol):

@@ -7,7 +7,7 @@ from typing import Any
 from cases.scene import Scene
 from reports.bench import CONTENDERS
 from reports.bench.errors import error, sampled
-from reports.bench.limits import limit_fraction
+from reports.bench.limits import limit
 from reports.bench.machine import machine
 from reports.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
 from reports.bench.scenes import BenchScene
@@ -62,9 +62,8 @@ def _entry(
     tell(f"{place}: errors")
     pixels, truth = sampled(scene)
     ours = found[OURS]
-    kernel = ours.prepared.kernels() if ours.prepared is not None and ours.prepared.kernels is not None else (0.0, 0)
+    kernels = ours.prepared.kernels() if ours.prepared is not None and ours.prepared.kernels is not None else ()
     minimal, direct, control = (ratio(found, others) for others in (MINIMAL, DIRECT, (CONTROL,)))
-    unrolled = _unrolled(scene)
     return {
         "name": bench.name,
         "about": bench.about,
@@ -87,19 +86,11 @@ def _entry(
         "error": error(ours, pixels, truth),
         "compile_ms": 1e3 * ours.first_seconds,
         "build_ms": 1e3 * ours.build_seconds,
-        "kernel_ms": 1e3 * kernel[0],
-        "operations": kernel[1],
-        "limit_fraction": limit_fraction(scene, kernel[0], kernel[1], peaks) if unrolled else None,
+        "kernel_ms": 1e3 * sum(kernel.seconds for kernel in kernels),
+        "operations": sum(kernel.operations for kernel in kernels),
+        **(limit(scene, kernels, peaks) or {"limit_fraction": None, "limit_by": None}),
         "contenders": {name: _contender(found[name], pixels, truth) for name in found},
     }
-
-
-def _unrolled(scene: Scene) -> bool:
-    """Say whether the tracer draws the scene without a loop, so that its operations count once a pixel."""
-    from tracer.configuration import Configuration
-    from tracer.plan import plan
-
-    return not plan(scene, Configuration()).trees
 
 
 def _ms(one: Timed) -> float:

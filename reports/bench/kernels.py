@@ -1,12 +1,23 @@
-"""What Dr.Jit says of a run's kernels: how long they ran, how many operations their code has."""
+"""What Dr.Jit says of a run's kernels: how long they ran, over how many lanes, and their code."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import drjit as dr
 
 
-def kernels(run: Callable[[], None]) -> tuple[float, int]:
-    """Return the seconds that the kernels of one more run took, and the number of operations in their code."""
+@dataclass(frozen=True, kw_only=True)
+class Kernel:
+    """One kernel of a run."""
+
+    seconds: float
+    lanes: int  # how often its code runs
+    operations: int  # in its code, as Dr.Jit counts them: literals and memory too
+    code: str  # as the backend's compiler gets it
+
+
+def kernels(run: Callable[[], None]) -> tuple[Kernel, ...]:
+    """Return the kernels of one more run."""
     before = dr.flag(dr.JitFlag.KernelHistory)
     dr.set_flag(dr.JitFlag.KernelHistory, True)
     try:
@@ -15,4 +26,17 @@ def kernels(run: Callable[[], None]) -> tuple[float, int]:
         found = dr.kernel_history([dr.KernelType.JIT])
     finally:
         dr.set_flag(dr.JitFlag.KernelHistory, before)
-    return sum(one["execution_time"] for one in found) * 1e-3, sum(one["operation_count"] for one in found)
+    return tuple(
+        Kernel(
+            seconds=one["execution_time"] * 1e-3,
+            lanes=one["size"],
+            operations=one["operation_count"],
+            code=one["ir"].getvalue(),
+        )
+        for one in found
+    )
+
+
+def fastest(run: Callable[[], None], *, times: int) -> tuple[Kernel, ...]:
+    """Return the kernels of the fastest of some runs: what the machine can do when nobody disturbs it."""
+    return min((kernels(run) for _ in range(times)), key=lambda found: sum(one.seconds for one in found))

@@ -1,22 +1,36 @@
-"""How near a kernel comes to what the machine can do: its operations at the measured rate, or its writes."""
+"""How near kernels come to what the machine can do: the least time that it could need, over the time that they took.
 
+Three things take time, side by side at best: the vector units, which issue every sum, product, comparison and choice;
+the unit that divides and takes square roots, one unit in the processors of AMD and Intel (Fog, "Instruction tables");
+and the memory that the image is written to. No kernel can beat the slowest of them, and a rate that is measured by a
+loop of nothing else is what none exceeds.
+"""
+
+from collections.abc import Sequence
 from typing import Any
 
 from cases.scene import Scene
+from reports.bench.kernels import Kernel
+from reports.bench.work import loops, work
 
 BYTES = 12  # a pixel's three float32 channels
 
 
-def limit_fraction(scene: Scene, seconds: float, operations: int, machine: dict[str, Any]) -> float | None:
-    """Return the least time that the machine could need over the time that the kernel took; at most about 1.
+def limit(scene: Scene, kernels: Sequence[Kernel], machine: dict[str, Any]) -> dict[str, Any] | None:
+    """Return `limit_fraction`, at most about 1, and `limit_by`, what sets it: "operations", "divisions" or "writes".
 
-    The least time is the larger of two: every operation of the kernel's code once a pixel, at half the measured rate of
-    multiply-add flops (one instruction is one operation), or the image written at the measured bandwidth. It is a bound
-    only for code without loops, in which every operation runs once; None says that it has none to offer.
+    None without a kernel, or with one that loops: how often its code runs is not known from its text.
     """
-    if not seconds > 0 or operations <= 0:
+    seconds = sum(kernel.seconds for kernel in kernels)
+    if not seconds > 0 or any(loops(kernel.code) for kernel in kernels):
         return None
-    pixels = scene.camera.width * scene.camera.height
-    computing = pixels * operations / (machine["fma_gflops"] * 1e9 / 2)
-    writing = pixels * BYTES / machine["write_bytes_per_second"]
-    return max(computing, writing) / seconds
+    least = {"operations": 0.0, "divisions": 0.0}
+    for kernel in kernels:
+        for precision, of in work(kernel.code).items():
+            rates = machine[precision]
+            least["operations"] += kernel.lanes * of.operations / rates["operations_per_second"]
+            least["divisions"] += kernel.lanes * of.divisions / rates["divisions_per_second"]
+            least["divisions"] += kernel.lanes * of.roots / rates["roots_per_second"]
+    least["writes"] = scene.camera.width * scene.camera.height * BYTES / machine["write_bytes_per_second"]
+    by = max(least, key=lambda name: least[name])
+    return {"limit_fraction": least[by] / seconds, "limit_by": by}

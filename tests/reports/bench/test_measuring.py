@@ -5,7 +5,6 @@ import pytest
 
 from cases.scene import Scene
 from reports.bench import CONTENDERS, Prepared, measuring
-from reports.bench.limits import limit_fraction
 from reports.bench.measuring import Timed, differing, ratio, timed
 from reports.bench.regressions import compared
 from reports.bench.scenes import chosen
@@ -142,17 +141,6 @@ def test_a_regression_needs_intervals_apart_and_a_quiet_control(new: dict, verdi
 
 def test_scenes_that_only_one_has_are_not_compared() -> None:
     assert compared({"scenes": [entry(2.0, (1.9, 2.1)) | {"width": 9}]}, {"scenes": [entry(2.0, (1.9, 2.1))]}) == []
-
-
-def test_the_limit_is_the_tighter_of_computing_and_writing() -> None:
-    peaks = {"fma_gflops": 200.0, "write_bytes_per_second": 1e9}
-    pixels = 64
-
-    assert limit_fraction(scene(), 1e-6, 100, peaks) == pytest.approx(
-        max(pixels * 100 / 1e11, pixels * 12 / 1e9) / 1e-6
-    )
-    assert limit_fraction(scene(), 1e-6, 10**6, peaks) == pytest.approx(pixels * 1e6 / 1e11 / 1e-6)
-    assert limit_fraction(scene(), 0.0, 100, peaks) is None
 
 
 def test_the_median_is_over_rounds() -> None:
