@@ -34,7 +34,8 @@ from reports.publish.tradeoff import diagrams
 # In the order in which they build on each other.
 SCRIPTS = (
     "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "load", "colors", "paint",
-    "ssim", "errors", "edges", "histogram", "transform", "keys", "command", "navigation", "front", "plot", "ladders",
+    "convolve", "ssim", "perceived", "flip", "errors",
+    "edges", "histogram", "transform", "keys", "command", "navigation", "front", "plot", "ladders",
     "stability", "tradeoff", "audit", "references", "series", "history",
     "coverage", "comparison", "contest",
     "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",

@@ -38,10 +38,10 @@
     return rayproof.append(node, children);
   };
 
-  // A <select> of [value, label] pairs.
+  // A <select> of [value, label] pairs; a third entry says why there is no such choice now.
   rayproof.select = function (label, pairs, current, onchange) {
     const e = rayproof.element;
-    const options = pairs.map(([value, text]) => e("option", { value }, text));
+    const options = pairs.map(([value, text, why]) => e("option", { value, disabled: Boolean(why) }, why ? `${text}: ${why}` : text));
     const node = e("select", { "aria-label": label, onchange: () => onchange(node.value) }, options);
     node.value = current;
     return e("label", { class: "control" }, e("span", {}, label), node);

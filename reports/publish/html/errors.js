@@ -17,7 +17,14 @@
     squared: (a, b) => (a - b) ** 2,
     ulp: (a, b) => Math.abs(place(a) - place(b)),
   };
-  rayproof.metrics = [...Object.keys(METRICS), "ssim"];
+  // Of neighbourhoods rather than of values.
+  const MAPS = {
+    ssim: (ours, theirs, channel, options) => rayproof.dissimilarity(ours, theirs, channel, options),
+    flip: (ours, theirs) => rayproof.flip(ours, theirs),
+  };
+  rayproof.metrics = [...Object.keys(METRICS), ...Object.keys(MAPS)];
+  // What two values are compared by where the metric is of neighbourhoods.
+  rayproof.ofValues = (metric) => (metric in MAPS ? "absolute" : metric);
   rayproof.isSigned = (metric) => metric === "signed";
 
   // Equal infinities differ by nothing, two NaN by NaN, an infinity from a number by infinity.
@@ -31,8 +38,7 @@
   // -> {width, height, values: Float64Array, the worst channel's, worst, smallest > 0 by size, differing: pixels}
   rayproof.errors = function (metric, ours, theirs, channel, { compress = false } = {}) {
     const { width, height } = ours;
-    const values = metric === "ssim" ? rayproof.dissimilarity(ours, theirs, channel, { compress })
-      : pixelwise(metric, ours, theirs, channel);
+    const values = metric in MAPS ? MAPS[metric](ours, theirs, channel, { compress }) : pixelwise(metric, ours, theirs, channel);
     let worst = 0, smallest = Infinity, differing = 0, at = 0;
     for (let pixel = 0; pixel < values.length; pixel += 1) {
       const size = Math.abs(values[pixel]);

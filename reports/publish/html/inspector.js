@@ -43,10 +43,11 @@
     // Ours and the reference chosen come first, then everybody else.
     function set(more) {
       context = { ...context, ...more };
+      context.metric = rayproof.ofValues(context.metric);
       const chosen = [context.ours, context.theirs].filter((name) => data.renderers.includes(name));
       context.renderers = [...new Set([...chosen, ...data.renderers])];
       rayproof.replace(head, e("tr", {}, e("th", { scope: "col" }, "stage"), context.renderers.map((name) => e("th", { scope: "col" }, name)),
-        e("th", { scope: "col" }, context.metric === "ssim" ? "absolute" : context.metric)));
+        e("th", { scope: "col" }, context.metric)));
       if (wanted) show(...wanted);
     }
 

@@ -4,35 +4,10 @@
   "use strict";
 
   const RADIUS = 5, SIGMA = 1.5, K1 = 0.01, K2 = 0.03; // the article's own
-  const kernel = Array.from({ length: 2 * RADIUS + 1 }, (_, i) => Math.exp(-((i - RADIUS) ** 2) / (2 * SIGMA * SIGMA)));
-  const total = kernel.reduce((sum, weight) => sum + weight, 0);
+  const kernel = rayproof.normalized(rayproof.sampled(RADIUS, (x) => Math.exp(-(x * x) / (2 * SIGMA * SIGMA))));
 
-  // Separable Gaussian blur; at a border the pixels beside it count again, mirrored.
-  function blur(plane, width, height) {
-    const across = new Float64Array(plane.length), result = new Float64Array(plane.length);
-    const mirror = (i, size) => {
-      const period = 2 * size;
-      const place = ((i % period) + period) % period;
-      return place < size ? place : period - 1 - place;
-    };
-    const columns = Array.from({ length: width + 2 * RADIUS }, (_, i) => mirror(i - RADIUS, width));
-    const rows = Array.from({ length: height + 2 * RADIUS }, (_, i) => mirror(i - RADIUS, height) * width);
-    for (let y = 0; y < height; y += 1) {
-      for (let x = 0; x < width; x += 1) {
-        let sum = 0;
-        for (let k = 0; k <= 2 * RADIUS; k += 1) sum += kernel[k] * plane[y * width + columns[x + k]];
-        across[y * width + x] = sum / total;
-      }
-    }
-    for (let y = 0; y < height; y += 1) {
-      for (let x = 0; x < width; x += 1) {
-        let sum = 0;
-        for (let k = 0; k <= 2 * RADIUS; k += 1) sum += kernel[k] * across[rows[y + k] + x];
-        result[y * width + x] = sum / total;
-      }
-    }
-    return result;
-  }
+  // Gaussian blur; at a border the pixels beside it count again, mirrored.
+  const blur = (plane, width, height) => rayproof.downColumns(rayproof.alongRows(plane, width, height, kernel, rayproof.mirrored), width, height, kernel, rayproof.mirrored);
 
   // One channel. Where either image is no number the window is, too: a NaN must never look alike.
   function plane(image, channel, compress) {

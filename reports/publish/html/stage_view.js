@@ -41,13 +41,15 @@
       const name = stage.name, unit = stage.unit === "1" ? "" : stage.unit;
       const both = comparable(a, b);
       const channel = settings.channel < (a || b)?.channels ? settings.channel : -1;
-      settings = { ...settings, channel, mode: both ? settings.mode : "side" };
+      const noFlip = both ? rayproof.noFlip(name, a) : null;
+      const refused = noFlip && settings.metric === "flip" ? `FLIP is ${noFlip} \u00B7 ` : "";
+      settings = { ...settings, channel, mode: both ? settings.mode : "side", metric: refused ? "absolute" : settings.metric };
       // A slider that is being dragged stays: it changes nothing but itself and the images.
       const alike = JSON.stringify([{ ...settings, exposure: 0, pixel: 0, zoom: 0 }, name, mine, other, Boolean(both)]);
       const held = controls.contains(document.activeElement) && document.activeElement.type === "range";
       if (!(held && alike === controls.dataset.alike)) rayproof.replace(controls, a || b ? rayproof.toolbar(settings, { ours, theirs, mine, other, stage: name, both,
         channels: [[-1, "all channels"], ...(data.channels[name] || []).map((title, i) => [i, title])],
-        counts }, set, viewer) : choosers(mine, other));
+        counts, noFlip }, set, viewer) : choosers(mine, other));
       controls.dataset.alike = alike;
       if (!a && !b) {
         rayproof.replace(viewer.node, e("p", { class: "muted" }, name === "camera"
@@ -66,17 +68,17 @@
       let range = errors && [settings.log ? settings.low ?? auto[0] : 0, settings.high ?? auto[1]];
       if (errors && !(range[0] < range[1])) range = [settings.log ? range[1] / 10 : 0, range[1]];
       const limit = errors ? limitOf(name, mine, other, settings.metric) : null;
-      const errorUnit = { absolute: unit, signed: unit, squared: unit ? `(${unit})\u00B2` : "", ulp: "ulp", relative: "relative", ssim: "1 \u2212 SSIM" }[settings.metric];
+      const errorUnit = { absolute: unit, signed: unit, squared: unit ? `(${unit})\u00B2` : "", ulp: "ulp", relative: "relative", ssim: "1 \u2212 SSIM", flip: "HDR-FLIP" }[settings.metric];
       const bitmaps = { ours: paint(a), theirs: paint(b), edges,
         error: errors && once(`error ${keyOf(a)} ${keyOf(b)} ${channel} ${settings.metric} ${range} ${settings.log} ${settings.colors}`, () =>
           rayproof.bitmap(rayproof.paintErrors(errors, range, settings.log, settings.colors))) };
       const shown = rayproof.hasExposure(name) ? `white = ${rayproof.short(scale.white / 2 ** settings.exposure)} ${unit}` : span(name, scale, unit);
-      const refused = (data.unsupported || []).find((item) => item.reference === other && item.stage === name);
+      const unanswered = (data.unsupported || []).find((item) => item.reference === other && item.stage === name);
       viewer.show({ settings, mask: data.mask, ours: a, theirs: b, bitmaps, errors, names: { ours: mine, theirs: other },
-        notes: { ours: mine, theirs: [other, shown].filter(Boolean).join(" \u00B7 "), error: errors && worst(errors, errorUnit) },
+        notes: { ours: mine, theirs: [other, shown].filter(Boolean).join(" \u00B7 "), error: errors && refused + worst(errors, errorUnit) },
         foot: errors && rayproof.colorBar({ errors, range, log: settings.log, map: settings.colors, unit: errorUnit, limit,
           onrange: (low, high) => set({ low: low ?? "", high: high ?? "" }) }),
-        why: { ours: "No image of this stage was kept.", theirs: refused ? refused.why : "This reference did not answer this stage.",
+        why: { ours: "No image of this stage was kept.", theirs: unanswered ? unanswered.why : "This reference did not answer this stage.",
           error: a && b ? "The images differ in size." : "There is nothing to compare." } });
       rayproof.replace(below, errors ? rayproof.histogramView(errors, range, settings.log, limit) : null);
     }

@@ -32,13 +32,15 @@
 
   const signed = (value) => (value > 0 ? `+${value}` : String(value));
 
-  // set(parts): settings by the names of the address. choices: {ours, theirs, channels, stage, both, counts}.
+  const METRICS = { ssim: "SSIM (1 \u2212 s)", flip: "FLIP" };
+
+  // set(parts): settings by the names of the address. choices: {ours, theirs, channels, stage, both, counts, noFlip}.
   rayproof.toolbar = function (settings, choices, set, viewer) {
     const pick = (title, pairs, current, key) => rayproof.select(title, pairs, current, (value) => set({ [key]: value }));
     const same = (names) => names.map((name) => [name, name]);
     const check = (title, checked, act) => e("label", { class: "control check" }, e("input", { type: "checkbox", checked, onchange: (event) => act(event.target.checked) }), e("span", {}, title));
     const button = (text, title, act) => e("button", { class: "quiet", title, "aria-label": title, onclick: act }, text);
-    const { ours, theirs, mine, other, channels, stage, both, counts } = choices;
+    const { ours, theirs, mine, other, channels, stage, both, counts, noFlip } = choices;
     return [
       e("div", { class: "controls" },
         ours.length ? pick("ours", same(ours), mine, "ours") : null,
@@ -55,7 +57,7 @@
         ] : null,
         stage === "object" ? null : pick("colours", [["", "natural"], ...rayproof.colorMaps.map((name) => [name, `false: ${name}`])], settings.map, "map"),
         both ? [
-          pick("error", rayproof.metrics.map((name) => [name, name === "ssim" ? "SSIM (1 \u2212 s)" : name]), settings.metric, "metric"),
+          pick("error", rayproof.metrics.map((name) => [name, METRICS[name] || name, name === "flip" ? noFlip : null]), settings.metric, "metric"),
           rayproof.isSigned(settings.metric) ? null : pick("error colours", same(rayproof.colorMaps), settings.colors, "colors"),
           check("log scale", settings.log, (on) => set({ scale: on ? "log" : "linear", low: "", high: "" })),
         ] : null,

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from reports.publish import publish_all
+from tests.reports.publish.modules import loaded
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 
@@ -33,3 +34,11 @@ def visit(browser: Any, published: Published) -> Iterator[Visit]:
     one = Visit(browser, published.folder)
     yield one
     one.end()
+
+
+@pytest.fixture(scope="module")
+def run(browser: Any) -> Iterator[Any]:
+    """Return a function that evaluates JavaScript with the page's modules, in a page without anything else."""
+    page = loaded(browser)
+    yield page.evaluate
+    page.close()

@@ -1,7 +1,6 @@
 """The page's JavaScript module by module, in a browser: each against NumPy, scikit-image or a property it must have."""
 
 import json
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -9,33 +8,11 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
-from reports.publish.page import SCRIPTS
 from reports.publish.pixels import read_pixels, write_pixels
+from tests.reports.publish.modules import REVIVE, image
 from tests.reports.publish.sample import SCENE, answers
 
 pytestmark = pytest.mark.browser
-# What needs no results: everything but the parts that build the page when they are read.
-ALONE = [name for name in SCRIPTS if name != "start"]
-
-
-@pytest.fixture(scope="module")
-def run(browser: Any) -> Any:
-    """Return a function that evaluates JavaScript with the page's modules, in a page without anything else."""
-    page = browser.new_page()
-    for name in ALONE:
-        page.add_script_tag(content=files("reports.publish").joinpath("html", f"{name}.js").read_text())
-    yield page.evaluate
-    page.close()
-
-
-def image(array: np.ndarray) -> dict[str, Any]:
-    """Return an image as the page has it, numbers as text where JSON lacks them."""
-    height, width, channels = array.shape
-    return {"width": width, "height": height, "channels": channels, "values": [str(v) for v in array.reshape(-1)]}
-
-
-REVIVE = """const number = (text) => Number(text.replace('inf', 'Infinity'));
-    const revive = (image) => ({ ...image, values: Float32Array.from(image.values, number) });"""
 
 
 @pytest.fixture
