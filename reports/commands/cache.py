@@ -1,4 +1,4 @@
-"""`rayproof cache`: list, verify or clear what references answered before."""
+"""`rayproof cache`: list, verify or clear what was answered, judged and drawn before."""
 
 from datetime import datetime
 from pathlib import Path
@@ -8,7 +8,7 @@ from reports.commands.output import say, show_table, write_json
 from reports.commands.usage import told_in_one_line
 
 if TYPE_CHECKING:
-    from reports.run.store import Item, Store
+    from reports.cache.store import Item, Store
 
 DAMAGED = 1  # exit code of `verify` where an entry was not what was written
 
@@ -16,9 +16,10 @@ DAMAGED = 1  # exit code of `verify` where an entry was not what was written
 def cache(
     what: Literal["list", "verify", "clear"] = "list", *, folder: Path | None = None, json: Path | None = None
 ) -> int:
-    """List, verify or clear kept renders of references.
+    """List, verify or clear what earlier runs kept: references' renders, verdicts, pictures.
 
-    Nothing of a renderer under test is ever kept. A run reads an entry only if its checksum holds.
+    The renderer under test renders in every run; a verdict is taken up only for answers equal to the last bit. A run
+    reads an entry only if its checksum holds.
 
     Parameters
     ----------
@@ -26,12 +27,12 @@ def cache(
         list: what is there, the least recently used first, which goes first where room is needed. verify: read
         everything, remove what is damaged, and exit with 1 if anything was. clear: remove everything.
     folder
-        Where the cache is. Default: RAYPROOF_CACHE if set, or rayproof/references in the user's cache folder.
+        Where the cache is. Default: RAYPROOF_CACHE if set, or rayproof/answers in the user's cache folder.
     json
         Also write the answer to this file.
 
     """
-    from reports.run.store import Store, usual_folder
+    from reports.cache.store import Store, usual_folder
 
     store = Store(folder or usual_folder())
     with told_in_one_line():

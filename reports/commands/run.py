@@ -59,7 +59,8 @@ def run(
     memory
         GiB of address space that a program under test may have.
     cache
-        Take references' renders of earlier runs from the cache.
+        Take from the cache what references answered before, and what was found before of answers that are equal to
+        the last bit. The renderer under test always renders.
     full
         Keep every renderer's images of every case, as EXR. Default: of a case that passed ours and the independent
         references' in one compact file, without loss; of any other everything.

@@ -44,6 +44,7 @@ class Witness:
     answers: Answers
     unsupported: Mapping[Stage, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # where it answers another question than the one asked, in sentences
+    mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered over a case's samples
     error: str | None = None
     settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report

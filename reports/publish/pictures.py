@@ -13,6 +13,8 @@ from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
+from reports.cache import pictures
+from reports.cache.store import Store
 from reports.publish import gl
 from reports.publish.kept import inside
 
@@ -34,16 +36,22 @@ def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str
 class Drawing:
     """Pictures and views made in a child process while other work goes on: submit cases, leave the block, ask why.
 
-    The child starts with the first case that can be drawn, after the machine was asked whether it can.
+    The child starts with the first case that can be drawn, after the machine was asked whether it can. What `store`
+    has of the very same images is taken from there.
     """
 
-    def __init__(self, folder: Path, progress: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self, folder: Path, progress: Callable[[str], None] | None = None, *, store: Store | None = None
+    ) -> None:
+        self._store = store
+        self._jobs: dict[str, tuple[str, dict[str, Any]]] = {}  # what is to be kept when it is drawn, and its question
         self.reason: str | None = None  # why pictures were left out; complete when the block is left
         self._folder = folder
         self._progress = progress
         self._cases: dict[str, dict[str, Any]] = {}
         self._drawn = 0
         self._pictures = True  # whether the machine can draw
+        self._asked_machine = False
         self._current = "the first case"
         self._failures: list[str] = []
         self._child: subprocess.Popen[str] | None = None
@@ -60,12 +68,20 @@ class Drawing:
         job = _job(self._folder, case)
         if job is None:
             return
-        if self._child is None:
+        if not self._asked_machine:
+            self._asked_machine = True
             self.reason = gl.why_not()
             self._pictures = self.reason is None
-            self._start()
         if not self._pictures:
             job["picture"] = None
+        if self._store is not None:
+            key = pictures.question(job)
+            if pictures.recall(self._store, key, job):
+                self._set(case)
+                return
+            self._jobs[case["name"]] = (key, job)
+        if self._child is None:
+            self._start()
         self._cases[case["name"]] = case
         assert self._child is not None
         assert self._child.stdin is not None
@@ -119,11 +135,16 @@ class Drawing:
                 self._failures.append(f"{name}: {report['why']}")
             else:
                 self._drawn += 1
-                case = self._cases[name]
-                case["picture"] = picture_path(case) if self._pictures else None
-                case["view"] = view_path(case)
-                if self._progress is not None:
-                    self._progress(name)
+                self._set(self._cases[name])
+                if self._store is not None:
+                    pictures.keep(self._store, *self._jobs.pop(name))
+
+    def _set(self, case: dict[str, Any]) -> None:
+        """Say of a case where its picture and view are."""
+        case["picture"] = picture_path(case) if self._pictures else None
+        case["view"] = view_path(case)
+        if self._progress is not None:
+            self._progress(case["name"])
 
     def _conclude(self, status: int) -> str | None:
         """Return why pictures were left out, given how the child ended."""

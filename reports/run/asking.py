@@ -7,31 +7,55 @@ import numpy as np
 from cases.answers import Answers, Reference
 from cases.scene import Scene
 from cases.stages import Stage
+from reports.cache import references as cache
+from reports.cache.entries import DamagedEntryError
+from reports.cache.references import Question, Rendered
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
 from reports.run.orders import ReferenceTask
-from reports.run.reference_cache import Rendered, cached
 from reports.subjects import ITEMS_OF_OTHERS
 
 
 def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness:
     """Return a reference's answers to a task's scene, with all that it says of them."""
+    question, unsupported = _question(name, reference, task)
+    found = _rendered(question, task)
+    return _witness(question, found, unsupported, independent=independent)
+
+
+def recalled(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness | None:
+    """Return what `heard` would, if nothing needs rendering for it; None if something does."""
+    question, unsupported = _question(name, reference, task)
+    try:
+        found = cache.recalled(question) if question.stages else Rendered(answers={}, mean=None, cached=False)
+    except DamagedEntryError:
+        return None
+    return None if found is None else _witness(question, found, unsupported, independent=independent)
+
+
+def _question(name: str, reference: Reference, task: ReferenceTask) -> tuple[Question, dict[Stage, str]]:
+    """Return what the reference is asked, and why it is not asked about the other stages."""
     scene, stages = task.scene, stages_of(task.scene)
     unsupported = {stage: why for stage in stages if (why := reference.unsupported(scene, stage)) is not None}
     asked = tuple(stage for stage in stages if stage not in unsupported)
-    found = _rendered(name, reference, task, asked)
-    answers = found.answers
+    question = Question(name=name, reference=reference, scene=scene, stages=asked, samples=task.samples)
+    return question, unsupported
+
+
+def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str], *, independent: bool) -> Witness:
+    reference, scene, answers = question.reference, question.scene, found.answers
     notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
     resolution = _ability(reference, "resolution")
-    coarse = {stage: resolution(scene, stage) for stage in asked} if resolution is not None else {}
+    coarse = {stage: resolution(scene, stage) for stage in question.stages} if resolution is not None else {}
     return Witness(
-        name=name,
+        name=question.name,
         precision=reference.precision,
         independent=independent,
         shadow_epsilon=_shadow_epsilon(reference, scene, answers),
-        answers={stage: answers[stage] for stage in asked if stage in answers},
+        answers={stage: answers[stage] for stage in question.stages if stage in answers},
         unsupported=unsupported,
-        notes=(*(notes(scene) if notes is not None else ()), *found.notes),
+        notes=tuple(notes(scene)) if notes is not None else (),
+        mishaps=found.notes,
         mean=found.mean,
         cached=found.cached,
         settings=dict(settings(scene)) if settings is not None else {},
@@ -40,18 +64,19 @@ def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: 
     )
 
 
-def _rendered(name: str, reference: Reference, task: ReferenceTask, asked: tuple[Stage, ...]) -> Rendered:
+def _rendered(question: Question, task: ReferenceTask) -> Rendered:
     """Return the reference's images, from the cache where the task allows it."""
 
     def render() -> tuple[Answers, np.ndarray | None]:
+        reference, asked = question.reference, question.stages
         answers: Answers = reference.render(task.scene, asked) if asked else {}
         mean = None
         if task.samples > 1 and Stage.RADIANCE in asked:
             mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
         return answers, mean
 
-    if task.cached and asked:
-        return cached(name, reference, task.scene, asked, task.samples, render)
+    if task.cached and question.stages:
+        return cache.cached(question, render)
     answers, mean = render()
     return Rendered(answers=answers, mean=mean, cached=False)
 

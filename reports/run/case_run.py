@@ -7,11 +7,12 @@ from typing import Any
 from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
-from reports.run.orders import JudgeTask, ReferenceTask, SubjectTask, TracerTask
+from reports.run.memory import Memory
+from reports.run.orders import JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from reports.run.plan import PlannedCase
 from reports.run.pool import Pool
 from reports.run.reproducing import reproduce, write_scene
-from reports.run.tasks import UNDER_TEST
+from reports.run.tasks import JUDGE, RECALLING, UNDER_TEST
 from reports.run.worker import Reply
 from reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
 
@@ -28,7 +29,7 @@ class CaseRun:
         folder: Path,
         require: tuple[str, ...],
         subject: Subject = THE_TRACER,
-        cached: bool = True,
+        memory: Memory | None = None,
         full: bool = False,
         finished: Callable[["CaseRun", dict[str, Any]], None],
     ) -> None:
@@ -39,7 +40,8 @@ class CaseRun:
         self._folder = folder
         self._require = require
         self._subject = subject
-        self._cached = cached
+        self._memory = memory
+        self._key: str | None = None
         self._notes: tuple[str, ...] = ()
         self._full = full
         self._finished = finished
@@ -48,14 +50,44 @@ class CaseRun:
         self._seconds: dict[str, float] = {}
 
     def start(self) -> None:
-        """Submit every render of the case."""
-        case = self.planned.case
+        """Submit the renders of the one under test; what else is needed, what they are tells."""
         for name in self.planned.configurations:
             kind, task = self._task(name)
             self._pool.submit(kind, task, lambda reply, name=name: self._traced(name, reply))
-        for name in self._references:
-            task = ReferenceTask(scene=case.scene, samples=case.samples, cached=self._cached)
-            self._pool.submit(f"reference:{name}", task, lambda reply, name=name: self._referred(name, reply))
+
+    def _compare(self) -> None:
+        """Take up what was found of these very answers before, or have them judged."""
+        candidates = [self._candidates[name] for name in self.planned.configurations]
+        if self._memory is not None and all(candidate.error is None for candidate in candidates):
+            self._key = self._memory.key(self.planned.case, candidates, self._notes)
+            record = self._memory.recall(self._key, self._folder)
+            if record is not None:
+                self._recognised(record)
+                return
+        self._pool.prepare(JUDGE)
+        if self._memory is None:
+            self._ask(self._references)
+        else:
+            task = RecallTask(names=self._references, task=self._reference_task)
+            self._pool.submit(RECALLING, task, self._recalled)
+
+    @property
+    def _reference_task(self) -> ReferenceTask:
+        case = self.planned.case
+        return ReferenceTask(scene=case.scene, samples=case.samples, cached=self._memory is not None)
+
+    def _recalled(self, reply: Reply) -> None:
+        """Take what the cache knows, and ask the references for the rest; a cache that broke knows nothing."""
+        known = reply.value if reply.error is None else {}
+        self._ask(tuple(name for name in self._references if name not in known))
+        for name, (witness, version) in known.items():
+            self._referred(name, Reply(value=(witness, {name: version}), error=None, trace=None, seconds=0.0))
+
+    def _ask(self, references: tuple[str, ...]) -> None:
+        for name in references:
+            self._pool.submit(
+                f"reference:{name}", self._reference_task, lambda reply, name=name: self._referred(name, reply)
+            )
 
     def _task(self, configuration: str) -> tuple[str, TracerTask | SubjectTask]:
         """Return the kind of worker that renders for the subject, and its task."""
@@ -79,7 +111,9 @@ class CaseRun:
                 answers=None,
                 error=reply.error,
             )
-        self._note(self._subject.renderer(name), reply)
+        self._seconds[self._subject.renderer(name)] = reply.seconds
+        if len(self._candidates) == len(self.planned.configurations):
+            self._compare()
 
     def _referred(self, name: str, reply: Reply) -> None:
         if reply.error is None:
@@ -94,11 +128,8 @@ class CaseRun:
                 answers={},
                 error=reply.error,
             )
-        self._note(name, reply)
-
-    def _note(self, renderer: str, reply: Reply) -> None:
-        self._seconds[renderer] = reply.seconds
-        if len(self._seconds) == len(self.planned.configurations) + len(self._references):
+        self._seconds[name] = reply.seconds
+        if len(self._witnesses) == len(self._references):
             task = JudgeTask(
                 case=self.planned.case,
                 candidates=tuple(self._candidates[name] for name in self.planned.configurations),
@@ -109,18 +140,37 @@ class CaseRun:
                 subject=self._subject,
                 notes=self._notes,
                 full=self._full,
-                cached=self._cached,
+                cached=self._memory is not None,
             )
             # Judged before anything else is rendered: finished cases leave memory.
-            self._pool.submit("judge", task, self._judged, first=True)
+            self._pool.submit(JUDGE, task, self._judged, first=True)
 
     def _judged(self, reply: Reply) -> None:
         record = reply.value if reply.error is None else self._unjudged(reply)
+        record["judge_seconds"] = round(reply.seconds, 4)
+        record["versions"] = self.versions
+        if self._memory is not None and self._key is not None and self._flawless(record):
+            self._memory.keep(self._key, self._folder, record)
+        self._finish(record)
+
+    def _flawless(self, record: dict[str, Any]) -> bool:
+        """Say whether nothing happened that would not happen again."""
+        witnesses = self._witnesses.values()
+        return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in witnesses)
+
+    def _recognised(self, record: dict[str, Any]) -> None:
+        """Finish with what was found before; only what this run did itself is this run's."""
+        record["judge_seconds"] = 0.0
+        record["versions"] |= self.versions
+        record["reproduce"] = reproduce(self._folder, self.planned.case, self.planned.configurations, self._subject)
+        for render in record["renders"]:
+            render["cached"] = render["renderer"] not in self._seconds
+        self._finish(record)
+
+    def _finish(self, record: dict[str, Any]) -> None:
         for render in record["renders"]:
             render["seconds"] = round(self._seconds.get(render["renderer"], 0.0), 4)
-        record["judge_seconds"] = round(reply.seconds, 4)
-        record["seconds"] = round(sum(self._seconds.values()) + reply.seconds, 4)
-        record["versions"] = self.versions
+        record["seconds"] = round(sum(self._seconds.values()) + record["judge_seconds"], 4)
         self._finished(self, record)
 
     def _unjudged(self, reply: Reply) -> dict[str, Any]:

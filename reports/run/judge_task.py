@@ -5,6 +5,9 @@ from typing import Any
 
 from reference import REFERENCES
 from reference.analytic import Analytic
+from reports.cache.guards import ask_once
+from reports.cache.references import KeepingOracle
+from reports.cache.store import Store, usual_folder
 from reports.judge.adjudication import adjudication
 from reports.judge.judging import judge_case
 from reports.judge.outcomes import Outcome, worst
@@ -14,7 +17,6 @@ from reports.judge.sentinels import stand_guard
 from reports.judge.summing_up import Judged
 from reports.run.keeping import keep_images, masks
 from reports.run.orders import JudgeTask
-from reports.run.reference_cache import KeepingOracle
 from reports.run.reproducing import reproduce, write_scene
 from reports.run.said import said
 from reports.run.supported import count_what_is_supported
@@ -23,9 +25,12 @@ _ORACLE = Analytic()
 
 
 @cache
-def _guarded() -> int:
+def _guarded(*, cached: bool) -> None:
     """Judge the sentinels before the first case; raise BrokenJudgeError if the judge gets one wrong."""
-    return stand_guard(_ORACLE)
+    if cached:
+        ask_once("judge", lambda: stand_guard(_ORACLE), Store(usual_folder()))
+    else:
+        stand_guard(_ORACLE)
 
 
 def _excused(witness: Witness) -> bool:
@@ -35,7 +40,7 @@ def _excused(witness: Witness) -> bool:
 
 def judge(task: JudgeTask) -> dict[str, Any]:
     """Judge one case and return its record."""
-    _guarded()
+    _guarded(cached=task.cached)
     oracle = Remembering(KeepingOracle(_ORACLE) if task.cached else _ORACLE)
     judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions)
     count_what_is_supported(judged, task.candidates)
@@ -62,7 +67,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
     unable = [(name, c.unsupported) for name, c in name_of.items()] + [(w.name, w.unsupported) for w in task.witnesses]
     kept = {witness.name for witness in task.witnesses if witness.cached}
     notes = [(task.subject.name, note) for note in task.notes] + [
-        (w.name, note) for w in task.witnesses for note in w.notes
+        (w.name, note) for w in task.witnesses for note in (*w.notes, *w.mishaps)
     ]
     return {
         "name": case.name,

@@ -28,6 +28,14 @@ class ReferenceTask:
 
 
 @dataclass(frozen=True, kw_only=True)
+class RecallTask:
+    """Ask the cache what references answered before; the answer is name -> (Witness, its version) of those found."""
+
+    names: tuple[str, ...]
+    task: ReferenceTask
+
+
+@dataclass(frozen=True, kw_only=True)
 class SubjectTask:
     """Render a scene by the subject; the answer is a Candidate with its version and notes."""
 

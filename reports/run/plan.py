@@ -4,16 +4,11 @@ The default suite runs the default configuration in float32 and in float64 on ev
 formula, in float32, on the cases that cover its specification item.
 """
 
-import hashlib
-import json
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import lru_cache
-from importlib.metadata import version
-from pathlib import Path
-from typing import Any
 
 from cases.case import Case
-from cases.scene import Mesh
+from reports.cache.digests import code, digest, machine, plain
 from reports.subjects import THE_TRACER, Subject
 
 DEFAULTS = ("float32", "float64")
@@ -36,7 +31,7 @@ PACKAGES = (
     "python-flint",
     "trimesh",
 )  # whose numbers are in a result
-SOURCES = ("cases", "tracer", "reference", "reports/judge", "reports/run", "reports/subjects")
+SOURCES = ("cases", "tracer", "reference", "reports/judge", "reports/run", "reports/cache", "reports/subjects")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,29 +96,9 @@ def plan(
 @lru_cache(maxsize=1)
 def code_digest() -> str:
     """Return the SHA-256 of the code, and the packages, that decide a result; one of other code is never taken up."""
-    root = Path(__file__).resolve().parents[2]
-    content = hashlib.sha256()
-    for folder in SOURCES:
-        for file in sorted((root / folder).rglob("*")):
-            if file.suffix in (".py", ".json"):
-                content.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
-    for package in PACKAGES:
-        content.update(f"{package} {version(package)}".encode())
-    return content.hexdigest()
+    return digest([code(SOURCES), machine(PACKAGES)])
 
 
 def key(planned: PlannedCase, references: tuple[str, ...]) -> str:
     """Return the digest under which a finished case may be taken up again by `--resume`."""
-    content = [plain(planned.case), planned.configurations, references, code_digest()]
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def plain(value: Any) -> Any:
-    """Return dataclasses as JSON data with the name of their type; a mesh by its digest."""
-    if isinstance(value, Mesh):
-        return ["Mesh", value.digest, value.file]
-    if is_dataclass(value) and not isinstance(value, type):
-        return [type(value).__name__, {field.name: plain(getattr(value, field.name)) for field in fields(value)}]
-    if isinstance(value, tuple | list):
-        return [plain(item) for item in value]
-    return value
+    return digest([plain(planned.case), planned.configurations, references, code_digest()])

@@ -3,6 +3,7 @@
 A worker that dies or overruns its deadline costs one task; it is replaced when the next task of its kind comes.
 """
 
+import contextlib
 import multiprocessing
 import signal
 import time
@@ -13,7 +14,7 @@ from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from reports.run.worker import Reply, serve
+from reports.run.worker import PREPARE, Reply, serve
 
 LONGEST_WAIT = 3600.0  # s; operating systems count milliseconds in 32 bits, and a deadline may be infinite
 
@@ -55,6 +56,13 @@ class Pool:
     def submit(self, kind: str, task: Any, done: Callable[[Reply], None], *, first: bool = False) -> None:
         """Queue a task for a worker of `kind`; `done` gets its reply. `first` puts it before what already waits."""
         (self._waiting.appendleft if first else self._waiting.append)((kind, task, done))
+
+    def prepare(self, kind: str) -> None:
+        """Start a worker of `kind` before its first task, which then finds its imports made."""
+        place = (kind, 0)
+        if place not in self._workers:
+            with contextlib.suppress(OSError):  # it died; its first task will tell
+                self._spawn(place).connection.send(PREPARE)
 
     @property
     def idle(self) -> bool:

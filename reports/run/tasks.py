@@ -6,12 +6,13 @@ from typing import Any
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
 from reports.judge.supersampled import finer
-from reports.run.asking import heard, put_to_test
+from reports.run.asking import heard, put_to_test, recalled
 from reports.run.llvm import choose_packaged_llvm
-from reports.run.orders import QuestionTask, ReferenceTask, SubjectTask, TracerTask
+from reports.run.orders import QuestionTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from reports.subjects import PROGRAM
 
 UNDER_TEST = "subject:"
+RECALLING, JUDGE = "cache", "judge"
 
 
 def handler(kind: str) -> Callable[[Any], Any]:
@@ -19,10 +20,12 @@ def handler(kind: str) -> Callable[[Any], Any]:
     choose_packaged_llvm()
     if kind == "tracer":
         return _trace
-    if kind == "judge":
+    if kind == JUDGE:
         from reports.run.judge_task import judge
 
         return judge
+    if kind == RECALLING:
+        return _recall
     if kind == PROGRAM:
         return _run_program
     if kind.startswith(UNDER_TEST):
@@ -65,6 +68,20 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
         return witness, {name: reference.version()}
 
     return refer
+
+
+def _recall(task: RecallTask) -> dict[str, tuple[Witness, str]]:
+    """Return what the cache knows; one worker asks it for all references, none of which need start for it."""
+    from reference import REFERENCES
+
+    found = {}
+    for name in task.names:
+        reference = REFERENCES[name]()
+        independent = bool(REFERENCES.about(name).get("independent", False))
+        witness = recalled(name, reference, task.task, independent=independent)
+        if witness is not None:
+            found[name] = (witness, reference.version())
+    return found
 
 
 def _tested(name: str) -> Callable[[SubjectTask], tuple[Candidate, dict[str, str], tuple[str, ...]]]:

@@ -5,6 +5,7 @@ has a process of its own. A task that raises is answered with the exception's li
 the pool, which replaces it.
 """
 
+import contextlib
 import signal
 import time
 import traceback
@@ -12,6 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
+
+PREPARE = None  # instead of a task: import what the first one will need; nothing is answered
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +40,10 @@ def serve(kind: str, connection: Connection, handlers: Callable[[str], Callable[
         except (EOFError, OSError):
             return
         start = time.perf_counter()
+        if task is PREPARE:
+            with contextlib.suppress(Exception):  # the first task meets it too, and answers with it
+                handler = handlers(kind)
+            continue
         try:
             handler = handler or handlers(kind)
             reply = Reply(value=handler(task), error=None, trace=None, seconds=time.perf_counter() - start)

@@ -22,6 +22,7 @@ def stand_guards() -> None:
     from reports.judge.adjudicate import ORACLE
     from reports.run.guards.cache import guard_cache
     from reports.run.guards.journal import guard_journal
+    from reports.run.guards.judgements import guard_judgements
     from reports.run.guards.ledgers import guard_ledgers
     from reports.run.guards.loader import guard_loader
     from reports.run.guards.oracle import guard_oracle
@@ -32,6 +33,7 @@ def stand_guards() -> None:
         guard_ledgers,
         guard_journal,
         guard_cache,
+        guard_judgements,
     )
     for guard in guards:
         guard()

@@ -9,10 +9,10 @@ import numpy as np
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
+from reports.cache.references import Question, Rendered, cached
+from reports.cache.store import Store
 from reports.judge.sentinel import SCENE
 from reports.run.guards import BrokenHarnessError
-from reports.run.reference_cache import Rendered, cached
-from reports.run.store import Store
 
 HEIGHT, WIDTH = 3, 4
 
@@ -54,7 +54,8 @@ def _ask_about(store: Store) -> None:
     known = _Known()
 
     def ask(scene: Scene = SCENE) -> Rendered:
-        return cached("known", known, scene, (Stage.RADIANCE,), 1, known.render, store=store, always=True)  # type: ignore[arg-type]
+        question = Question(name="known", reference=known, scene=scene, stages=(Stage.RADIANCE,), samples=1)  # type: ignore[arg-type]
+        return cached(question, known.render, store=store, always=True)
 
     _expect(ask(), 1, "the first question")
     _expect(ask(), 1, "the same question again")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reports.run.store import Store
+from reports.cache.store import Store
 from tests.reports.commands.conftest import Rayproof
 
 

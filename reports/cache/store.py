@@ -1,4 +1,4 @@
-"""The store behind the reference cache: a folder of entries by key, checked on every read, the least used go first.
+"""The store of all that is kept: a folder of entries by key, checked on every read, the least used go first.
 
 Many processes may use it at once: an entry is written beside its place and renamed into it, a reader sees all of one or
 nothing, and a file that another process removed meanwhile is simply not there.
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import platformdirs
 
-from reports.run.entries import DamagedEntryError, about, decode, encode
+from reports.cache.entries import DamagedEntryError, about, decode, encode
 
 VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
 LIMIT = 2 * 2**30  # bytes: three default suites
@@ -37,7 +37,7 @@ class Item:
 def usual_folder() -> Path:
     """Return the cache's folder: RAYPROOF_CACHE, or the user's own cache folder."""
     chosen = os.environ.get(VARIABLE)
-    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("rayproof")) / "references"
+    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("rayproof")) / "answers"
 
 
 class Store:

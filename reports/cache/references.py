@@ -3,17 +3,11 @@
 Only references are here; what the renderer under test answers is never taken from anywhere but itself.
 """
 
-import hashlib
-import json
 import math
-import os
-import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib.metadata import version
-from pathlib import Path
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,14 +17,14 @@ from cases.scene import Scene
 from cases.stages import Stage
 from reference.analytic.edges import Edges
 from reference.analytic.edges.lamps import LightEnd
-from reports.run.entries import DamagedEntryError
-from reports.run.plan import plain
-from reports.run.store import Store, usual_folder
+from reports.cache.digests import code, digest, machine, plain
+from reports.cache.entries import DamagedEntryError
+from reports.cache.store import Store, usual_folder
 
 # Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
-CODE = ("cases", "reference", "reports/run/asking.py", "reports/run/entries.py", "reports/run/reference_cache.py")
+CODE = ("cases", "reference", "reports/run/asking.py", "reports/cache")
 PACKAGES = ("drjit", "mitsuba", "numpy", "trimesh")
 
 
@@ -44,12 +38,45 @@ class Rendered:
     notes: tuple[str, ...] = ()  # what went wrong with the cache, in sentences
 
 
+@dataclass(frozen=True, kw_only=True)
+class Question:
+    """What a reference is asked: the stages of a scene, and over how many samples a pixel's mean is taken."""
+
+    name: str
+    reference: Reference
+    scene: Scene
+    stages: tuple[Stage, ...]
+    samples: int
+
+    @cached_property
+    def about(self) -> dict[str, Any]:
+        """Return all that an answer depends on beside scene, code and machine."""
+        settings = getattr(self.reference, "settings", None)
+        return {
+            "kind": "render",
+            "reference": self.name,
+            "version": self.reference.version(),
+            "settings": dict(settings(self.scene)) if settings is not None else {},
+            "stages": [stage.value for stage in self.stages],
+            "samples": self.samples,
+        }
+
+
+def recalled(question: Question, store: Store | None = None) -> Rendered | None:
+    """Return what was answered to the same question before, or None.
+
+    Raises:
+        DamagedEntryError: the entry is not what was written; it is gone.
+
+    """
+    found = (store or Store(usual_folder())).get(_key(question.about, question.scene))
+    if found is None:
+        return None
+    return Rendered(answers=_answers(found[1]), mean=found[1].get("mean"), cached=True)
+
+
 def cached(
-    name: str,
-    reference: Reference,
-    scene: Scene,
-    stages: tuple[Stage, ...],
-    samples: int,
+    question: Question,
     render: Callable[[], tuple[Answers, np.ndarray | None]],
     *,
     store: Store | None = None,
@@ -61,28 +88,19 @@ def cached(
     a note and nothing else. What costs less to render than to read is not kept, unless `always`.
     """
     store = store or Store(usual_folder())
-    settings = getattr(reference, "settings", None)
-    about = {
-        "kind": "render",
-        "reference": name,
-        "version": reference.version(),
-        "settings": dict(settings(scene)) if settings is not None else {},
-        "stages": [stage.value for stage in stages],
-        "samples": samples,
-    }
-    key = _key(about, scene)
     notes: tuple[str, ...] = ()
     try:
-        found = store.get(key)
+        found = recalled(question, store)
         if found is not None:
-            return Rendered(answers=_answers(found[1]), mean=found[1].get("mean"), cached=True)
+            return found
     except DamagedEntryError as wrong:
         notes = (f"A kept render was damaged ({wrong}) and was rendered anew.",)
     start = time.perf_counter()
     answers, mean = render()
     seconds = math.inf if always else time.perf_counter() - start
     arrays = _arrays(answers) | ({} if mean is None else {"mean": np.asarray(mean)})
-    notes += _keep(store, key, about | _seen(scene, seconds), arrays, seconds)
+    about = question.about | _seen(question.scene, seconds)
+    notes += _keep(store, _key(question.about, question.scene), about, arrays, seconds)
     return Rendered(answers=answers, mean=mean, cached=False, notes=notes)
 
 
@@ -171,24 +189,4 @@ def _answers(arrays: dict[str, np.ndarray]) -> Answers:
 
 def _key(about: dict[str, Any], scene: Scene) -> str:
     """Return the digest of everything that an answer depends on."""
-    content = [about, plain(scene), _code(), _machine()]
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-@lru_cache(maxsize=1)
-def _code() -> str:
-    """Return the SHA-256 of the code that asks and answers."""
-    root = Path(__file__).resolve().parents[2]
-    content = hashlib.sha256()
-    for place in CODE:
-        path = root / place
-        for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
-            content.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
-    return content.hexdigest()
-
-
-@lru_cache(maxsize=1)
-def _machine() -> list[str]:
-    """Return what beside code and version decides an answer's last bits."""
-    packages = [f"{package} {version(package)}" for package in PACKAGES]
-    return [*packages, platform.machine(), os.environ.get("DRJIT_LIBLLVM_PATH", "")]
+    return digest([about, plain(scene), code(CODE), machine(PACKAGES)])

@@ -11,12 +11,13 @@ import pytest
 
 from cases.stages import Stage
 from reference.analytic import Analytic
-from reports.run import reference_cache
+from reports.cache import references
+from reports.cache.digests import code
+from reports.cache.entries import DamagedEntryError, decode, encode
+from reports.cache.references import KeepingOracle, Question, cached
+from reports.cache.store import Store, usual_folder
 from reports.run.asking import heard
-from reports.run.entries import DamagedEntryError, decode, encode
 from reports.run.orders import ReferenceTask
-from reports.run.reference_cache import KeepingOracle, cached
-from reports.run.store import Store, usual_folder
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
 ARRAYS = {
@@ -48,14 +49,15 @@ class Counting(Analytic):
 @pytest.fixture
 def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Store:
     """Return an empty store; whatever took any time is worth keeping."""
-    monkeypatch.setattr(reference_cache, "OPENING", 0.0)
-    monkeypatch.setattr(reference_cache, "READING", 1e18)
+    monkeypatch.setattr(references, "OPENING", 0.0)
+    monkeypatch.setattr(references, "READING", 1e18)
     return Store(tmp_path / "cache")
 
 
 def ask(reference: Counting, store: Store, *, scene=SCENE, stages=STAGES, samples=1):
     """Ask through the cache."""
-    return cached("counting", reference, scene, stages, samples, reference.renders, store=store)
+    question = Question(name="counting", reference=reference, scene=scene, stages=stages, samples=samples)
+    return cached(question, reference.renders, store=store)
 
 
 def only(store: Store) -> Path:
@@ -112,14 +114,14 @@ def test_anything_that_an_answer_depends_on_makes_another_question(store, monkey
     assert not ask(reference, store).cached
     monkeypatch.setattr(Counting, "version", lambda self: "another")
     assert not ask(reference, store).cached
-    monkeypatch.setattr(reference_cache, "_code", lambda: "other code")
+    monkeypatch.setattr(references, "code", lambda places: "other code")
     assert not ask(reference, store).cached
     assert ask(reference, store).cached
 
 
 def test_code_of_references_and_cases_is_part_of_the_question():
-    assert {"cases", "reference"} <= set(reference_cache.CODE)
-    assert len(reference_cache._code()) == 64
+    assert {"cases", "reference"} <= set(references.CODE)
+    assert len(code(references.CODE)) == 64
 
 
 @pytest.mark.parametrize("harm", ["altered", "cut short", "emptied", "another's"])
@@ -150,15 +152,16 @@ def test_what_costs_less_to_render_than_to_read_is_not_kept(tmp_path):
     reference, store = Counting(), Store(tmp_path)
     nothing = lambda: ({Stage.RAY: np.zeros((200, 200, 3))}, None)  # noqa: E731
 
-    found = cached("counting", reference, SCENE, (Stage.RAY,), 1, nothing, store=store)
+    question = Question(name="counting", reference=reference, scene=SCENE, stages=(Stage.RAY,), samples=1)
+    found = cached(question, nothing, store=store)
 
     assert not found.cached
     assert store.items() == []
 
 
 def test_a_cache_that_cannot_be_written_costs_a_note_and_nothing_else(tmp_path, monkeypatch):
-    monkeypatch.setattr(reference_cache, "OPENING", -1.0)
-    monkeypatch.setattr(reference_cache, "READING", 1e18)
+    monkeypatch.setattr(references, "OPENING", -1.0)
+    monkeypatch.setattr(references, "READING", 1e18)
     (tmp_path / "file").write_text("not a folder")
 
     found = ask(Counting(), Store(tmp_path / "file"))
@@ -222,8 +225,8 @@ def test_the_oracles_edges_are_kept_too(store):
 def test_a_reference_is_heard_from_the_cache_only_where_its_task_says_so(tmp_path, monkeypatch):
     monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path))
     assert usual_folder() == tmp_path
-    monkeypatch.setattr(reference_cache, "OPENING", -1.0)
-    monkeypatch.setattr(reference_cache, "READING", 1e18)
+    monkeypatch.setattr(references, "OPENING", -1.0)
+    monkeypatch.setattr(references, "READING", 1e18)
     task = ReferenceTask(scene=SCENE, samples=1)
 
     heard("analytic", Analytic(), task, independent=True)

@@ -1,0 +1,25 @@
+"""Guards that let a harness pass: the same code on the same packages and processor would be let pass again."""
+
+from collections.abc import Callable
+
+from reports.cache.digests import code, digest, machine
+from reports.cache.entries import DamagedEntryError
+from reports.cache.store import Store
+
+CODE = ("cases", "reference", "reports", "tracer")
+PACKAGES = ("drjit", "mitsuba", "numpy", "openexr", "scikit-image", "scipy", "trimesh")
+
+
+def ask_once(name: str, guard: Callable[[], object], store: Store) -> None:
+    """Ask a guard that never passed this code, or not here; raise what it raises. Only that it passed is kept."""
+    key = digest(["guard", name, code(CODE), machine(PACKAGES)])
+    try:
+        if store.get(key) is not None:
+            return
+    except DamagedEntryError:
+        pass  # it is gone, and the guard is asked
+    guard()
+    try:
+        store.put(key, {"kind": "guard", "reference": name}, {})
+    except OSError:
+        return  # it is asked again next time

@@ -1,0 +1,99 @@
+"""Verdicts found before: the same answers to the same case before the same witnesses, by the same judge.
+
+The renderer under test rendered again; only if its answers are equal to the last byte is what was said of them said
+again. What failed to render or to be judged is never kept: it may have been the machine's fault.
+"""
+
+import json
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+
+from cases.case import Case
+from reports.cache.digests import code, digest, exact, machine, plain
+from reports.cache.entries import DamagedEntryError
+from reports.cache.store import Store
+from reports.judge.parties import Candidate
+
+# All that judges, writes a record and writes its files; the tracer's code is told by its answers.
+CODE = ("cases", "reference", "reports/judge", "reports/run", "reports/cache", "reports/subjects", "reports/publish")
+PACKAGES = ("drjit", "embreex", "mitsuba", "numpy", "openexr", "pyradiance", "scikit-image", "scipy", "trimesh")
+RECORD = "record"  # the array that holds it; files are named by their paths, which have a slash
+PLACES = ("images", "scenes")  # where a record's files lie in a results folder
+LEVEL = 1  # of zlib: a record is read back as often as it is written
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """A case's record and the files that belong to it, by their paths in the results folder."""
+
+    record: dict[str, Any]
+    files: Mapping[str, bytes]
+
+    def write(self, folder: Path) -> None:
+        """Write the files below a results folder."""
+        for name, data in self.files.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+
+
+def question(
+    case: Case, candidates: Sequence[Candidate], versions: Mapping[str, str], asked: Sequence[Any], *, files: str
+) -> str:
+    """Return the digest of all that a verdict depends on.
+
+    `versions` are the references' by name; `asked` is what the run demands of the case; `files` says which are kept.
+    """
+    parties = [exact(candidate) for candidate in candidates]
+    about = ["judgement", plain(case), parties, dict(versions), list(asked), files]
+    return digest([*about, code(CODE), machine(PACKAGES)])
+
+
+def recall(store: Store, key: str) -> Judgement | None:
+    """Return what was found before, or None; an entry that is damaged is gone, and the case is judged again."""
+    try:
+        found = store.get(key)
+    except DamagedEntryError:
+        return None
+    if found is None:
+        return None
+    _, arrays = found
+    record = json.loads(zlib.decompress(arrays.pop(RECORD).tobytes()))
+    files = {name: zlib.decompress(array.tobytes()) for name, array in arrays.items()}
+    return Judgement(record=record, files=files)
+
+
+def keep(store: Store, key: str, folder: Path, record: Mapping[str, Any]) -> None:
+    """Keep a record with its files; a store that cannot be written keeps nothing, and nothing depends on it."""
+    names = [record["scene"], record.get("pixels"), *(render.get("image") for render in record["renders"])]
+    arrays = {RECORD: _packed(json.dumps(record).encode())}
+    try:
+        for name in filter(None, names):
+            if PurePosixPath(name).parts[0] not in PLACES:
+                return
+            arrays[name] = _packed((folder / name).read_bytes())
+        store.put(key, _about(record), arrays)
+    except OSError:
+        return
+
+
+def _packed(data: bytes) -> np.ndarray:
+    return np.frombuffer(zlib.compress(data, LEVEL), dtype=np.uint8)
+
+
+def _about(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a listing tells of an entry."""
+    return {
+        "kind": "judgement",
+        "reference": record["name"],
+        "version": record["verdict"],
+        "size": [record["width"], record["height"]],
+        "shapes": len(record["shapes"]),
+        "lights": record["lights"],
+        "seconds": record["judge_seconds"],
+    }

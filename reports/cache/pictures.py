@@ -1,0 +1,61 @@
+"""Pictures and 3-D views drawn before, of the same scene with the same images by the same code."""
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reports.cache.digests import code, digest, machine
+from reports.cache.entries import DamagedEntryError
+from reports.cache.store import Store
+
+CODE = ("cases", "reports/publish", "reports/cache")
+PACKAGES = ("numpy", "pillow", "pyvista", "trame-vtk", "vtk")
+KINDS = ("picture", "view")
+
+
+def question(job: dict[str, Any]) -> str:
+    """Return the digest of all that a job's drawings depend on: the files it reads, and what it is told to show."""
+    folder, case = Path(job["folder"]), job["case"]
+    read = [job["scene"], case.get("pixels"), *(render.get("image") for render in case.get("renders") or ())]
+    files = [[name, _digest(folder / name)] for name in map(str, filter(None, read))]
+    # The scene's path names the folder, which the drawing does not depend on; its content is told.
+    files[0][0] = "scene"
+    told = [job["name"], job["ours"], job["theirs"], job["stage"], job["view"], job["picture"] is not None]
+    return digest(["picture", files, told, code(CODE), machine(PACKAGES)])
+
+
+def recall(store: Store, key: str, job: dict[str, Any]) -> bool:
+    """Write what was drawn before where the job wants it; say whether it was there."""
+    try:
+        found = store.get(key)
+    except DamagedEntryError:
+        return False
+    if found is None:
+        return False
+    for kind, path in _paths(job).items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(found[1][kind].tobytes())
+    return True
+
+
+def keep(store: Store, key: str, job: dict[str, Any]) -> None:
+    """Keep what was drawn; a store that cannot be written keeps nothing, and nothing depends on it."""
+    try:
+        arrays = {kind: np.frombuffer(path.read_bytes(), dtype=np.uint8) for kind, path in _paths(job).items()}
+        store.put(key, {"kind": "picture", "reference": job["name"]}, arrays)
+    except OSError:
+        return
+
+
+def _paths(job: dict[str, Any]) -> dict[str, Path]:
+    wanted = {"picture": job["picture"], "view": job["view"]}
+    return {kind: Path(job["folder"], wanted[kind]) for kind in KINDS if wanted[kind] is not None}
+
+
+def _digest(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""

@@ -1,0 +1,57 @@
+"""What a run found, as results.json has it."""
+
+import platform
+import sys
+from datetime import datetime
+from importlib.metadata import version
+from typing import Any
+
+from reports.run import assemble
+from reports.run.panel import Panel
+from reports.run.plan import PlannedCase
+from reports.subjects import Subject
+
+
+def results_document(
+    planned: tuple[PlannedCase, ...],
+    records: list[dict[str, Any]],
+    heard: Panel,
+    faults: list[str],
+    started: datetime,
+    subject: Subject,
+) -> dict[str, Any]:
+    """Return results.json's content, as docs/results.md describes it."""
+    from reference import REFERENCES
+
+    versions: dict[str, str] = {}
+    for record in records:
+        versions |= record.get("versions", {})
+    environment = {"python": sys.version.split()[0], "machine": platform.machine(), "system": platform.platform()}
+    detail = assemble.coverage(records)
+    return {
+        "schema": 1,
+        "rayproof": version("rayproof"),
+        "command": " ".join(["rayproof", *sys.argv[1:]]),
+        "started": started.isoformat(timespec="seconds"),
+        "verdict": assemble.verdict(records, planned=len(planned), tracer=subject.is_tracer).value,
+        "subject": subject.title,
+        "faults": faults,
+        "environment": environment | {name: text for name, text in versions.items() if name not in heard.names},
+        "configurations": sorted({name for one in planned for name in one.configurations}),
+        "references": {
+            name: {
+                "version": versions.get(name, "not asked"),
+                "precision": REFERENCES[name].precision,
+                "independent": bool(REFERENCES.about(name).get("independent", False)),
+            }
+            for name in heard.names
+        },
+        "absent": heard.absent,
+        "summary": assemble.case_ledger(records, planned=len(planned)),
+        "checks": assemble.check_ledger(records),
+        "coverage": {item: entry["cases"] for item, entry in detail.items()},
+        "coverage_detail": detail,
+        "review": assemble.review(records),
+        "findings": assemble.findings(records),
+        "cases": records,
+    }

@@ -1,0 +1,51 @@
+"""A run's memory: which verdicts were found before of the very same answers, under the run's own demands."""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from cases.case import Case
+from reports.cache import judgements
+from reports.cache.store import Store
+from reports.judge.parties import Candidate
+from reports.subjects import Subject
+
+
+class Memory:
+    """What was judged before, for one subject before one panel."""
+
+    def __init__(
+        self, store: Store, references: tuple[str, ...], *, subject: Subject, require: tuple[str, ...], full: bool
+    ) -> None:
+        self._store, self._references, self._subject = store, references, subject
+        self._demands = (subject.title, list(subject.identity), sorted(set(require)), references)
+        self._files = "every renderer" if full else "what passed in one file"
+
+    @cached_property
+    def _versions(self) -> Mapping[str, str]:
+        """Return the version of every reference that would be asked."""
+        from reference import REFERENCES
+
+        return {name: REFERENCES[name]().version() for name in self._references}
+
+    def prepare(self) -> None:
+        """Ask the references for their versions, once: while the first renders are on their way it costs nothing."""
+        _ = self._versions
+
+    def key(self, case: Case, candidates: Sequence[Candidate], notes: Sequence[str]) -> str:
+        """Return the question that a case is, given what the subject answered and said of it."""
+        asked = (*self._demands, list(notes))
+        return judgements.question(case, candidates, self._versions, asked, files=self._files)
+
+    def recall(self, key: str, folder: Path) -> dict[str, Any] | None:
+        """Return the record found before, its files written into the results folder, or None."""
+        found = judgements.recall(self._store, key)
+        if found is None:
+            return None
+        found.write(folder)
+        return found.record
+
+    def keep(self, key: str, folder: Path, record: Mapping[str, Any]) -> None:
+        """Keep a record with its files."""
+        judgements.keep(self._store, key, folder, record)
