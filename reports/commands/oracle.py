@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from reports.commands.lookup import scene_named, stages_named
-from reports.commands.output import plain, say, show_table, write_json
+from reports.commands.output import say, show_table, write_json
 from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from reports.plain import plain
 
 if TYPE_CHECKING:
     from cases.scene import Camera, Scene

@@ -1,7 +1,5 @@
 """What commands print: tables for a reader, JSON for a program, and a planted fault shouted before either."""
 
-import json
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from reports.commands.usage import told_in_one_line
+from reports.plain import as_json
 from reports.terminal import PIPED_WIDTH, console
 
 ROOM = 34  # columns of a page that a column of a table may need before its names break in two
@@ -50,13 +49,4 @@ def write_json(file: Path | None, content: Any) -> None:
     """
     if file is not None:
         with told_in_one_line():
-            file.write_text(json.dumps(plain(content), indent=2, allow_nan=False) + "\n")
-
-
-def plain(value: Any) -> Any:
-    """Return `value` with its non-finite numbers as the strings "nan", "inf" and "-inf"."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    return [plain(item) for item in value] if isinstance(value, list | tuple) else value
+            file.write_text(as_json(content, indent=2) + "\n")

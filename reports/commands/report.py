@@ -60,9 +60,9 @@ def report(
             writable_folder(pictures)
     for line in shouts(results):
         say(line)
-    publish_all(folder)
+    publish_all(folder, results)
     say(f"report: {folder / 'index.html'}")
-    write_one_file(folder, asked=single_file)
+    write_one_file(folder, results, asked=single_file)
     if pictures is not None or figures:
         look(folder, results, pictures, case, figures=figures)
     return 0
@@ -86,7 +86,7 @@ def look(folder: Path, results: dict[str, Any], pictures: Path | None, case: str
         show_table(str(folder), ["", "folder", "single file"], measured(folder, results))
 
 
-def write_one_file(folder: Path, *, asked: bool) -> None:
+def write_one_file(folder: Path, results: dict[str, Any] | None = None, *, asked: bool) -> None:
     """Write the report of a published results folder as one file, and say where and how large it is.
 
     An earlier one is written anew though nobody `asked`: it would tell of another run.
@@ -96,7 +96,7 @@ def write_one_file(folder: Path, *, asked: bool) -> None:
 
     if not (asked or (folder / NAME).is_file()):
         return
-    path = write_single_file(folder, load_results(folder))
+    path = write_single_file(folder, load_results(folder) if results is None else results)
     say(f"single file: {path} ({path.stat().st_size / 1e6:.1f} MB)")
 
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from reports.compare.statistics import LEVEL, REPLICATES, percentile_interval
 from reports.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
+from reports.plain import at_worst
 from reports.publish.results import load_results
-from reports.run.assemble import number
 
 # From the best to the worst, as docs/results.md lists them.
 ORDER = ("pass", "warn", "unsupported", "missing", "reference_suspect", "error", "fail")
@@ -102,7 +102,7 @@ def _key(check: Check) -> tuple[str, str, str]:
 
 def _gained(before: Check, after: Check) -> float | None:
     """Return log10 of the worst error before over that after; None where either is zero, infinite or not there."""
-    errors = [number((check.get("end_to_end") or {}).get("worst_error", math.nan)) for check in (before, after)]
+    errors = [at_worst((check.get("end_to_end") or {}).get("worst_error", math.nan)) for check in (before, after)]
     if not all(0 < error < math.inf for error in errors):
         return None
     return math.log10(errors[0] / errors[1])

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from reports.judge.outcomes import Outcome
+from reports.plain import at_worst, number
 from reports.publish.headline import ratio_of
-from reports.publish.results import number
 
 Case = Mapping[str, Any]
 ORDER = [outcome.value for outcome in Outcome]  # from the best to the worst
@@ -89,8 +89,7 @@ def _key(check: Case, named: Mapping[str, str]) -> tuple[str, str, str]:
 
 def _word(check: Case) -> list[Any]:
     ratio = number(ratio_of(dict(check)))
-    # NaN is worse than any number.
-    return [check["verdict"], math.inf if ratio is not None and math.isnan(ratio) else ratio]
+    return [check["verdict"], None if ratio is None else at_worst(ratio)]
 
 
 def _factor(before: list[Any] | None, after: list[Any] | None) -> float | None:

@@ -14,6 +14,8 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+from reports.plain import at_worst
+
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
 VERSION = 1
 WAIT = 30.0  # s for another run that is appending
@@ -115,12 +117,6 @@ def _processor() -> str:
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
 
 
-def number(value: Any) -> float:
-    """Return a number that may have been written as "inf" or "nan"; NaN counts as inf."""
-    as_float = float(value)
-    return math.inf if math.isnan(as_float) else as_float
-
-
 def _case(run: int, case: Mapping[str, Any]) -> tuple[int, str, str, float | None, float]:
     """Return a case's row; the references' renders are not the subject's time."""
     references = {check.get("reference") for check in case.get("checks", [])}
@@ -134,10 +130,10 @@ def _errors(run: int, case: Mapping[str, Any]) -> Iterator[tuple[int, str, str, 
         measured = check.get("continued") or check.get("end_to_end")
         if measured is None:
             continue
-        ratio = number(check["ratio"])
+        ratio = at_worst(check["ratio"])
         if check["stage"] not in worst or ratio > worst[check["stage"]][0]:
             worst[check["stage"]] = (ratio, check, measured)
     for stage, (ratio, check, measured) in worst.items():
-        error = number(measured["worst_error"]) if measured.get("worst_error") is not None else None
+        error = at_worst(measured["worst_error"]) if measured.get("worst_error") is not None else None
         place = f"{check['configuration']} {check['reference']}"
         yield run, case["name"], stage, ratio, error if error is None or math.isfinite(error) else None, place

@@ -17,14 +17,20 @@ Publisher = Callable[[Path, dict[str, Any]], list[Path]]
 PUBLISHERS: Registry[Publisher] = Registry("publisher", package="reports.publish")
 
 
-def publish_all(folder: Path) -> list[Path]:
+def publish_all(folder: Path, results: dict[str, Any] | None = None) -> list[Path]:
     """Write every publication of the results folder anew and return the paths written.
+
+    `results` are what `load_results` gave, where that was asked already: reading them takes as long as most publishers.
+    Worst cases get a `thumbnail`, which publishers may point to.
 
     Raises:
         ResultsError: results.json is missing or not what docs/results.md describes.
 
     """
     from reports.publish.results import load_results
+    from reports.publish.thumbnails import draw_thumbnails
 
-    results = load_results(folder)
-    return [path for name in PUBLISHERS for path in PUBLISHERS[name](folder, results)]
+    if results is None:
+        results = load_results(folder)
+    drawn = draw_thumbnails(folder, results)
+    return drawn + [path for name in PUBLISHERS for path in PUBLISHERS[name](folder, results)]

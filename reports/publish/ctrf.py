@@ -1,15 +1,14 @@
 """ctrf.json: the Common Test Report Format (ctrf.io, specification 0.0.0), one test per case."""
 
-import json
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from reports.judge.outcomes import Outcome
+from reports.plain import as_json
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.headline import blame, headline, shouts, worst_ratio
-from reports.publish.results import plain
 
 _STATUSES = {
     Outcome.PASS: "passed",
@@ -54,7 +53,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
         },
     }
     # No indentation: the first line is the whole document, and the shout its beginning.
-    return [write_text(folder / "ctrf.json", json.dumps(plain(document), allow_nan=False) + "\n")]
+    return [write_text(folder / "ctrf.json", as_json(document) + "\n")]
 
 
 def _test(case: dict[str, Any]) -> dict[str, Any]:

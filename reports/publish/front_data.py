@@ -6,10 +6,11 @@ from typing import Any
 
 from cases.stages import FACTS, Stage
 from reports.judge.outcomes import Outcome
+from reports.plain import number
 from reports.publish.case_data import picture_of
-from reports.publish.headline import blame, headline, ratio_of, shouts, worst_ratio
+from reports.publish.headline import blame, headline, shouts, worst_of, worst_ratio
 from reports.publish.items import TITLES
-from reports.publish.results import LEDGER, number
+from reports.publish.results import LEDGER
 
 _ORDER = [outcome.value for outcome in Outcome]
 _OF_THE_RUN = (
@@ -76,9 +77,8 @@ def _cell(checks: list[Mapping[str, Any]], unsupported: int) -> list[Any]:
     measured = [check["verdict"] for check in checks if check["verdict"] != Outcome.UNSUPPORTED]
     refused = unsupported + len(checks) - len(measured)
     worst = max(measured, key=_ORDER.index, default=Outcome.UNSUPPORTED.value)
-    ratios = [ratio for check in checks if (ratio := number(ratio_of(dict(check)))) is not None]
-    # NaN is worse than any number; three digits are what is shown.
-    largest = max((float("inf") if ratio != ratio else ratio for ratio in ratios), default=None)
+    largest = worst_of(checks)
+    # Three digits are what is shown.
     return [worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused]
 
 

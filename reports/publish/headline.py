@@ -1,10 +1,11 @@
 """The one sentence of a run, and what must be shouted before it."""
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from cases.stages import Stage
 from reports.judge.outcomes import Outcome
-from reports.publish.results import number
+from reports.plain import at_worst, number
 
 THE_USUAL = "tracer"  # the subject that goes without saying
 
@@ -55,14 +56,18 @@ def blame(case: dict[str, Any]) -> str:
     return " ".join(str(case[key]) for key in ("stage", "item") if case.get(key))
 
 
-def worst_ratio(case: dict[str, Any]) -> float | None:
+def worst_ratio(case: Mapping[str, Any]) -> float | None:
     """Return the case's largest error over its limit, NaN counted as largest; None without any."""
-    ratios = [number(ratio_of(check)) for check in case.get("checks", [])]
-    known = [float("inf") if ratio != ratio else ratio for ratio in ratios if ratio is not None]
+    return worst_of(case.get("checks", []))
+
+
+def worst_of(checks: Iterable[Mapping[str, Any]]) -> float | None:
+    """Return the largest error over its limit of some checks, NaN counted as largest; None without any."""
+    known = [at_worst(ratio) for check in checks if (ratio := number(ratio_of(check))) is not None]
     return max(known, default=None)
 
 
-def ratio_of(check: dict[str, Any]) -> Any:
+def ratio_of(check: Mapping[str, Any]) -> Any:
     """Return a check's error over its limit as results.json has it: the larger one where it was judged twice."""
     return check.get("ratio", (check.get("end_to_end") or {}).get("worst_ratio"))
 

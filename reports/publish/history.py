@@ -1,15 +1,14 @@
 """history/: how the run stands among those before it, as `reports.history.keeping` told its results, for the page."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from reports.plain import as_json
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.encoding import pack_text
 from reports.publish.pixels import script
-from reports.publish.results import plain
 
 DATA = "history/series.js"
 
@@ -21,7 +20,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     if (history := history_of(results)) is None:
         path.unlink(missing_ok=True)
         return []
-    return [write_text(path, script(DATA, pack_text(json.dumps(plain(history["cases"]), allow_nan=False))))]
+    return [write_text(path, script(DATA, pack_text(as_json(history["cases"]))))]
 
 
 def history_front(results: Mapping[str, Any]) -> dict[str, Any] | None:

@@ -13,7 +13,6 @@ from reports.judge.outcomes import Outcome
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.headline import blame, headline, shouts, worst_ratio
-from reports.publish.thumbnails import thumbnails
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENTS = {
@@ -36,14 +35,13 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     # Shouted where both a reader and a parser meet it first: the root's name, on the line of the declaration.
     name = " ".join([*shouts(results), "rayproof"])
     root = ElementTree.Element("testsuites", name=legal(name))
-    small = thumbnails(folder, results)
     families: dict[str, list[dict[str, Any]]] = {}
     for case in results["cases"]:
         families.setdefault(case["family"], []).append(case)
     for family, cases in families.items():
         suite = ElementTree.SubElement(root, "testsuite", attrib={"name": legal(family), **_counts(cases)})
         for case in cases:
-            _testcase(suite, case, small.get(case["name"]))
+            _testcase(suite, case)
     root.attrib |= _counts(results["cases"]) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
     properties = ElementTree.Element("properties")
     for key, value in {"verdict": headline(results), **results.get("environment", {})}.items():
@@ -66,7 +64,7 @@ def _counts(cases: list[dict[str, Any]]) -> dict[str, str]:
     }
 
 
-def _testcase(suite: ElementTree.Element, case: dict[str, Any], small: str | None) -> None:
+def _testcase(suite: ElementTree.Element, case: dict[str, Any]) -> None:
     test = ElementTree.SubElement(
         suite,
         "testcase",
@@ -81,7 +79,8 @@ def _testcase(suite: ElementTree.Element, case: dict[str, Any], small: str | Non
         element.text = legal("\n".join(_details(case)))
     lines = [str(case.get("stresses") or ""), f"covers {', '.join(map(str, case.get('covers', [])))}"]
     # Jenkins' and GitLab's convention for attachments.
-    lines += [f"[[ATTACHMENT|{path}]]" for path in (small, case.get("picture"), case.get("scene")) if path]
+    attached = (case.get(key) for key in ("thumbnail", "picture", "scene"))
+    lines += [f"[[ATTACHMENT|{path}]]" for path in attached if path]
     ElementTree.SubElement(test, "system-out").text = legal("\n".join(filter(None, lines)))
 
 

@@ -28,16 +28,14 @@ from reports.publish.history import history_front
 from reports.publish.panel_data import findings, panel
 from reports.publish.pixels import inert
 from reports.publish.plots import pages
-from reports.publish.results import plain
 from reports.publish.tradeoff import diagrams
 
 # In the order in which they build on each other.
 SCRIPTS = (
-    "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "load", "colors", "paint",
-    "convolve", "ssim", "perceived", "flip", "errors",
-    "edges", "histogram", "transform", "keys", "command", "navigation", "front", "plot", "ladders",
-    "stability", "tradeoff", "audit", "references", "series", "history",
-    "coverage", "comparison", "contest",
+    "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "expand", "load",
+    "colors", "paint", "convolve", "ssim", "perceived", "flip", "errors", "edges", "histogram",
+    "transform", "keys", "command", "navigation", "front", "plot", "ladders", "stability", "tradeoff", "audit",
+    "references", "series", "history", "coverage", "comparison", "contest",
     "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",
     "checks", "adjudication", "scene", "case", "start",
 )  # fmt: skip
@@ -73,18 +71,18 @@ _TAIL = """<script>{script}</script>
 @PUBLISHERS.register("html")
 def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write index.html and data/*.js."""
-    ordered = list(enumerate(worst_first(results["cases"]), start=1))
+    ordered = worst_first(results["cases"])
     written = _write_all(folder, ordered)
     # Data of an earlier publication of the same folder, when it had more cases.
     for stale in set((folder / "data").glob("*.js")) - set(written):
         stale.unlink()
-    head, tail = page_parts(results, page_data(folder, results))
+    head, tail = page_parts(results, page_data(folder, results, ordered))
     return [write_text(folder / "index.html", head + tail), *written]
 
 
-def page_data(folder: Path, results: dict[str, Any]) -> dict[str, Any]:
-    """Return what the page holds of a run from the beginning."""
-    rows = [case_row(folder, data_file(i), case) for i, case in enumerate(worst_first(results["cases"]), start=1)]
+def page_data(folder: Path, results: dict[str, Any], ordered: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return what the page holds of a run from the beginning; `ordered` are its cases, the worst first."""
+    rows = [case_row(folder, data_file(place), case) for place, case in enumerate(ordered, start=1)]
     return front_data(results, rows) | {
         "audit": front(load_audit(folder)),
         "tradeoff": diagrams(folder),
@@ -123,9 +121,9 @@ def data_file(number: int) -> str:
     return f"data/{number:04}.js"
 
 
-def _write_all(folder: Path, ordered: list[tuple[int, dict[str, Any]]]) -> list[Path]:
+def _write_all(folder: Path, ordered: list[dict[str, Any]]) -> list[Path]:
     """Write every case's data, on every processor where there are many: compressing images is what takes the time."""
-    jobs = [(folder, folder / data_file(number), case) for number, case in ordered]
+    jobs = [(folder, folder / data_file(place), case) for place, case in enumerate(ordered, start=1)]
     heavy = sum(1 for *_, case in jobs if not case.get("pixels"))
     workers = min(os.cpu_count() or 1, heavy // FEW)
     if workers < 2:
@@ -151,7 +149,7 @@ def policy(scripts: Sequence[str], styles: Sequence[str], *, alone: bool = False
 
 def script_safe(data: Any) -> str:
     """Return JSON that can stand inside a script element whatever strings it holds."""
-    return inert(plain(data))
+    return inert(data)
 
 
 def digest(text: str) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cases.stages import IMAGE_STAGES, Stage
+from reports.plain import as_json
 from reports.publish.atomic import write_text
 from reports.publish.encoding import decode, encode
 from reports.publish.predicting import pinhole, predicted, predictions
@@ -85,4 +86,4 @@ def script(name: str, content: Any) -> str:
 
 def inert(content: Any) -> str:
     """Return JSON on one line that can stand inside a script element whatever strings it holds."""
-    return json.dumps(content, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    return as_json(content).replace("<", "\\u003c")

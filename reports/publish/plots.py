@@ -1,4 +1,4 @@
-"""plots/: what `rayproof stability` and `rayproof tradeoff` left in the folder, as scripts for the report's pages.
+"""plots/: what `rayproof stability`, `tradeoff` and `bench` left in the folder, as scripts for the report's pages.
 
 Plotly comes beside them once, where there is anything to plot; the pages load all of it when they are opened.
 """
@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from reports.plain import as_json, number
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.encoding import pack_text
 from reports.publish.pixels import script
-from reports.publish.results import number, plain
 from reports.publish.viewer_page import vendored
 
 FOLDER = "plots"
@@ -30,7 +30,7 @@ _OF_A_CLIMB = (
 def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write plots/*.js for what was measured, and the library; nothing where there is nothing to plot."""
     written = [
-        write_text(folder / data_of(name), script(data_of(name), pack_text(json.dumps(plain(found), allow_nan=False))))
+        write_text(folder / data_of(name), script(data_of(name), pack_text(as_json(found))))
         for name, load in SOURCES.items()
         if (found := load(folder)) is not None
     ]
@@ -72,7 +72,10 @@ def tradeoff(folder: Path) -> dict[str, Any] | None:
     return _rounded(found)
 
 
-SOURCES: dict[str, Callable[[Path], dict[str, Any] | None]] = {"stability": stability, "tradeoff": tradeoff}
+SOURCES: dict[str, Callable[[Path], dict[str, Any] | None]] = {
+    "stability": stability,
+    "tradeoff": tradeoff,
+}
 
 
 def _ladder(one: dict[str, Any]) -> dict[str, Any]:

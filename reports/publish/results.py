@@ -1,16 +1,17 @@
 """results.json: what a run found, as docs/results.md describes it. Loaded, checked in shape, written whole."""
 
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from reports.judge.outcomes import Outcome
+from reports.plain import as_json
 from reports.publish.atomic import write_text
-from reports.publish.derivations import folded, unfold
+from reports.publish.compact import compact, expand
 
-SCHEMA = 1
+SCHEMA = 2
+READABLE = (1, 2)  # 1 left nothing out
 NAME = "results.json"
 LEDGER = ("planned", *(outcome.value for outcome in Outcome))
 
@@ -36,7 +37,7 @@ def load_results(folder: Path) -> dict[str, Any]:
     problem = shape_problem(results)
     if problem:
         raise ResultsError(f"{path}: {problem}")
-    unfold(results)
+    expand(results)
     return results
 
 
@@ -50,42 +51,22 @@ def save_results(folder: Path, results: Mapping[str, Any]) -> Path:
     problem = shape_problem(results)
     if problem:
         raise ResultsError(f"{folder / NAME}: {problem}")
-    return write_text(folder / NAME, _a_case_a_line(plain(folded(results))))
+    return write_text(folder / NAME, _a_case_a_line(compact(results)))
 
 
 def _a_case_a_line(results: dict[str, Any]) -> str:
     """Return JSON that can be read by eye at the top and compared by line below; half the size of an indented one."""
-    cases = ",\n".join(json.dumps(case, allow_nan=False, separators=(",", ":")) for case in results["cases"])
-    rest = {key: value for key, value in results.items() if key != "cases"}
-    return json.dumps(rest, allow_nan=False, indent=1)[:-2] + f',\n "cases": [\n{cases}\n ]\n}}\n'
-
-
-def plain(value: Any) -> Any:
-    """Return `value` with every non-finite number as one of the strings "inf", "-inf", "nan", which JSON lacks."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
-    return value
-
-
-def number(value: Any) -> float | None:
-    """Return a number of results.json, also where it is "inf", "-inf" or "nan"; None where there is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        return None
-    if isinstance(value, str) and value not in ("inf", "-inf", "nan"):
-        return None
-    return float(value)
+    cases = ",\n".join(map(as_json, results["cases"]))
+    rest = {"schema": SCHEMA} | {key: value for key, value in results.items() if key not in ("schema", "cases")}
+    return as_json(rest, indent=1)[:-2] + f',\n "cases": [\n{cases}\n ]\n}}\n'
 
 
 def shape_problem(results: Any) -> str | None:
     """Return in a sentence what keeps `results` from being published, or None."""
     if not isinstance(results, Mapping):
         return f"must be an object, got {type(results).__name__}"
-    if results.get("schema") != SCHEMA:
-        return f"schema must be {SCHEMA}, got {results.get('schema')!r}"
+    if results.get("schema") not in READABLE:
+        return f"schema must be one of {', '.join(map(str, READABLE))}, got {results.get('schema')!r}"
     for key in ("summary", "checks"):
         ledger = results.get(key)
         if not isinstance(ledger, Mapping):

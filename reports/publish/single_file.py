@@ -29,20 +29,21 @@ def write_single_file(folder: Path, results: dict[str, Any]) -> Path:
     """Write `folder`/report.html from what `publish_all` wrote into `folder`, and return its path."""
     scripts, styles = digests_in_one()
     # Drawings by `rayproof tradeoff` and their page are files beside; the page of plots has all of their points.
-    data = page_data(folder, results) | {"alone": True, "tradeoff": []}
+    ordered = worst_first(results["cases"])
+    data = page_data(folder, results, ordered) | {"alone": True, "tradeoff": []}
     head, tail = page_parts(results, data, alone=True, digests=([*scripts, digest(vendored(LIBRARY))], styles))
     path = folder / NAME
     with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
         file.write(head)
-        for element in _elements(folder, results):
+        for element in _elements(folder, ordered):
             file.write(element)
         file.write(tail)
     return path
 
 
-def _elements(folder: Path, results: dict[str, Any]) -> Iterator[str]:
+def _elements(folder: Path, ordered: list[dict[str, Any]]) -> Iterator[str]:
     viewed = False
-    for number, case in enumerate(worst_first(results["cases"]), start=1):
+    for number, case in enumerate(ordered, start=1):
         record, kept = data_file(number), case.get("pixels")
         written = record.replace(".js", ".pixels.js")
         for name in (record, kept if isinstance(kept, str) and inside(folder, kept) else written):

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from reports.judge.outcomes import Outcome
+from reports.plain import number
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.audit import load_audit, sentence
 from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
-from reports.publish.results import LEDGER, number
-from reports.publish.thumbnails import thumbnails
+from reports.publish.results import LEDGER
 
 MOST_BYTES = 900_000
 _LONGEST = 240  # characters of any one text; a hostile name must not push the rest out
@@ -36,8 +36,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     audit = load_audit(folder)
     head += [f"{escaped(sentence(audit))}\n"] if audit else []
     coverage = _coverage(results)
-    pictures = thumbnails(folder, results)
-    failures = _failures(results, pictures, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
+    failures = _failures(results, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
     # Were the fixed parts alone too large (a results.json with a million ids), the end is cut at a line.
     lines, size = [], 0
     for line in [*head, *failures, *coverage]:
@@ -57,7 +56,7 @@ def _totals(results: dict[str, Any]) -> list[str]:
     return [*lines, "", f"{seconds:.0f} s; `results.json` and `index.html` have the rest.\n"]
 
 
-def _failures(results: dict[str, Any], pictures: dict[str, str], room: int) -> list[str]:
+def _failures(results: dict[str, Any], room: int) -> list[str]:
     cases = [case for case in worst_first(results["cases"]) if case["verdict"] in BAD | {Outcome.UNSUPPORTED}]
     if not cases:
         return []
@@ -72,9 +71,9 @@ def _failures(results: dict[str, Any], pictures: dict[str, str], room: int) -> l
             lines.append(f"\n{len(cases) - done} more are left out here; `results.json` has them all.")
             break
         lines.append(row)
-    if pictures:
+    if drawn := [case for case in cases if case.get("thumbnail")]:
         lines += ["", "Ours, the reference's, and their difference, worst first:\n"]
-        lines += [f"![{rank}]({path}) {escaped(name)}\n" for rank, (name, path) in enumerate(pictures.items(), start=1)]
+        lines += [f"![{i}]({case['thumbnail']}) {escaped(case['name'])}\n" for i, case in enumerate(drawn, start=1)]
     return [*lines, ""]
 
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from cases.stages import IMAGE_STAGES, Stage
 from reports.judge.outcomes import Outcome
+from reports.plain import number
 from reports.publish.atomic import replacing
 from reports.publish.headline import BAD, ratio_of, worst_first
 from reports.publish.kept import kept_images
-from reports.publish.results import number
 
 MOST = 10
 WIDTH = 160  # px of one of the three panels, at most
@@ -18,9 +18,9 @@ GAP = 4  # px between panels
 BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
 
 
-def thumbnails(folder: Path, results: dict[str, Any]) -> dict[str, str]:
-    """Draw the worst cases that did not pass and have images; return case name -> path relative to `folder`."""
-    drawn: dict[str, str] = {}
+def draw_thumbnails(folder: Path, results: dict[str, Any]) -> list[Path]:
+    """Draw the worst cases that did not pass and have images, tell each its `thumbnail`; return the paths written."""
+    drawn: list[Path] = []
     for index, case in enumerate(worst_first(results["cases"])):
         if Outcome(case["verdict"]) not in BAD or len(drawn) == MOST:
             break
@@ -28,7 +28,11 @@ def thumbnails(folder: Path, results: dict[str, Any]) -> dict[str, str]:
         if panels is not None:
             path = Path("thumbnails", f"{index + 1:02}.png")  # by rank: names are hostile
             _save(folder / path, panels)
-            drawn[case["name"]] = path.as_posix()
+            case["thumbnail"] = path.as_posix()
+            drawn.append(folder / path)
+    # Of an earlier publication, when other cases were the worst.
+    for stale in set((folder / "thumbnails").glob("*.png")) - set(drawn):
+        stale.unlink()
     return drawn
 
 

@@ -1,7 +1,6 @@
 """The 3-D view of a case as a script beside its picture: PyVista's scene for vtk.js, packed, and what it means."""
 
 import base64
-import json
 import zlib
 from pathlib import Path
 from typing import Any
@@ -9,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from cases.scene import Scene
+from reports.plain import as_json
 from reports.publish.atomic import write_text
 from reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage
 from reports.publish.picture_scene import aim, framing
 from reports.publish.pixels import script
-from reports.publish.results import plain
 from reports.publish.view_parts import Frame, parts
 from reports.publish.view_state import state
 from reports.publish.view_values import point_values
@@ -47,7 +46,7 @@ def write_view(
         "colored": colored,
         "points": None if hits is None else point_values(hits, ours, theirs),
     }
-    text = pack({"about": plain(about), "scene": recorded}, arrays)
+    text = pack({"about": about, "scene": recorded}, arrays)
     return write_text(folder / view, script(view, text))
 
 
@@ -58,7 +57,7 @@ def pack(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> str:
     `viewer/unpack.js` is the inverse.
     """
     listed = [[name, values.nbytes, values.itemsize == 4] for name, values in arrays.items()]
-    head = json.dumps(header | {"arrays": listed}, allow_nan=False, separators=(",", ":")).encode()
+    head = as_json(header | {"arrays": listed}).encode()
     body = b"".join(_planes(values) for values in arrays.values())
     packed = zlib.compress(len(head).to_bytes(4, "little") + head + body, LEVEL)
     return base64.b64encode(packed).decode("ascii")

@@ -1,6 +1,5 @@
 """Putting the records of a run together: ledgers, coverage by specification item, limits to review."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -9,6 +8,7 @@ from cases.case import ITEMS
 from cases.stages import Stage
 from reports.judge.findings import known_findings
 from reports.judge.outcomes import Outcome, ledger, worst
+from reports.plain import at_worst
 from reports.run.supported import concerning
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
@@ -67,8 +67,8 @@ def coverage(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
             entry["failed"] += any(check["verdict"] == Outcome.FAIL.value for check in measured)
             for check in measured:
                 entry["references"].add(check["reference"])
-                ratio = number(check["ratio"])
-                if ratio > number(entry["worst_ratio"]) or entry["worst_check"] is None:
+                ratio = at_worst(check["ratio"])
+                if ratio > at_worst(entry["worst_ratio"]) or entry["worst_check"] is None:
                     entry["worst_ratio"] = check["ratio"]
                     entry["worst_check"] = _name(record, check)
     for entry in found.values():
@@ -96,7 +96,7 @@ def review(records: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
             if check["stage"] in (Stage.OBJECT, Stage.VISIBILITY) or Outcome(check["verdict"]) not in MEASURED:
                 continue
             key = (check["configuration"], check["reference"], check["stage"])
-            groups.setdefault(key, []).append((number(check["ratio"]), _name(record, check)))
+            groups.setdefault(key, []).append((at_worst(check["ratio"]), _name(record, check)))
     listed = []
     for ratios in groups.values():
         highest, name = max(ratios)
@@ -133,12 +133,6 @@ def silent(records: Iterable[Mapping[str, Any]], required: Iterable[str]) -> tup
         check["reference"] for record in records for check in record["checks"] if Outcome(check["verdict"]) in MEASURED
     }
     return tuple(name for name in dict.fromkeys(required) if name not in heard)
-
-
-def number(value: Any) -> float:
-    """Return a number that may have been written as "inf" or "nan"; NaN counts as inf."""
-    as_float = float(value)
-    return math.inf if math.isnan(as_float) else as_float
 
 
 def _name(record: Mapping[str, Any], check: Mapping[str, Any]) -> str:

@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from reports.judge.outcomes import Outcome
-from reports.run.assemble import number
+from reports.plain import at_worst
 
 COLOURS = {
     Outcome.PASS: "green",
@@ -85,7 +85,7 @@ def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Tabl
 def highest(record: Mapping[str, Any]) -> tuple[float, str]:
     """Return a case's largest error over limit and the check where it was met."""
     ratios = [
-        (number(check["ratio"]), f"{check['configuration']} {check['reference']} {check['stage']}")
+        (at_worst(check["ratio"]), f"{check['configuration']} {check['reference']} {check['stage']}")
         for check in record["checks"]
     ]
     return max(ratios, default=(0.0, ""))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cases.ladders.ladder import Ladder
-from reports.publish.results import plain
+from reports.plain import plain
 from reports.stability.records import about
 
 FIRST_COLUMNS = ("formula", "precision")

@@ -9,8 +9,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from reports.plain import plain
 from reports.publish.atomic import write_text
-from reports.publish.results import plain
 from reports.tradeoff.drawing import svg
 
 FOLDER = "tradeoff"

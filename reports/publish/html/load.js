@@ -24,7 +24,7 @@
   };
 
   async function open(row) {
-    const data = JSON.parse(await rayproof.inflateText(await rayproof.request(row.file)));
+    const data = rayproof.expanded(JSON.parse(await rayproof.inflateText(await rayproof.request(row.file))));
     const { base, renderers: images } = data.pixels ? await rayproof.request(data.pixels) : { base: null, renderers: {} };
     const decoded = new Map();
     const has = (renderer, stage) => Object.hasOwn(images, renderer) && Object.hasOwn(images[renderer], stage);

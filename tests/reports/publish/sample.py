@@ -12,7 +12,7 @@ from reports.judge.masks import SHADOW, SILHOUETTE, TERMINATOR
 from reports.judge.outcomes import Outcome
 from reports.publish.encoding import pack
 from reports.publish.exr import write_answers
-from reports.publish.results import save_results
+from reports.publish.results import SCHEMA, save_results
 
 HOSTILE = "evil/<script>alert(1)</script><img src=x onerror=alert(2)>\"'&|`*@everyone\u202e"
 EYE = np.array([0.4, -3.2, 1.6])
@@ -118,7 +118,7 @@ def results_of(cases: list[dict[str, Any]], *, faults: tuple[str, ...] = ()) -> 
     }  # fmt: skip
     summary = ledger([case["verdict"] for case in cases])
     return {
-        "schema": 1, "rayproof": "0.1.0", "command": "rayproof run --out report",
+        "schema": SCHEMA, "rayproof": "0.1.0", "command": "rayproof run --out report",
         "started": "2026-01-02T03:04:05+00:00",
         "seconds": 61.5, "verdict": "fail" if summary["fail"] else "pass", "finished": True, "faults": list(faults),
         "environment": {"python": "3.11.7", "drjit": "1.5.0", "backend": "llvm", "gl": "vtkEGLRenderWindow"},
@@ -230,10 +230,11 @@ def _check(configuration: str, reference: str, stage: Stage, case: dict[str, Any
     beyond = "inf" if stage is Stage.RADIANCE else 1.2e5
     ratio = beyond if blamed else 0.93 if case["verdict"] == "warn" else 0.21
     measurement = {
-        "worst_ratio": ratio,
+        "worst_ratio": ratio, "worst_inside": ratio if stage is Stage.NORMAL else 0.05,
         "worst_error": 0.02 if blamed else 1e-16 if precise else 1.1e-7, "limit": 5e-16 if precise else 5.3e-7,
         "pixel": [18, 14], "ours": [0.1, 0.2, 0.3], "theirs": [0.1, 0.2, 0.3], "interior": 640, "edge": 31,
-        "differ_at_edge": 1, "hit_miss": 0, "nan": 1 if blamed else 0, "inf": 0, "flagged": 0, "ulp": 3.1,
+        "over_inside": 12 if blamed else 0, "differ_at_edge": 1, "wrong_at_edge": 0, "in_window": 2,
+        "differ_in_window": 0, "hit_miss": 0, "nan": 1 if blamed else 0, "inf": 0, "flagged": 0, "ulp": 3.1,
         "relative_mse": 1e-15, "ssim": 0.99999, "psnr": 141.2, "nrmse": 1e-8, "range": [0.0, 1.3],
     }  # fmt: skip
     return {

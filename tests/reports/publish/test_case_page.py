@@ -311,7 +311,7 @@ def test_the_keys_are_listed_under_a_question_mark(visit):
     assert "side by side" in text
     assert "copy the command that reproduces this pixel" in text
     page.keyboard.press("Escape")
-    assert page.locator("dialog").count() == 0
+    page.wait_for_selector("dialog", state="detached")
     assert page.locator(".case").count() == 1
 
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
+from reports.plain import as_json
+from reports.publish.compact import compact_case
 from reports.publish.pixels import read_pixels, write_pixels
 from tests.reports.publish.modules import REVIVE, image
 from tests.reports.publish.sample import SCENE, answers
@@ -101,6 +103,13 @@ def test_zooming_keeps_what_is_under_the_pointer_and_fitting_comes_back(run, fra
         assert after == pytest.approx(before)
     assert small == {"zoom": 1, "x": 40, "y": 30}
     assert large["zoom"] * fit == pytest.approx(120)
+
+
+def test_a_case_comes_back_from_what_was_left_out(run, published):
+    for case in published.results["cases"]:
+        known = json.loads(as_json(case))
+
+        assert run("(record) => rayproof.expanded(record)", json.loads(as_json(compact_case(case)))) == known
 
 
 def test_the_shortest_text_of_a_float32_gives_it_back(run):

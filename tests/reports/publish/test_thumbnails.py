@@ -8,15 +8,22 @@ from matplotlib.image import imread
 
 from cases.stages import Stage
 from reports.publish.exr import write_answers
-from reports.publish.thumbnails import BROKEN, GAP, thumbnails
+from reports.publish.thumbnails import BROKEN, GAP, draw_thumbnails
 from tests.reports.publish.sample import make_folder
 
 
 def test_what_did_not_pass_and_has_images_is_drawn(tmp_path: Path) -> None:
     results = make_folder(tmp_path)
 
-    drawn = thumbnails(tmp_path, results)
+    (tmp_path / "thumbnails").mkdir()
+    (tmp_path / "thumbnails" / "10.png").touch()
 
+    paths = draw_thumbnails(tmp_path, results)
+
+    drawn = {case["name"]: case["thumbnail"] for case in results["cases"] if "thumbnail" in case}
+    assert (
+        sorted(paths) == sorted((tmp_path / "thumbnails").iterdir()) == sorted(tmp_path / one for one in drawn.values())
+    )
     assert {"sphere/sheared", "lights/acne", "lights/broken"} <= set(drawn)
     assert not {"sphere/plain", "plane/tilted", "mesh/crash"} & set(drawn)
     for path in drawn.values():
@@ -34,9 +41,9 @@ def test_numbers_of_any_kind_are_drawn(value: float, tmp_path: Path) -> None:
     image[3, 4] = value
     write_answers(tmp_path / ours["image"], {Stage.RADIANCE: image}, lights=2, comments="")
 
-    drawn = thumbnails(tmp_path, results | {"cases": [case]})
+    (path,) = draw_thumbnails(tmp_path, results | {"cases": [case]})
 
-    shown = imread(tmp_path / drawn["lights/broken"])[3, 4, :3]
+    shown = imread(path)[3, 4, :3]
     assert tuple(shown) == (BROKEN if not np.isfinite(value) else (1.0, 1.0, 1.0))
 
 
@@ -46,6 +53,7 @@ def test_summary_and_junit_point_to_them(tmp_path: Path) -> None:
 
     results = make_folder(tmp_path)
 
+    draw_thumbnails(tmp_path, results)
     (markdown,), (xml,) = summary(tmp_path, results), junit(tmp_path, results)
 
     assert "](thumbnails/01.png)" in markdown.read_text()

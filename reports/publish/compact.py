@@ -1,0 +1,78 @@
+"""results.json without what repeats: texts that derive limits, each once, and nothing that goes without saying.
+
+Tens of thousands of checks share a few hundred derivations, and a third of a measurement is counts of what never was.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+TABLE = "derivations"
+MEASUREMENTS = ("end_to_end", "continued")
+# Of a measurement: left out where it is 0.
+COUNTS = (
+    "interior", "over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss",
+    "nan", "inf", "flagged",
+)  # fmt: skip
+
+
+def compact(results: Mapping[str, Any]) -> dict[str, Any]:
+    """Return `results` as they are written; nothing is changed."""
+    places: dict[str, int] = {}
+    cases = [
+        {**case, "checks": [_short(check, places) for check in case["checks"]]}
+        if isinstance(case.get("checks"), list)
+        else case
+        for case in results["cases"]
+    ]
+    rest = {key: value for key, value in results.items() if key not in ("cases", TABLE)}
+    return {**rest, TABLE: list(places), "cases": cases}
+
+
+def compact_case(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a case's record the same way, with a table of its own; html/expand.js is the inverse."""
+    places: dict[str, int] = {}
+    checks = [_short(check, places) for check in record.get("checks", [])]
+    return {**record, "checks": checks, TABLE: list(places)}
+
+
+def expand(results: dict[str, Any]) -> None:
+    """Put back what `compact` left out, in place; results that leave nothing out stay as they are."""
+    table = results.pop(TABLE, None)
+    for case in results["cases"]:
+        for check in case.get("checks", []):
+            place = check.get("because")
+            if isinstance(place, int) and not isinstance(place, bool):
+                known = isinstance(table, list) and 0 <= place < len(table)
+                check["because"] = str(table[place]) if known else ""
+            check.setdefault("reason", "")
+            for name in MEASUREMENTS:
+                measured = check.setdefault(name, None)
+                if isinstance(measured, dict):
+                    _complete(measured)
+
+
+def _short(check: Any, places: dict[str, int]) -> Any:
+    if not isinstance(check, Mapping):
+        return check
+    left = {key: value for key, value in check.items() if not (key == "reason" and value == "")}
+    if isinstance(check.get("because"), str):
+        left["because"] = places.setdefault(check["because"], len(places))
+    for name in MEASUREMENTS:
+        measured = check.get(name)
+        if measured is None:
+            left.pop(name, None)
+        elif isinstance(measured, Mapping):
+            left[name] = {key: value for key, value in measured.items() if not _goes_without_saying(measured, key)}
+    return left
+
+
+def _goes_without_saying(measured: Mapping[str, Any], key: str) -> bool:
+    if key == "worst_inside":
+        return measured[key] == measured.get("worst_ratio")
+    return key in COUNTS and measured[key] == 0
+
+
+def _complete(measured: dict[str, Any]) -> None:
+    for name in COUNTS:
+        measured.setdefault(name, 0)
+    measured.setdefault("worst_inside", measured.get("worst_ratio"))
