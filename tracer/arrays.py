@@ -21,13 +21,17 @@ VARIABLE = "RAYPROOF_BACKEND"  # names one of them, for a machine that has both
 
 @dataclass(frozen=True, kw_only=True)
 class ArrayTypes:
-    """One Dr.Jit backend at one precision. The fields are Dr.Jit's classes; Vector has three, Quad four components."""
+    """One Dr.Jit backend at one precision.
+
+    The fields are Dr.Jit's classes; Vector has three components, Quad four, Packet as many as it is given.
+    """
 
     precision: str
     backend: str  # "cuda" or "llvm"
     Float: Any
     Vector: Any
     Quad: Any
+    Packet: Any
     Matrix: Any  # 4x4
     Int: Any  # 32 bits
     UInt: Any  # 32 bits
@@ -77,6 +81,7 @@ def array_types(precision: str) -> ArrayTypes:
         Float=module.Float64 if precision == "float64" else module.Float32,
         Vector=getattr(module, f"Array3{suffix}"),
         Quad=getattr(module, f"Array4{suffix}"),
+        Packet=getattr(module, f"ArrayX{suffix}"),
         Matrix=getattr(module, f"Matrix4{suffix}"),
         Int=module.Int32,
         UInt=module.UInt32,

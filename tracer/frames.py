@@ -14,31 +14,41 @@ import drjit as dr
 import numpy as np
 
 from cases.scene import Scene
+from tracer.arrays import ArrayTypes
 from tracer.assets import Assets
 from tracer.configuration import Configuration
+from tracer.interleaving import next_step
+from tracer.lanes import Lanes
 from tracer.plan import Plan
 from tracer.trace import Trace
 
-PACKET = 4  # numbers that are written at once
+PACKETS = (8, 4)  # numbers that are written at once, as many pixels as stand in a row
+CHANNELS = 3
+
+
+def _write(image: Any, numbers: list[Any], radiance: list[Any], lanes: Lanes, types: ArrayTypes) -> None:
+    """Write a lane's pixels: several packets for as many neighbours as fill them, else one by one."""
+    whole = [packet for packet in PACKETS if lanes.columns % packet == 0 and lanes.width % packet == 0]
+    if not whole:
+        for number, color in zip(numbers, radiance, strict=True):
+            dr.scatter(image, color, number, mode=dr.ReduceMode.Permute)
+        return
+    packet = whole[0]
+    next_step(types)
+    for first in range(0, lanes.tile, packet):
+        row = [channel for color in radiance[first : first + packet] for channel in color]
+        for part in range(CHANNELS):
+            values = types.Packet(row[part * packet : (part + 1) * packet])
+            where = numbers[first] // packet * CHANNELS + part
+            dr.scatter(image, values, where, mode=dr.ReduceMode.Permute)
 
 
 def _image(scene: Scene, configuration: Configuration, chosen: Plan, arrays: dict[str, Any]) -> Any:
     """Return the image of one trace; a function of its own, so that `Frames` is no part of a reference cycle."""
     trace = Trace(scene, configuration, per_side=1, chosen=chosen, assets=Assets(dict(arrays)))
     lanes, types = trace.lanes, trace.types
-    image = dr.empty(types.Float, lanes.width * lanes.height * 3)
-    numbers = lanes.numbers(trace.positions)
-    if lanes.columns == PACKET and lanes.width % PACKET == 0:
-        # Four neighbouring pixels are three packets of four numbers.
-        for first in range(0, lanes.tile, PACKET):
-            row = [channel for radiance in trace.radiance[first : first + PACKET] for channel in radiance]
-            for packet in range(3):
-                values = types.Quad(*row[packet * PACKET : (packet + 1) * PACKET])
-                where = numbers[first] // PACKET * 3 + packet
-                dr.scatter(image, values, where, mode=dr.ReduceMode.Permute)
-    else:
-        for number, radiance in zip(numbers, trace.radiance, strict=True):
-            dr.scatter(image, radiance, number, mode=dr.ReduceMode.Permute)
+    image = dr.empty(types.Float, lanes.width * lanes.height * CHANNELS)
+    _write(image, lanes.numbers(trace.positions), trace.radiance, lanes, types)
     dr.eval(image)
     return image
 

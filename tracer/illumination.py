@@ -9,6 +9,7 @@ import drjit as dr
 
 from tracer.arrays import array_types
 from tracer.feeling import Hit
+from tracer.interleaving import next_step
 from tracer.lights import InTurn
 from tracer.rays import Interval, Ray
 from tracer.surfaces import Surfaces
@@ -117,8 +118,14 @@ class Illumination:
             return masks
         world, hits = self._feeling
         feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
+        self._next_step()
         blocked = world.blocked(feelers, world.types.Vector(towards[0].light))
+        self._next_step()
         return [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
+
+    def _next_step(self) -> None:
+        if len(self.surfaces) > 1:
+            next_step(self.types)
 
     @cached_property
     def _free(self) -> list[list[Any]]:

@@ -16,6 +16,7 @@ HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performanc
 FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
 MANY = 2**20  # samples from which on a long kernel of several kinds pays
 SIMPLE = 3  # shapes
+STRIP = 8  # samples in a row that a lane of a simple scene takes; measured against 1, 4 and 16
 SMALL = 0.5  # triangles per sample from which on feelers go one by one
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
 PLACING = ("to_object", "world_normal")
@@ -61,9 +62,9 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     tables = plain and sum(counts.values()) > HANDFUL
     count = scene.camera.width * scene.camera.height * samples * samples
     if not trees:
-        # Four pixels in a row are written at once; more shapes than these leave no time to be saved by it.
+        # More shapes than these make a kernel long that takes several samples, and gain less by it.
         strip = count >= FEW and len(scene.shapes) <= SIMPLE
-        return Plan(columns=4 if strip else 1, tables=tables)
+        return Plan(columns=STRIP if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
     # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
     side = 4 if count >= (FEW if len(trees) == 1 else MANY) else 2

@@ -14,6 +14,7 @@ from tracer.assets import Assets
 from tracer.configuration import Configuration
 from tracer.frame import Frame
 from tracer.illumination import Illumination
+from tracer.interleaving import next_step
 from tracer.lanes import Lanes
 from tracer.plan import Plan, plan
 from tracer.rays import Interval, Ray
@@ -67,7 +68,13 @@ class Trace:
     def rays(self) -> list[Ray]:
         """Return the camera rays, with unit directions."""
         formula = self.configuration["ray"]
-        return [Ray(origin=self.frame.eye, direction=formula(self.frame, *ndc)) for ndc in self.ndc]
+        found = [Ray(origin=self.frame.eye, direction=formula(self.frame, *ndc)) for ndc in self.ndc]
+        self._next_step()
+        return found
+
+    def _next_step(self) -> None:
+        if self.lanes.tile > 1:
+            next_step(self.types)
 
     @property
     def _narrow(self) -> bool:
@@ -86,7 +93,10 @@ class Trace:
         for ray in self.rays:
             near, far = clip(ray.direction, self.frame.forward, self.frame.near, self.frame.far)
             intervals.append(Interval(nearest=near, farthest=far))
-        return self.world.nearest(self.rays, intervals, narrow=self._narrow)
+        self._next_step()
+        found = self.world.nearest(self.rays, intervals, narrow=self._narrow)
+        self._next_step()
+        return found
 
     def _apart(self) -> Nearest:
         """Return the hits of tiles of rays, one per lane, by way of memory."""
@@ -113,10 +123,20 @@ class Trace:
         """Return the surfaces that the camera rays hit."""
         return [Surfaces(self.world, *found, eye=self.frame.eye) for found in zip(self.rays, self.hits, strict=True)]
 
+    def _lit_surfaces(self) -> list[Surfaces]:
+        """Return the surfaces with what every light needs to know of them."""
+        for one in self.surfaces:
+            _ = one.mask, one.position
+        self._next_step()
+        for one in self.surfaces:
+            _ = one.normal
+        self._next_step()
+        return self.surfaces
+
     @cached_property
     def illumination(self) -> Illumination:
         """Return the lights as seen from the hits."""
-        return Illumination(self.world, self.surfaces)
+        return Illumination(self.world, self._lit_surfaces())
 
     @property
     def _dark(self) -> bool:

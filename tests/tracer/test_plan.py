@@ -59,7 +59,7 @@ def test_trees_and_tables_give_what_unrolling_gives(split: bool, tables: bool, p
     agree(crowd(), UNROLLED, trees, precision)
 
 
-@pytest.mark.parametrize(("columns", "rows"), [(1, 1), (4, 4), (4, 1)])
+@pytest.mark.parametrize(("columns", "rows"), [(1, 1), (4, 4), (4, 1), (8, 1)])
 def test_any_tile_gives_the_same_image(columns: int, rows: int) -> None:
     # 41 x 30 is no multiple of a tile or of a block of tiles.
     what = everything(camera=camera(width=41))
@@ -69,7 +69,7 @@ def test_any_tile_gives_the_same_image(columns: int, rows: int) -> None:
 
 
 @pytest.mark.parametrize("width", [40, 41])
-@pytest.mark.parametrize("columns", [1, 4])
+@pytest.mark.parametrize("columns", [1, 4, 8])
 def test_frames_are_the_radiance_again_and_again(columns: int, width: int) -> None:
     what = everything(camera=camera(width=width))
     chosen = dataclasses.replace(plan(what, Configuration()), columns=columns, rows=1, split=columns == 1)
@@ -92,7 +92,7 @@ def test_the_scene_decides() -> None:
     endless = Configuration(formulas={"segment": "endless"})
 
     assert plan(scene(sphere, FLOOR), default) == UNROLLED
-    assert plan(large(scene(sphere, FLOOR)), default) == Plan(columns=4)
+    assert plan(large(scene(sphere, FLOOR)), default) == Plan(columns=8)
     assert plan(scene(*[sphere] * 20), default).trees == {"sphere"}
     assert plan(scene(*[sphere] * 20), default).tables
     assert plan(scene(octahedron()), default).split
