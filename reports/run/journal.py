@@ -8,7 +8,7 @@ import base64
 import json
 import os
 import zlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -70,14 +70,13 @@ class Journal:
         self._file.close()
 
 
-def settle(folder: Path) -> None:
-    """Leave of a finished run's journal the keys and names: results.json, which must be written, has the records."""
+def settle(folder: Path, held: Collection[str]) -> None:
+    """Leave of a finished run's journal keys and names where results.json holds the records of those keys."""
     path = folder / NAME
-    known = _settled(folder)
     lines = []
     for line in path.read_text(encoding="utf-8").splitlines():
         entry = json.loads(line)
-        if entry["key"] in known:
+        if entry["key"] in held:
             entry.pop("record", None)
         lines.append(json.dumps(entry) + "\n")
     write_text(path, "".join(lines))

@@ -51,7 +51,7 @@ def judge(task: JudgeTask) -> dict[str, Any]:
             judged.reason = judged.reason or f"{witness.name} is required and could not answer: {why}"
     panel = adjudication(judged, task.candidates, task.witnesses, oracle)
     scene = write_scene(task.folder, task.case)
-    images, pixels = keep_images(task, passed=judged.outcome is Outcome.PASS)
+    images, pixels = keep_images(task, judged.outcome)
     return _record(task, judged, scene, images) | {
         "adjudication": panel,
         "pixels": pixels,

@@ -12,6 +12,7 @@ from reports.judge.bench import Bench
 from reports.judge.ground import ground
 from reports.judge.masks import mask
 from reports.judge.oracle import FullOracle, stages_of
+from reports.judge.outcomes import Outcome
 from reports.publish.encoding import pack
 from reports.publish.exr import write_answers
 from reports.publish.pixels import write_pixels
@@ -20,14 +21,14 @@ from reports.subjects import TRACER, Subject
 from tracer.configuration import Configuration
 
 
-def keep_images(task: JudgeTask, *, passed: bool) -> tuple[dict[str, str], str | None]:
+def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str | None]:
     """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
 
     Of a case that passed the first configuration and the independent witnesses are enough to look at, in one file an
-    eighth of the size; of any other every renderer may be the one to look at, with whatever reads EXR. `full` keeps
-    everything of all.
+    eighth of the size. Of any other every renderer may be the one to look at, and where it did not merely warn with
+    whatever reads EXR. `full` keeps everything of all.
     """
-    everyone = task.full or not passed
+    everyone = task.full or outcome is not Outcome.PASS
     candidates = task.candidates if everyone else task.candidates[:1]
     witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
     parties: list[tuple[str, Answers | None]] = [(task.subject.renderer(c.name), c.answers) for c in candidates]
@@ -37,7 +38,7 @@ def keep_images(task: JudgeTask, *, passed: bool) -> tuple[dict[str, str], str |
         for name, answers in parties
         if (images := {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES})
     }
-    if everyone:
+    if task.full or outcome not in (Outcome.PASS, Outcome.WARN):
         return _write_files(task, renders), None
     if not renders:
         return {}, None

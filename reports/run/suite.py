@@ -1,6 +1,5 @@
 """A run from request to report: choose cases, render and judge them, write what was found as it is found."""
 
-import json
 import shutil
 import time
 from datetime import UTC, datetime
@@ -71,7 +70,7 @@ def run(request: RunRequest) -> int:
     worse = _remember(request, results, console)
     _publish(request, results, drawing.reason, console)
     if not interrupted:
-        settle(request.out)
+        settle(request.out, {record["key"] for record in records if record.get("key")})
     for sentence in worse:
         console.print(f"worse than its history: {sentence}", style="yellow", soft_wrap=True, markup=False)
     if interrupted:
@@ -139,10 +138,10 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
     from reports.publish.results import save_results
 
     results["environment"]["pictures"] = why or "drawn"
-    save_results(request.out, results)
+    path = save_results(request.out, results)
     publish_all(request.out)
     if request.json is not None:
-        request.json.write_text(json.dumps(results), encoding="utf-8")
+        request.json.write_bytes(path.read_bytes())
     console.print(worst_first(results["cases"]))
     if why:
         console.print(f"no 3-D pictures: {why}", soft_wrap=True)

@@ -59,7 +59,7 @@ def test_a_settled_journal_names_what_results_json_holds(tmp_path):
     before = (tmp_path / "journal.jsonl").stat().st_size
     save_results(tmp_path, results_of([_case("a/one")]))
 
-    settle(tmp_path)
+    settle(tmp_path, {"a/one"})
 
     assert (tmp_path / "journal.jsonl").stat().st_size < before
     with Journal(tmp_path, resume=True) as again:
@@ -72,7 +72,7 @@ def test_without_results_json_settled_cases_are_done_again(tmp_path):
     with Journal(tmp_path, resume=False) as journal:
         journal.append("a/one", _case("a/one"))
     path = save_results(tmp_path, results_of([_case("a/one")]))
-    settle(tmp_path)
+    settle(tmp_path, {"a/one"})
     path.unlink()
 
     with Journal(tmp_path, resume=True) as again:

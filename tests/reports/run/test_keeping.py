@@ -1,4 +1,4 @@
-"""What is kept of a case: one file where it passed, EXR files of everybody where it did not or all are asked for."""
+"""What is kept of a case: one file where it passed or warned, EXR files of everybody otherwise or where asked for."""
 
 import zlib
 from base64 import b64decode
@@ -9,6 +9,7 @@ import pytest
 from cases.families import select
 from cases.stages import Stage
 from reference.analytic import Analytic
+from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.publish.exr import read_answers
 from reports.publish.pixels import read_pixels
@@ -45,7 +46,7 @@ def task(answered, tmp_path):
 
 
 def test_a_case_that_passed_keeps_ours_and_the_independent_in_one_file(task, answered, tmp_path):
-    images, pixels = keep_images(task(), passed=True)
+    images, pixels = keep_images(task(), Outcome.PASS)
 
     assert images == {}
     assert pixels == "images/primitives/sphere.js"
@@ -55,9 +56,18 @@ def test_a_case_that_passed_keeps_ours_and_the_independent_in_one_file(task, ans
     assert kept["analytic"][Stage.NORMAL].tobytes() == normal.tobytes()
 
 
-@pytest.mark.parametrize(("full", "passed"), [(True, True), (False, False)], ids=["full", "did not pass"])
-def test_otherwise_everybody_leaves_an_exr(task, tmp_path, full, passed):
-    images, pixels = keep_images(task(full=full), passed=passed)
+def test_a_case_that_warns_keeps_everybody_in_one_file(task, tmp_path):
+    images, pixels = keep_images(task(), Outcome.WARN)
+
+    assert images == {}
+    assert set(read_pixels(tmp_path / pixels)) == {"tracer-float32", "tracer-float64", "analytic", "mitsuba_llvm"}
+
+
+@pytest.mark.parametrize(
+    ("full", "outcome"), [(True, Outcome.PASS), (False, Outcome.FAIL)], ids=["full", "did not pass"]
+)
+def test_otherwise_everybody_leaves_an_exr(task, tmp_path, full, outcome):
+    images, pixels = keep_images(task(full=full), outcome)
 
     assert pixels is None
     assert set(images) == {"tracer-float32", "tracer-float64", "analytic", "mitsuba_llvm"}
