@@ -19,7 +19,14 @@ Column = dict[str, Any]  # row name -> number, or the sentence that says why the
 
 
 def probe(
-    case: str, x: int, y: int, *, formula: Repeated = (), require: Repeated = (), json: Path | None = None
+    case: str,
+    x: int,
+    y: int,
+    *,
+    formula: Repeated = (),
+    require: Repeated = (),
+    cache: bool = True,
+    json: Path | None = None,
 ) -> int:
     """Show one pixel, every stage, as each renderer answers it.
 
@@ -35,6 +42,8 @@ def probe(
         A formula for the tracer, such as triangle=signed_areas. Repeatable.
     require
         A reference that answers on request only, such as certified. Repeatable.
+    cache
+        Take from the cache what references answered before; the tracer always renders.
     json
         Also write the values to this file, all digits.
 
@@ -50,7 +59,7 @@ def probe(
 
     select()
     columns = {f"tracer-{one.name}": tracer_pixel(one, scene, x, y) for one in chosen}
-    columns |= {name: reference_pixel(name, scene, x, y) for name in names}
+    columns |= {name: reference_pixel(name, scene, x, y, cached=cache) for name in names}
     write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns})
     say(f"{case}, pixel ({x}, {y}) of {width} x {height}")
     stages = dict.fromkeys(name for column in columns.values() for name in column)
@@ -61,23 +70,25 @@ def probe(
 
 def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -> Column:
     """Return what the tracer answers at a pixel, or why the scene is beyond its precision."""
+    from reports.judge.oracle import stages_of
     from tracer.reach import beyond
     from tracer.render import render
 
     if (refusal := beyond(scene, configuration.precision)) is not None:
         return {str(stage): f"unsupported: {refusal}" for stage in Stage}
-    return pixel(scene, x, y, render(scene, list(Stage), configuration))
+    return pixel(scene, x, y, render(scene, stages_of(scene), configuration))
 
 
-def reference_pixel(name: str, scene: Scene, x: int, y: int) -> Column:
+def reference_pixel(name: str, scene: Scene, x: int, y: int, *, cached: bool) -> Column:
     """Return what a reference answers at a pixel, or why it cannot."""
     from reference import REFERENCES
+    from reports.run.asking import heard
+    from reports.run.orders import ReferenceTask
 
-    reference = REFERENCES[name]()
-    refused = {stage: why for stage in Stage if (why := reference.unsupported(scene, stage)) is not None}
-    able = [stage for stage in Stage if stage not in refused]
-    answered = pixel(scene, x, y, reference.render(scene, able) if able else {})
-    return answered | {str(stage): f"unsupported: {why}" for stage, why in refused.items()}
+    task = ReferenceTask(scene=scene, samples=1, cached=cached)
+    witness = heard(name, REFERENCES[name](), task, independent=False)
+    refused = {str(stage): f"unsupported: {why}" for stage, why in witness.unsupported.items()}
+    return pixel(scene, x, y, witness.answers) | refused
 
 
 def pixel(scene: Scene, x: int, y: int, answers: Answers) -> Column:
