@@ -1,42 +1,107 @@
-"""Triangles on the host: object-space normals, and which triangles are degenerate and never hit."""
+"""Triangles on the host: object-space normals, and which triangles are degenerate and never hit.
+
+Meshes are large: they are worked through in pieces that stay in the cache, by several threads, component by component.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
 from cases.baking import world_triangles
-from cases.scene import Mesh, Shape, Triangle
+from cases.scene import IDENTITY, Mesh, Shape, Triangle
+
+PIECE = 2**14  # triangles
+THREADS = min(8, os.cpu_count() or 1)  # numpy lets go of the interpreter in all that takes long
+Corners = np.ndarray  # (3, 3, n) float64 [m]: corner, axis, triangle
 
 
-def object_corners(shape: Shape) -> np.ndarray:
-    """Return object-space corners [m], float64 of float32 numbers, shape (faces, 3, 3); TypeError without triangles."""
+def in_pieces(count: int, work: Callable[[slice], None]) -> None:
+    """Call `work` with slices that make up `count` items; at the same time, where there are several."""
+    pieces = [slice(start, min(start + PIECE, count)) for start in range(0, count, PIECE)]
+    if len(pieces) < 2:
+        for piece in pieces:
+            work(piece)
+        return
+    with ThreadPoolExecutor(THREADS) as pool:
+        list(pool.map(work, pieces))
+
+
+def _count(shape: Shape) -> int:
     if isinstance(shape, Triangle):
-        return np.asarray(shape.vertices, dtype=np.float64)[np.newaxis]
+        return 1
     if isinstance(shape, Mesh):
-        return shape.vertices.astype(np.float64)[shape.faces]
+        return len(shape.faces)
     raise TypeError(f"{type(shape).__name__} has no triangles")
 
 
-def _doubled_areas(corners: np.ndarray) -> np.ndarray:
-    """Return the cross product of two edges [m^2]: by winding, its length is twice the area."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+def _rows(shape: Shape, piece: slice) -> np.ndarray:
+    """Return object-space corners [m] as rows of nine numbers, float32 or, of a triangle, float64."""
+    if isinstance(shape, Mesh):
+        return shape.vertices.take(shape.faces[piece].reshape(-1), axis=0).reshape(-1, 9)
+    assert isinstance(shape, Triangle)
+    return np.asarray(shape.vertices, dtype=np.float64).reshape(-1, 9)[piece]
 
 
-def object_normals(shape: Shape) -> np.ndarray:
+def baked(shape: Shape, piece: slice = slice(None)) -> np.ndarray:
+    """Return world-space corners [m], float32 rows of nine; at identity they are made anew, not kept."""
+    if isinstance(shape, Mesh) and shape.to_world == IDENTITY:
+        return _rows(shape, piece)
+    return world_triangles(shape).reshape(-1, 9)[piece]
+
+
+def _corners(rows: np.ndarray) -> Corners:
+    return np.ascontiguousarray(rows.T, dtype=np.float64).reshape(3, 3, -1)
+
+
+def _doubled_areas(corners: Corners) -> np.ndarray:
+    """Return the cross product of two edges [m^2], (3, n): by winding, its length is twice the area."""
+    (ux, uy, uz), (vx, vy, vz) = corners[1] - corners[0], corners[2] - corners[0]
+    return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx])
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt(vectors[0] * vectors[0] + vectors[1] * vectors[1] + vectors[2] * vectors[2])
+
+
+def object_normals(shape: Shape, dtype: Any = np.float64) -> np.ndarray:
     """Return unit object-space normals by counter-clockwise winding, (faces, 3); of degenerate triangles (0, 0, 0)."""
-    areas = _doubled_areas(object_corners(shape))
-    lengths = np.linalg.norm(areas, axis=1, keepdims=True)
-    return np.divide(areas, lengths, out=np.zeros_like(areas), where=lengths > 0)
+    normals = np.empty((_count(shape), 3), dtype=dtype)
+
+    def work(piece: slice) -> None:
+        areas = _doubled_areas(_corners(_rows(shape, piece)))
+        lengths = _length(areas)
+        normals[piece] = np.divide(areas, lengths, out=np.zeros_like(areas), where=lengths > 0).T
+
+    in_pieces(len(normals), work)
+    return normals
 
 
 def degenerate(shape: Shape) -> np.ndarray:
     """Return (faces,) booleans: no area in object space, or none left after the corners were rounded in world space."""
-    baked = world_triangles(shape).astype(np.float64)
-    kept = np.any(_doubled_areas(object_corners(shape)), axis=1) & np.any(_doubled_areas(baked), axis=1)
-    return np.logical_not(kept)
+    found = np.empty(_count(shape), dtype=bool)
+
+    def work(piece: slice) -> None:
+        kept = np.any(_doubled_areas(_corners(_rows(shape, piece))), axis=0)
+        if not (isinstance(shape, Mesh) and shape.to_world == IDENTITY):
+            kept &= np.any(_doubled_areas(_corners(baked(shape, piece))), axis=0)
+        found[piece] = ~kept
+
+    in_pieces(len(found), work)
+    return found
 
 
-def slenderness(shape: Shape) -> np.ndarray:
+def slenderness(shape: Shape, dtype: Any = np.float64) -> np.ndarray:
     """Return (faces,) the product of two edges over twice the area, at least 1: what rounding is multiplied by."""
-    baked = world_triangles(shape).astype(np.float64)
-    edges = np.linalg.norm(baked[:, 1] - baked[:, 0], axis=1) * np.linalg.norm(baked[:, 2] - baked[:, 0], axis=1)
-    areas = np.linalg.norm(_doubled_areas(baked), axis=1)
-    return np.divide(edges, areas, out=np.ones_like(edges), where=areas > 0)
+    found = np.empty(_count(shape), dtype=dtype)
+
+    def work(piece: slice) -> None:
+        corners = _corners(baked(shape, piece))
+        edges = _length(corners[1] - corners[0]) * _length(corners[2] - corners[0])
+        areas = _length(_doubled_areas(corners))
+        found[piece] = np.divide(edges, areas, out=np.ones_like(edges), where=areas > 0)
+
+    in_pieces(len(found), work)
+    return found

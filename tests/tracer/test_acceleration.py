@@ -8,8 +8,9 @@ import pytest
 
 from cases.scene import Mesh
 from tracer.acceleration.beams import Beam
-from tracer.acceleration.build import LEAF_SIZE, build
+from tracer.acceleration.build import build
 from tracer.acceleration.forest import Forest, HostForest, bounds, host_forest
+from tracer.acceleration.nodes import HostNodes, quantise
 from tracer.acceleration.traverse import NONE, Walk, any_hit, nearest
 from tracer.arrays import ArrayTypes, array_types
 from tracer.assets import Assets
@@ -163,18 +164,58 @@ def test_a_skipped_shape_is_not_met() -> None:
     np.testing.assert_array_equal(rest, met(single(ray, forest(soup(20), types), formula, interval)))
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 64, 65])
+def on_grid(nodes: HostNodes, node: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return lower and upper corner [m] of a node that is read as a child."""
+    word = nodes.words[node // 4, node % 4]
+    return nodes.base + (word & 0xFFFF) * nodes.step, nodes.base + (word >> 16) * nodes.step
+
+
+# Up to a group of leaves, full and nearly empty ones, and more than is split together, on several threads.
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 8, 9, 64, 65, 1025, 40_000])
 def test_every_triangle_lies_in_a_leaf_and_in_all_boxes_above_it(count: int) -> None:
     corners = soup(count)
-    tree = build(*bounds(corners))
+    lower, upper = bounds(corners.reshape(-1, 9))
+    tree = build(lower, upper)
+    nodes = quantise(tree, lower, upper)
+    first = tree.first(np.arange(tree.leaves + 1))
+    root = 2 if nodes.leaves.bit_length() % 2 == 0 else 1
 
     assert set(tree.slots) == set(range(count))
-    for slot, triangle in enumerate(tree.slots):
-        node = tree.leaves + slot // LEAF_SIZE
-        while node:
-            assert (tree.boxes[node, :3] <= corners[triangle].min(axis=0)).all()
-            assert (tree.boxes[node, 3:] >= corners[triangle].max(axis=0)).all()
-            node //= 2
+    assert set(np.diff(first)) <= {tree.size - 1, tree.size}
+    assert first[-1] == tree.total == len(tree.slots) - tree.size + 1
+    for leaf in range(0, tree.leaves, 1 + tree.leaves // 500):
+        for slot in range(first[leaf], first[leaf + 1]):
+            node = tree.leaves + leaf
+            while node >= max(2, 2 * root - 2):
+                low, high = on_grid(nodes, node)
+                assert (low <= lower[:, tree.slots[slot]]).all()
+                assert (high >= upper[:, tree.slots[slot]]).all()
+                node //= 4
+
+
+def test_siblings_part_at_the_median_of_the_longest_axis() -> None:
+    corners = soup(64) * np.array([1, 10, 1], dtype=np.float32)
+    lower, upper = bounds(corners.reshape(-1, 9))
+    tree = build(lower, upper)
+    y = ((lower + upper) / 2)[1, tree.slots[: tree.total]]
+
+    assert y[:32].max() <= y[32:].min()
+
+
+def test_a_tree_with_all_leaves_that_a_traversal_can_count_has_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tracer.acceleration.build.MOST_LEAVES", 8)
+    types = array_types("float32")
+    corners, ray = soup(61), bundle(types)
+    interval = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
+    formula = FORMULAS["triangle/moeller_trumbore"].function
+    grown = forest(corners, types)
+
+    t, number = first_hit(single(ray, grown, formula, interval))
+    expected, which = everything_tried(corners, ray, interval, formula, types)
+
+    assert (grown.nodes.leaves, grown.nodes.size) == (8, 8)
+    np.testing.assert_array_equal(t, expected)
+    np.testing.assert_array_equal(number, which)
 
 
 def test_degenerate_triangles_are_left_out() -> None:
@@ -190,4 +231,4 @@ def test_degenerate_triangles_are_left_out() -> None:
 
 def test_no_triangle_is_no_tree() -> None:
     with pytest.raises(ValueError, match="at least one item"):
-        build(np.zeros((0, 3)), np.zeros((0, 3)))
+        build(np.zeros((3, 0)), np.zeros((3, 0)))

@@ -66,7 +66,7 @@ def tried(forest: Forest, rays: Sequence[Ray], interval: Interval, width: int) -
         found = [FORMULA(ray, triangle, interval) for ray in rays]
         return slot + 1, [dr.select(t < best, t, best) for t, best in zip(found, bests, strict=True)]
 
-    count = dr.opaque(types.UInt, 2 * forest.nodes.leaves)
+    count = dr.opaque(types.UInt, len(forest.host.records))
     _, bests = dr.while_loop(state=state, cond=lambda slot, bests: slot < count, body=step)
     return [np.array(best) for best in bests]
 

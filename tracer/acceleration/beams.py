@@ -11,7 +11,7 @@ a NaN counts as met. Source of the aim: Ize, "Robust BVH Ray Traversal", Journal
 (2013).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import drjit as dr
@@ -21,6 +21,8 @@ from tracer.acceleration.nodes import STEPS, Nodes
 
 HUGE = 3e38
 TINY = 2.0**-60  # grid steps per unit of t; a narrower beam is widened to it, which misses nothing
+# The same for a single ray, and what its largest component must exceed over the distance to go, in steps per t.
+LEAST, SLOWEST = 2.0**-100, 2.0**-90
 ROUNDINGS = 16.0
 
 
@@ -56,34 +58,68 @@ def _range(components: Sequence[Any], active: Sequence[Any]) -> tuple[Any, Any]:
     return low, high
 
 
+def _reduced(choose: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
+    """Return the smallest or the largest of them, two by two: what depends on nothing is computed at once."""
+    while len(values) > 1:
+        pairs = [choose(*values[k : k + 2]) for k in range(0, len(values) - 1, 2)]
+        values = [*pairs, *values[len(values) - len(values) % 2 :]]
+    return values[0]
+
+
 class Beam:
-    """What the rays of each lane have in common."""
+    """What the rays of each lane have in common; of a single ray it is known which plane it meets first."""
 
     def __init__(self, nodes: Nodes, origin: Any, directions: Sequence[Any], *, active: Sequence[Any] = ()) -> None:
         """Bound `directions` from `origin` [m], all or those that are `active`; t counts from 0 on."""
-        self._near: list[tuple[Any, Any]] = []
-        self._far: list[tuple[Any, Any]] = []
+        # Per axis the quotients by which t is bounded below and above, each with the plane that it is asked about.
+        self._near: list[list[tuple[Any, Any]]] = []
+        self._far: list[list[tuple[Any, Any]]] = []
+        self._turned: list[Any] = []  # where the single ray meets the upper plane first
         if not nodes.host.exact:
             return
-        for axis in range(3):
+        starts = [nodes.point(axis, origin[axis]) for axis in range(3)]
+        if len(directions) == 1:
+            self._bound_ray(starts, [nodes.vector(axis, directions[0][axis]) for axis in range(3)])
+            return
+        for axis, start in enumerate(starts):
             low, high = _range([direction[axis] for direction in directions], active)
             low, high = nodes.vector(axis, low), nodes.vector(axis, high)
             low, high = dr.select(abs(low) < TINY, -TINY, low), dr.select(abs(high) < TINY, TINY, high)
-            start = nodes.point(axis, origin[axis])
             # The lower plane is met by the highest direction, the upper one by the lowest.
             self._near.append(
-                (_bounds(high, high > 0, start, otherwise=-HUGE), _bounds(low, low < 0, start, otherwise=-HUGE))
+                [_bounds(high, high > 0, start, otherwise=-HUGE), _bounds(low, low < 0, start, otherwise=-HUGE)]
             )
             self._far.append(
-                (_bounds(high, high < 0, start, otherwise=HUGE), _bounds(low, low > 0, start, otherwise=HUGE))
+                [_bounds(high, high < 0, start, otherwise=HUGE), _bounds(low, low > 0, start, otherwise=HUGE)]
             )
+
+    def _bound_ray(self, starts: Sequence[Any], directions: Sequence[Any]) -> None:
+        """Bound a single ray by one quotient in and one out.
+
+        A component below LEAST is taken as LEAST: the ray enters no later than it would, and leaves earlier only
+        beyond t = LEAST^-1 ROUNDINGS u STEPS. Where another component takes it out of the grid before, that is no loss;
+        where none does, nothing is bounded.
+        """
+        reach = _reduced(larger, [abs(start) for start in starts]) + STEPS
+        bounded = _reduced(larger, [abs(direction) for direction in directions]) > reach * SLOWEST
+        for start, direction in zip(starts, directions, strict=True):
+            least = dr.select(direction < 0, -LEAST, LEAST)
+            slope = dr.select(abs(direction) < LEAST, least, direction)
+            self._near.append([_bounds(slope, bounded, start, otherwise=-HUGE)])
+            self._far.append([_bounds(slope, bounded, start, otherwise=HUGE)])
+            self._turned.append(direction < 0)
 
     def meets(self, box: tuple[list[Any], list[Any]], limit: Any) -> tuple[Any, Any]:
         """Return whether the box is met before t = `limit`, and the t of entry."""
-        enter, leave = type(limit)(0), limit
-        for (near_low, near_high), (far_low, far_high), low, high in zip(self._near, self._far, *box, strict=False):
-            for (scale, offset), plane in ((near_low, low), (near_high, high)):
-                enter = larger(dr.fma(plane, scale, offset), enter)
-            for (scale, offset), plane in ((far_low, low), (far_high, high)):
-                leave = smaller(dr.fma(plane, scale, offset), leave)
+        enters, leaves = [type(limit)(0)], [limit]
+        for axis, (near, far) in enumerate(zip(self._near, self._far, strict=True)):
+            first, last = box[0][axis], box[1][axis]
+            if self._turned:
+                turned = self._turned[axis]
+                first, last = dr.select(turned, last, first), dr.select(turned, first, last)
+            for (scale, offset), plane in zip(near, (first, last), strict=False):
+                enters.append(dr.fma(plane, scale, offset))
+            for (scale, offset), plane in zip(far, (first, last) if len(far) == 2 else (last,), strict=False):
+                leaves.append(dr.fma(plane, scale, offset))
+        enter, leave = _reduced(larger, enters), _reduced(smaller, leaves)
         return ~(enter > leave), enter

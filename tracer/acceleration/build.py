@@ -1,98 +1,150 @@
-"""A balanced binary tree of boxes in heap order, built by numpy.
+"""A balanced tree over boxes, built by numpy: which item stands where.
 
-Node i has the children 2 i and 2 i + 1; nodes `leaves` .. 2 leaves - 1 are leaves of LEAF_SIZE items each. To fill
-them all, some items stand in two slots, which changes no answer.
+Every node is split at the median of its items' centres along its longest axis, which np.partition finds without
+sorting; all nodes of a level that fit into the processor's cache are split together. Leaves are numbered as in a
+binary heap, `leaves` .. 2 leaves - 1. Above the last two levels all nodes of a level have the same size, to which some
+items stand in two slots; that changes no answer.
 """
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 LEAF_SIZE = 2
-THREADS = 2  # numpy lets go of the interpreter in all that takes long
+MOST_LEAVES = 2**21  # what the trail of a traversal has bits for; a larger tree has larger leaves
+GROUP = 4  # leaves that are filled together
+BLOCK = 2**14  # items that are split together: what stays in the cache
+THREADS = min(8, os.cpu_count() or 1)  # numpy lets go of the interpreter in all that takes long
+LARGEST = float(np.finfo(np.float32).max)
+SHORT = 64  # items; a row below this is faster reduced across rows
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tree:
-    """A tree over boxes; read-only arrays."""
+    """The order of the items in the leaves. Leaf i holds the slots from i total / leaves up to that of i + 1."""
 
     leaves: int  # a power of two
-    slots: np.ndarray  # (leaves * LEAF_SIZE,) index of the item in each slot
-    boxes: np.ndarray  # (2 leaves, 6): lower corner, upper corner [m]; row 0 is unused
+    size: int  # slots of the largest leaf
+    total: int  # slots
+    slots: np.ndarray  # (total + size - 1,) index of the item in each slot; the last one repeats
+
+    def first(self, leaf: np.ndarray) -> np.ndarray:
+        """Return the first slot of a leaf, counted from 0; of `leaves` the end."""
+        return leaf.astype(np.int64) * self.total // self.leaves
 
 
-def _spread(count: int) -> tuple[int, np.ndarray]:
-    """Return the number of leaves, and the items that fill them, duplicates spread evenly."""
+def _shape(count: int) -> tuple[int, int, int]:
+    """Return the number of leaves, of groups of leaves, and of slots in a group."""
     leaves = 1
-    while leaves * LEAF_SIZE < count:
+    while leaves * LEAF_SIZE < count and leaves < MOST_LEAVES:
         leaves *= 2
-    # No subtree holds copies only.
-    return leaves, (np.arange(leaves * LEAF_SIZE) * count // (leaves * LEAF_SIZE)).astype(np.int32)
+    groups = max(1, leaves // GROUP)
+    return leaves, groups, -(-count // groups)
 
 
-def _halved(orders: list[np.ndarray], keys: list[np.ndarray]) -> list[np.ndarray]:
-    """Return the orders (nodes, size) with every node split at the median along its longest axis: (2 nodes, size / 2).
-
-    The items of a node stand in each order by their centres along one axis, and stay so.
-    """
-    nodes, size = orders[0].shape
-    half = size // 2
-    extents = [key[order[:, -1]] - key[order[:, 0]] for key, order in zip(keys, orders, strict=True)]
-    longest = np.argmax(extents, axis=0)
-    left = np.zeros(len(keys[0]), dtype=bool)
-    for axis, order in enumerate(orders):
-        left[order[longest == axis, :half].reshape(-1)] = True
-    split = []
-    for order in orders:
-        flat = order.reshape(-1)
-        chosen = left[flat]
-        pairs = np.empty((nodes, 2, half), dtype=order.dtype)
-        pairs[:, 0] = flat[chosen].reshape(nodes, half)
-        pairs[:, 1] = flat[~chosen].reshape(nodes, half)
-        split.append(pairs.reshape(2 * nodes, half))
-    return split
+def _centers(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return what lies between, float32; any will do where that overflows."""
+    # Halved before they are added: a sum may overflow.
+    return np.clip(lower / 2 + upper / 2, -LARGEST, LARGEST).astype(np.float32)
 
 
-def _leaves(orders: list[np.ndarray], keys: list[np.ndarray]) -> np.ndarray:
-    """Return the items of one node, leaf by leaf."""
-    while orders[0].shape[1] > LEAF_SIZE:
-        orders = _halved(orders, keys)
-    return orders[0].reshape(-1)
+def _ordered(values: np.ndarray) -> np.ndarray:
+    """Return float32 numbers as uint32 numbers in the same order."""
+    bits = values.view(np.int32)
+    return ((bits >> 31) | np.int32(-(2**31))).view(np.uint32) ^ bits.view(np.uint32)
+
+
+def _number(ordered: np.ndarray) -> np.ndarray:
+    """Return the float32 numbers that `_ordered` was given, as float64."""
+    bits = ordered.view(np.int32)
+    mask = ((~bits >> 31) | np.int32(-(2**31))).view(np.uint32)
+    return (mask ^ ordered).view(np.float32).astype(np.float64)
+
+
+def _extents(keys: np.ndarray) -> np.ndarray:
+    """Return the extent of each row."""
+    if keys.shape[1] < SHORT:
+        keys = np.ascontiguousarray(keys.T)
+        return _number(keys.max(axis=0)) - _number(keys.min(axis=0))
+    return _number(keys.max(axis=1)) - _number(keys.min(axis=1))
+
+
+def _split(items: np.ndarray, keys: np.ndarray, at: int) -> None:
+    """Put into each row's first `at` places the items that come first along the row's longest axis."""
+    taken = [np.take(key, items) for key in keys]
+    longest = np.argmax([_extents(key) for key in taken], axis=0)
+    # Key and item in one number: what is partitioned moves as a whole.
+    words = np.empty(items.shape, dtype="<u8")
+    low, high = words.view("<u4")[:, ::2], words.view("<u4")[:, 1::2]
+    low[...] = items
+    if len(items) == 1:
+        high[...] = taken[longest[0]]
+    else:
+        chosen = taken[0]
+        for axis in (1, 2):
+            np.copyto(chosen, taken[axis], where=(longest == axis)[:, np.newaxis])
+        high[...] = chosen
+    words.partition(at, axis=1)
+    items[...] = low
+
+
+def _grow(items: np.ndarray, keys: np.ndarray, groups: int, leaves: int) -> None:
+    """Put the items of one node, which has `groups` groups and `leaves` leaves, into the order of the leaves."""
+    half = len(items) // 2
+    if len(items) > BLOCK and groups > 1:
+        _split(items[np.newaxis], keys, half)
+        for side in (items[:half], items[half:]):
+            _grow(side, keys, groups // 2, leaves // 2)
+        return
+    rows = items[np.newaxis]
+    while len(rows) < groups:
+        _split(rows, keys, rows.shape[1] // 2)
+        rows = rows.reshape(2 * len(rows), -1)
+    _fill(rows, keys, leaves // groups)
+
+
+def _fill(rows: np.ndarray, keys: np.ndarray, leaves: int) -> None:
+    """Put each row's items into the order of its leaves, whose sizes differ by one at most."""
+    if leaves == 1:
+        return
+    at = rows.shape[1] // 2
+    if leaves == 2:
+        _split(rows, keys, at)
+        return
+    _split(rows, keys, at)
+    quarters = rows.shape[1] // 4, 3 * rows.shape[1] // 4
+    for side, where in ((rows[:, :at], quarters[0]), (rows[:, at:], quarters[1] - at)):
+        if 0 < where < side.shape[1]:
+            part = side.copy()
+            _split(part, keys, where)
+            side[...] = part
 
 
 def build(lower: np.ndarray, upper: np.ndarray) -> Tree:
-    """Return a tree over boxes by their corners (n, 3) [m], split at the median along each node's longest axis.
+    """Return a tree over boxes by their corners (3, n) [m].
 
     Raises:
         ValueError: there is no box.
 
     """
-    count = len(lower)
+    count = lower.shape[1]
     if count == 0:
         raise ValueError("a tree needs at least one item")
-    leaves, slots = _spread(count)
-    # Halved before they are added: a sum may overflow.
-    keys = [np.ascontiguousarray((lower[:, axis] / 2 + upper[:, axis] / 2)[slots]) for axis in range(3)]
+    leaves, groups, size = _shape(count)
+    total = groups * size
+    keys = np.stack([_ordered(_centers(*ends)) for ends in zip(lower, upper, strict=True)])
+    # Copies are spread evenly: no subtree holds copies only.
+    items = (np.arange(total, dtype=np.int64) * count // total).astype(np.int32)
+    parts = [items]
     with ThreadPoolExecutor(THREADS) as pool:
-        orders = list(pool.map(lambda key: np.argsort(key, kind="stable").astype(np.int32)[np.newaxis], keys))
-        if len(slots) > LEAF_SIZE:
-            # What is left of the first cut and what is right of it are trees of their own.
-            left, right = zip(*(order for order in _halved(orders, keys)), strict=True)
-            halves = [[order[np.newaxis] for order in side] for side in (left, right)]
-            order = np.concatenate(list(pool.map(lambda half: _leaves(half, keys), halves)))
-        else:
-            order = orders[0].reshape(-1)
-    slots = slots[order]
-    boxes = np.zeros((2 * leaves, 6), dtype=lower.dtype)
-    boxes[leaves:, :3] = lower[slots].reshape(leaves, LEAF_SIZE, 3).min(axis=1)
-    boxes[leaves:, 3:] = upper[slots].reshape(leaves, LEAF_SIZE, 3).max(axis=1)
-    first = leaves
-    while first > 1:
-        pairs = boxes[first : 2 * first].reshape(-1, 2, 6)
-        first //= 2
-        boxes[first : 2 * first, :3] = np.minimum(pairs[:, 0, :3], pairs[:, 1, :3])
-        boxes[first : 2 * first, 3:] = np.maximum(pairs[:, 0, 3:], pairs[:, 1, 3:])
-    for array in (slots, boxes):
-        array.setflags(write=False)
-    return Tree(leaves=leaves, slots=slots, boxes=boxes)
+        while len(parts) < min(THREADS, groups) and len(parts[0]) > BLOCK:
+            half = len(parts[0]) // 2
+            list(pool.map(lambda part: _split(part[np.newaxis], keys, len(part) // 2), parts))
+            parts = [side for part in parts for side in (part[:half], part[half:])]
+        list(pool.map(lambda part: _grow(part, keys, groups // len(parts), leaves // len(parts)), parts))
+    largest = -(-size // (leaves // groups))
+    slots = np.concatenate([items, np.repeat(items[-1:], largest - 1)])
+    slots.setflags(write=False)
+    return Tree(leaves=leaves, size=largest, total=total, slots=slots)

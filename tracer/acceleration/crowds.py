@@ -63,13 +63,14 @@ def host_crowd(members: Members) -> HostCrowd:
     """Return the tree over shapes of one kind."""
     boxes = np.array([_box(shape) for _, shape in members])
     identity = all(Placement(to_world=shape.to_world).identity for _, shape in members)
-    tree = build(boxes[:, 0], boxes[:, 1])
+    lower, upper = boxes[:, 0].T, boxes[:, 1].T
+    tree = build(lower, upper)
     records = np.array([_record(shape, identity=identity) for _, shape in members])
     first = members[0][1]
     square = SLOTS[type(first)] == "square"
     return HostCrowd(
         slot=SLOTS[type(first)],
-        nodes=quantise(tree),
+        nodes=quantise(tree, lower, upper),
         records=records[tree.slots],
         numbers=np.array([index for index, _ in members], dtype=np.int32)[tree.slots],
         identity=identity,

@@ -1,5 +1,7 @@
 """The boxes of a tree on the device: corners rounded outward to a grid of 2^16 steps per axis, six numbers in 12 bytes.
 
+Four boxes are read at once, those of a node's grandchildren in the binary heap: three packets of four words.
+
 A coarser box is entered more often and loses nothing; half the memory is worth more than the tighter fit (Mitsuba's
 Embree and many others quantise too: Mahovsky and Wyvill, "Memory-Conserving Bounding Volume Hierarchies with Coherent
 Raytracing", Computer Graphics Forum 25 (2006)).
@@ -16,17 +18,24 @@ from tracer.arrays import ArrayTypes
 from tracer.assets import Assets, aligned, packets
 
 STEPS = 65535
-WORDS = 4  # per box
+CHILDREN, AXES = 4, 3
 # Scenes smaller or larger than this [m] would leave float32 in grid space; they are walked without culling.
 SMALLEST, LARGEST = 2.0**-80, 2.0**80
+CHUNK = 2**15  # boxes that are rounded together: what stays in the cache
 
 
 @dataclass(frozen=True, kw_only=True)
 class HostNodes:
-    """The boxes of the children of every inner node, in grid steps from `base`."""
+    """The boxes of the four children of every inner node of every other level, in grid steps from `base`.
+
+    Node i of the binary heap has the children 4 i .. 4 i + 3; where the number of levels is odd, the upper two roots
+    2 and 3 stand in row 0. Between the levels there are rows that nobody asks for.
+    """
 
     leaves: int
-    words: np.ndarray  # (leaves, 2, WORDS) uint32; row 0 is unused
+    size: int  # slots of the largest leaf
+    total: np.ndarray  # (1,) uint32, slots
+    words: np.ndarray  # (rows, CHILDREN, AXES) uint32: lower coordinate, and the upper one in the high half
     base: np.ndarray  # (3,) float64 [m]
     step: np.ndarray  # (3,) float64 [m]
     exact: bool  # whether the grid can be computed with
@@ -39,30 +48,56 @@ def _rounded(values: np.ndarray, towards: float) -> np.ndarray:
     return np.where(beyond, np.nextafter(near, np.float32(towards)), near).astype(np.float64)
 
 
-def quantise(tree: Tree) -> HostNodes:
-    """Return the boxes on the grid that spans them, each corner rounded outward."""
-    root = tree.boxes[1].astype(np.float64)
+def _on_grid(lower: np.ndarray, upper: np.ndarray, base: float, step: float) -> np.ndarray:
+    """Return one axis of the boxes, (2, n) uint16: steps from the lower end, and from the upper end downward."""
+    found = np.empty((2, len(lower)), dtype=np.uint16)
+    for start in range(0, len(lower), CHUNK):
+        chunk = slice(start, start + CHUNK)
+        # Rounded three times: 2^-30 of a step covers it.
+        low = np.floor((lower[chunk].astype(np.float64) - base) / step - 2.0**-30)
+        high = np.ceil((upper[chunk].astype(np.float64) - base) / step + 2.0**-30)
+        found[0, chunk] = np.clip(low, 0, STEPS)
+        found[1, chunk] = STEPS - np.clip(high, 0, STEPS)
+    return found
+
+
+def quantise(tree: Tree, lower: np.ndarray, upper: np.ndarray) -> HostNodes:
+    """Return a tree's boxes on the grid that spans them, from those of its items (3, n) [m], rounded outward."""
+    ends = np.array([lower.min(axis=1), upper.max(axis=1)], dtype=np.float64)
     # Base and step are float32 numbers, so that the device computes with the very grid that the boxes were rounded to.
-    base = _rounded(root[:3], -np.inf)
-    size = root[3:] - base
-    exact = bool(SMALLEST < size.max() < LARGEST and np.abs(root).max() < LARGEST)
+    base = _rounded(ends[0], -np.inf)
+    size = ends[1] - base
+    exact = bool(SMALLEST < size.max() < LARGEST and np.abs(ends).max() < LARGEST)
     # A flat axis gets a step too. One step is kept free at the upper end for rounding.
     step = _rounded(np.maximum(size, size.max() * 2.0**-20) / (STEPS - 2), np.inf) if exact else np.ones(3)
 
-    def corner(place: int) -> np.ndarray:
-        axis, upper = place % 3, place >= 3
-        if not exact:
-            return np.full(len(tree.boxes), STEPS if upper else 0, dtype=np.uint32)
-        scaled = (tree.boxes[:, place].astype(np.float64) - base[axis]) / step[axis]
-        # Rounded three times: 2^-30 of a step covers it.
-        whole = np.ceil(scaled + 2.0**-30) if upper else np.floor(scaled - 2.0**-30)
-        return np.clip(whole, 0, STEPS).astype(np.uint32)
-
-    words = aligned((len(tree.boxes), WORDS), np.uint32)
-    for word in range(3):
-        words[:, word] = corner(2 * word) | (corner(2 * word + 1) << 16)
-    words[:, 3] = 0
-    return HostNodes(leaves=tree.leaves, words=words.reshape(tree.leaves, 2, WORDS), base=base, step=step, exact=exact)
+    inner = max(1, tree.leaves // 2)
+    words = aligned((inner, CHILDREN, AXES), np.uint32)
+    words[0] = 0
+    first = tree.first(np.arange(tree.leaves + 1))
+    for axis in range(AXES):
+        if exact:
+            items = _on_grid(lower[axis], upper[axis], base[axis], step[axis])
+        else:
+            items = np.zeros((2, lower.shape[1]), dtype=np.uint16)
+        # Counted from both ends, all that happens on the way up is a minimum.
+        level = np.take(items, tree.slots[first[:-1]], axis=1)
+        for place in range(1, tree.size):
+            np.minimum(
+                level, np.take(items, tree.slots[np.minimum(first[:-1] + place, first[1:] - 1)], axis=1), out=level
+            )
+        count = tree.leaves
+        while count > 1:
+            pair = level[0].astype(np.uint32) | ((STEPS - level[1].astype(np.uint32)) << 16)
+            if count == 2:
+                words[0, 2:, axis] = pair
+                break
+            words[count // 4 : count // 2, :, axis] = pair.reshape(-1, CHILDREN)
+            for _ in range(2):
+                level = np.minimum(level[:, ::2], level[:, 1::2])
+            count //= 4
+    total = np.array([tree.total], dtype=np.uint32)
+    return HostNodes(leaves=tree.leaves, size=tree.size, total=total, words=words, base=base, step=step, exact=exact)
 
 
 def _number(word: Any) -> Any:
@@ -84,8 +119,9 @@ class Nodes:
     """The boxes as Dr.Jit arrays. Base and step are numbers in memory, so that meshes of one size share a kernel."""
 
     def __init__(self, host: HostNodes, types: ArrayTypes, assets: Assets, *, name: str) -> None:
-        self.host, self.leaves, self.types = host, host.leaves, types
+        self.host, self.leaves, self.size, self.types = host, host.leaves, host.size, types
         self.words = assets.upload(f"{name} nodes", types.UInt, lambda: host.words)
+        self._total = assets.upload(f"{name} slots", types.UInt, lambda: host.total)
         self._grid = assets.floats(f"{name} grid", types, lambda: np.concatenate([host.base, host.step]))
 
     def _number(self, place: int) -> Any:
@@ -101,11 +137,22 @@ class Nodes:
         Single: Any = dr.float32_array_t(self.types.Float)
         return Single(component) / Single(self._number(3 + axis))
 
-    def children(self, node: Any, active: Any) -> tuple[Any, Any]:
-        """Return the boxes of the two children of an inner node, each (lower, upper) with three grid coordinates."""
-        a, b, c, _, d, e, f, _ = packets(self.types, self.words, dr.select(active, node, 0), 2)
-        return self._box(a, b, c), self._box(d, e, f)
+    def children(self, node: Any) -> list[tuple[list[Any], list[Any]]]:
+        """Return the boxes of the four children of an inner node, each (lower, upper) with three grid coordinates."""
+        words = packets(self.types, self.words, node, AXES)
+        boxes = [words[AXES * child : AXES * child + AXES] for child in range(CHILDREN)]
+        return [([_low(word) for word in box], [_high(word) for word in box]) for box in boxes]
 
-    @staticmethod
-    def _box(a: Any, b: Any, c: Any) -> tuple[list[Any], list[Any]]:
-        return [_low(a), _high(a), _low(b)], [_high(b), _low(c), _high(c)]
+    @property
+    def halves(self) -> bool:
+        """Return whether there are two roots, the nodes 2 and 3, instead of one, node 1."""
+        return self.leaves.bit_length() % 2 == 0
+
+    def slots(self, leaf: Any) -> list[Any]:
+        """Return the slots of a leaf, counted from 0; where it is a smaller one, the last is the next leaf's first."""
+        if self.leaves == 1:
+            return [self.types.UInt(place) for place in range(self.size)]
+        total = dr.gather(self.types.UInt, self._total, self.types.UInt(0))
+        # leaf total / leaves, rounded down: the product has more bits than a word.
+        first: Any = dr.mul_hi(leaf << (33 - self.leaves.bit_length()), total)
+        return [first + place for place in range(self.size)]

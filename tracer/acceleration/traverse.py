@@ -1,7 +1,7 @@
 """A bundle's way through a tree, without a stack: all rays of a lane go together.
 
-The state is the node's heap index `key` and `trail`, one bit per level that says whether the sibling is still to be
-visited: to go back, climb to the deepest set bit and turn to the sibling. Which boxes are entered is decided for the
+The state is the node's heap index `key` and `trail`, three bits per level that say which siblings are still to be
+visited: to go back, climb to the deepest set bit and turn to that sibling. Which boxes are entered is decided for the
 bundle (`tracer.acceleration.beams`); in a leaf every ray meets every item by the formula that was chosen for it.
 """
 
@@ -12,13 +12,17 @@ from typing import Any, Protocol
 import drjit as dr
 
 from tracer.acceleration.beams import Beam
-from tracer.acceleration.build import LEAF_SIZE
 from tracer.acceleration.nodes import Nodes
 from tracer.arrays import ArrayTypes
 from tracer.configuration import Configuration
 from tracer.rays import Interval, Ray
 
 NONE = 0x7FFFFFFF  # the number of no item
+DONE = 0xFFFFFFFF  # the node of those that are done
+# What is pending on a level are the siblings x = 1 .. 3 of the current child, counted by exclusive or: bit x - 1. Of
+# the eight combinations, the one to turn to, and what is then pending as seen from there.
+FIRST = (0, 1, 2, 1, 3, 1, 2, 1)
+REST = (0, 0, 0, 4, 0, 2, 1, 6)
 # A bound of float64 is compared in float32, rounded up by more than the conversion may round down.
 WIDER = 1 + 2.0**-22
 
@@ -55,32 +59,56 @@ class Walk:
     meet: Callable[[Any, int], Any]
 
 
-def _pop(key: Any, trail: Any) -> tuple[Any, Any]:
-    """Return the deepest sibling still to be visited, or key 0 where none is left."""
-    levels = dr.tzcnt(trail)
+def _below(types: ArrayTypes, table: Sequence[int], place: Any) -> Any:
+    """Return an entry below 16 of a table of eight: one word that is shifted."""
+    word = sum(entry << (4 * k) for k, entry in enumerate(table))
+    return (types.UInt(word) >> (place << 2)) & 15
+
+
+def _pop(types: ArrayTypes, key: Any, trail: Any) -> tuple[Any, Any]:
+    """Return the deepest node still to be visited, or key DONE where none is left."""
+    Single: Any = dr.float32_array_t(types.Float)
+    # The exponent of the lowest bit as a float: AVX2 has no instruction that counts zeros.
+    lowest = Single(dr.int32_array_t(types.UInt)(trail & (~trail + 1)))
+    bits: Any = dr.reinterpret_array(types.UInt, lowest)
+    zeros = (bits >> 23) - 127
     done = trail == 0
-    levels = dr.select(done, 0, levels)
-    return dr.select(done, 0, (key >> levels) ^ 1), dr.select(done, 0, (trail >> levels) ^ 1)
+    levels = dr.select(done, 0, (zeros * 11) >> 5)  # a third, for all below 32
+    trail = trail >> (levels * 3)
+    pending = trail & 7
+    key = (key >> (levels * 2)) ^ _below(types, FIRST, pending)
+    return dr.select(done, DONE, key), (trail & ~types.UInt(7)) | _below(types, REST, pending)
+
+
+def _hits(types: ArrayTypes, hits: Sequence[Any], enters: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Return whether any of four children is met, the nearest of them, and the others relative to it."""
+    UInt = types.UInt
+    t = [dr.select(hit, enter, dr.inf) for hit, enter in zip(hits, enters, strict=True)]
+    second, fourth = t[1] < t[0], t[3] < t[2]
+    upper = dr.select(fourth, t[3], t[2]) < dr.select(second, t[1], t[0])
+    odd = (upper & fourth) | (~upper & second)
+    child = dr.select(upper, UInt(2), 0) | dr.select(odd, UInt(1), 0)
+    bits = [dr.select(hit, UInt(1 << k), 0) for k, hit in enumerate(hits)]
+    some = (bits[0] | bits[1]) | (bits[2] | bits[3])
+    others = dr.select(odd, ((some & 5) << 1) | ((some >> 1) & 5), some)
+    others = dr.select(upper, ((others & 3) << 2) | (others >> 2), others)
+    return some != 0, child, others >> 1
 
 
 def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
-    """Return the next leaf whose box is entered before `limit`, or key 0."""
-    nodes = walk.grove.nodes
-    UInt = walk.grove.types.UInt
+    """Return the next leaf whose box is entered before `limit`, or key DONE."""
+    nodes, types = walk.grove.nodes, walk.grove.types
 
     def inside(key: Any, trail: Any) -> Any:
-        return (key != 0) & (key < nodes.leaves)
+        return key < nodes.leaves
 
     def step(key: Any, trail: Any) -> tuple[Any, Any]:
-        left_box, right_box = nodes.children(key, inside(key, trail))
-        left, left_enter = walk.beam.meets(left_box, limit)
-        right, right_enter = walk.beam.meets(right_box, limit)
-        go_right = right & (~left | (right_enter < left_enter))
-        popped_key, popped_trail = _pop(key, trail)
-        some = left | right
+        hits, enters = zip(*(walk.beam.meets(box, limit) for box in nodes.children(key)), strict=True)
+        some, child, others = _hits(types, hits, enters)
+        popped_key, popped_trail = _pop(types, key, trail)
         return (
-            dr.select(some, (key << 1) | dr.select(go_right, UInt(1), 0), popped_key),
-            dr.select(some, (trail << 1) | dr.select(left & right, UInt(1), 0), popped_trail),
+            dr.select(some, (key << 2) | child, popped_key),
+            dr.select(some, (trail << 3) | others, popped_trail),
         )
 
     return dr.while_loop(state=(key, trail), cond=inside, body=step, labels=("key", "trail"))
@@ -91,13 +119,24 @@ def _leaf(walk: Walk, key: Any) -> list[tuple[Any, Any]]:
 
     Lanes that are done look at the first leaf once more. They lose nothing by it, and nobody has to be told apart.
     """
-    first = (dr.select(key == 0, walk.grove.nodes.leaves, key) - walk.grove.nodes.leaves) * LEAF_SIZE
-    return [walk.grove.item(first + place) for place in range(LEAF_SIZE)]
+    nodes = walk.grove.nodes
+    leaf = dr.select(key == DONE, 0, key - nodes.leaves)
+    return [walk.grove.item(slot) for slot in nodes.slots(leaf)]
 
 
-def _begin(types: ArrayTypes, active: Any, width: int) -> tuple[Any, Any]:
+def _begin(walk: Walk, active: Any, width: int) -> tuple[Any, Any]:
     """Return the state before the first step; a loop's state must have full width from the start."""
-    return dr.select(active, dr.full(types.UInt, 1, width), 0), dr.zeros(types.UInt, width)
+    types, nodes = walk.grove.types, walk.grove.nodes
+    UInt = types.UInt
+    root, trail = dr.full(UInt, 1, width), dr.zeros(UInt, width)
+    if nodes.halves:
+        # Both halves are visited, the nearer one first.
+        _, _, left, right = nodes.children(UInt(0))
+        Single: Any = dr.float32_array_t(types.Float)
+        limit = Single(dr.inf)
+        (_, enter), (_, other) = walk.beam.meets(left, limit), walk.beam.meets(right, limit)
+        root, trail = (root * 2) | dr.select(other < enter, UInt(1), 0), trail + 1
+    return dr.select(active, root, DONE), trail
 
 
 def _largest(values: Sequence[Any]) -> Any:
@@ -113,12 +152,12 @@ def nearest(
     """Return, per ray, distance (inf: none up to its limit) and number of the nearest item, at a tie the lower one."""
     types = walk.grove.types
     Single: Any = dr.float32_array_t(types.Float)
-    key, trail = _begin(types, types.Bool(True), width)
+    key, trail = _begin(walk, types.Bool(True), width)
     bests = [dr.full(types.Float, dr.inf, width) for _ in limits]
     numbers = [dr.full(types.Int, NONE, width) for _ in limits]
 
     def going(key: Any, trail: Any, bests: Any, numbers: Any) -> Any:
-        return key != 0
+        return key != DONE
 
     def step(key: Any, trail: Any, bests: Any, numbers: Any) -> tuple[Any, ...]:
         bests, numbers = list(bests), list(numbers)
@@ -132,7 +171,7 @@ def nearest(
                 # Where both are inf the number means nothing.
                 take = closer(t, best) | ((t == best) & (candidate < number))
                 bests[k], numbers[k] = dr.select(take, t, best), dr.select(take, candidate, number)
-        key, trail = _pop(key, trail)
+        key, trail = _pop(types, key, trail)
         return key, trail, bests, numbers
 
     *_, bests, numbers = dr.while_loop(
@@ -152,11 +191,11 @@ def any_hit(
     anyone = active[0]
     for one in active[1:]:
         anyone = anyone | one
-    key, trail = _begin(types, anyone, width)
+    key, trail = _begin(walk, anyone, width)
     found = [dr.full(types.Float, dr.inf, width) for _ in active]
 
     def going(key: Any, trail: Any, found: Any) -> Any:
-        return key != 0
+        return key != DONE
 
     def step(key: Any, trail: Any, found: Any) -> tuple[Any, Any, Any]:
         found = list(found)
@@ -168,11 +207,11 @@ def any_hit(
                 if skips is not None:
                     counts &= ~skips(number, k)
                 found[k] = dr.select(counts, t, found[k])
-        key, trail = _pop(key, trail)
+        key, trail = _pop(types, key, trail)
         open_ = types.Bool(False)
         for k, one in enumerate(active):
             open_ = open_ | (one & (found[k] == dr.inf))
-        return dr.select(open_, key, 0), trail, found
+        return dr.select(open_, key, DONE), trail, found
 
     *_, found = dr.while_loop(state=(key, trail, found), cond=going, body=step, labels=("key", "trail", "found"))
     return list(found)
