@@ -34,8 +34,8 @@ from reports.publish.tradeoff import diagrams
 SCRIPTS = (
     "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "expand", "load",
     "colors", "paint", "convolve", "ssim", "perceived", "flip", "errors", "edges", "histogram",
-    "transform", "keys", "command", "navigation", "front", "plot", "ladders", "stability", "tradeoff", "audit",
-    "references", "series", "history", "coverage", "comparison", "contest",
+    "transform", "keys", "command", "navigation", "front", "plot", "ladders", "stability", "tradeoff", "intervals",
+    "bench", "audit", "references", "series", "history", "coverage", "comparison", "contest",
     "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",
     "checks", "adjudication", "scene", "case", "start",
 )  # fmt: skip

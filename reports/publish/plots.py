@@ -72,9 +72,37 @@ def tradeoff(folder: Path) -> dict[str, Any] | None:
     return _rounded(found)
 
 
+def bench(folder: Path) -> dict[str, Any] | None:
+    """Return the benchmark, as docs/bench.md describes it, numbers rounded for drawing; None without any."""
+    found = _read(folder / "bench.json")
+    scenes = _mappings(found.get("scenes")) if isinstance(found, dict) else []
+    if not scenes or not all(map(_is_scene, scenes)):
+        return None
+    shown = [{**scene, "contenders": _mappings_in(scene.get("contenders"))} for scene in scenes]
+    about = {name: found[name] if isinstance(found.get(name), dict) else {} for name in ("machine", "versions")}
+    changes = [change for change in _mappings(found.get("changes")) if isinstance(change.get("interval"), list)]
+    return _rounded({"started": found.get("started"), **about, "scenes": shown, "changes": changes})
+
+
+def _is_scene(scene: dict[str, Any]) -> bool:
+    """Return whether a scene of a benchmark has a size, and intervals that are pairs."""
+    sized = all(isinstance(scene.get(key), int) and scene[key] > 0 for key in ("width", "height"))
+    pairs = (scene.get(f"{key}_interval") for key in ("ratio_minimal", "ratio_direct", "control"))
+    return sized and all(pair is None or (isinstance(pair, list) and len(pair) == 2) for pair in pairs)
+
+
+def _mappings(value: Any) -> list[dict[str, Any]]:
+    return [one for one in value if isinstance(one, dict)] if isinstance(value, list) else []
+
+
+def _mappings_in(value: Any) -> dict[str, dict[str, Any]]:
+    return {name: one for name, one in value.items() if isinstance(one, dict)} if isinstance(value, dict) else {}
+
+
 SOURCES: dict[str, Callable[[Path], dict[str, Any] | None]] = {
     "stability": stability,
     "tradeoff": tradeoff,
+    "bench": bench,
 }
 
 

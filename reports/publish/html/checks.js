@@ -24,7 +24,7 @@
     return [`${measurement.interior ?? "?"} interior`, `${measurement.edge ?? "?"} edge`, ...bad].join(", ");
   }
 
-  function row(check, selected, unit, onpixel) {
+  function row(check, selected, onpixel) {
     const end = check.end_to_end || {};
     const pixel = Array.isArray(end.pixel) ? end.pixel : null;
     const details = e("tr", { class: "derivation", hidden: true }, e("td", { colspan: 9 },
@@ -41,7 +41,7 @@
       e("td", {}, check.configuration), e("td", {}, check.reference),
       e("td", {}, rayproof.ratioBar(end.worst_ratio ?? check.ratio)),
       e("td", {}, check.continued ? rayproof.ratioBar(check.continued.worst_ratio) : e("span", { class: "muted" }, "\u2013")),
-      e("td", { class: "figure" }, rayproof.short(end.worst_error), e("span", { class: "muted" }, ` \u2264 ${rayproof.short(end.limit) || "?"} ${unit}`)),
+      e("td", { class: "figure" }, rayproof.short(end.worst_error), e("span", { class: "muted" }, ` \u2264 ${rayproof.short(end.limit) || "?"}`)),
       e("td", {}, pixel ? e("button", { class: "link", onclick: () => onpixel(...pixel) }, pixel.join(", ")) : ""),
       e("td", {}, counts(check.end_to_end)),
       e("td", {}, toggle)), details];
@@ -50,10 +50,10 @@
   rayproof.checkTable = function (checks, { configuration, reference, unit, onpixel }) {
     if (!checks.length) return e("p", { class: "muted" }, "Nothing was checked at this stage.");
     return e("div", { class: "scroll" }, e("table", { class: "checks" },
-      e("thead", {}, e("tr", {}, ["verdict", "configuration", "reference", "end to end", "given our previous stage", "worst error",
+      e("thead", {}, e("tr", {}, ["verdict", "configuration", "reference", "end to end", "given our previous stage", unit ? `worst error [${unit}]` : "worst error",
         "worst pixel", "pixels", ""].map((title) => (title ? e("th", { scope: "col" }, title) : e("td"))))),
       e("tbody", {}, checks.map((check) => row(check,
-        check.configuration === configuration && check.reference === reference, unit, onpixel)))));
+        check.configuration === configuration && check.reference === reference, onpixel)))));
   };
 
   rayproof.expectations = function (list) {

@@ -23,6 +23,7 @@
     flip: (ours, theirs) => rayproof.flip(ours, theirs),
   };
   rayproof.metrics = [...Object.keys(METRICS), ...Object.keys(MAPS)];
+  rayproof.metricTitle = (metric) => ({ ssim: "1 \u2212 SSIM", flip: "FLIP" })[metric] || metric;
   // What two values are compared by where the metric is of neighbourhoods.
   rayproof.ofValues = (metric) => (metric in MAPS ? "absolute" : metric);
   rayproof.isSigned = (metric) => metric === "signed";

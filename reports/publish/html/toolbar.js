@@ -32,8 +32,6 @@
 
   const signed = (value) => (value > 0 ? `+${value}` : String(value));
 
-  const METRICS = { ssim: "SSIM (1 \u2212 s)", flip: "FLIP" };
-
   // set(parts): settings by the names of the address. choices: {ours, theirs, channels, stage, both, counts, noFlip}.
   rayproof.toolbar = function (settings, choices, set, viewer) {
     const pick = (title, pairs, current, key) => rayproof.select(title, pairs, current, (value) => set({ [key]: value }));
@@ -57,7 +55,7 @@
         ] : null,
         stage === "object" ? null : pick("colours", [["", "natural"], ...rayproof.colorMaps.map((name) => [name, `false: ${name}`])], settings.map, "map"),
         both ? [
-          pick("error", rayproof.metrics.map((name) => [name, METRICS[name] || name, name === "flip" ? noFlip : null]), settings.metric, "metric"),
+          pick("error", rayproof.metrics.map((name) => [name, rayproof.metricTitle(name), name === "flip" ? noFlip : null]), settings.metric, "metric"),
           rayproof.isSigned(settings.metric) ? null : pick("error colours", same(rayproof.colorMaps), settings.colors, "colors"),
           check("log scale", settings.log, (on) => set({ scale: on ? "log" : "linear", low: "", high: "" })),
         ] : null,

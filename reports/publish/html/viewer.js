@@ -87,7 +87,7 @@
       const { mode } = what.settings;
       panes.reference.caption("reference", what.notes.theirs);
       panes.ours.caption("ours", what.notes.ours);
-      panes.error.caption(`${what.settings.metric} error`, what.notes.error);
+      panes.error.caption(`${rayproof.metricTitle(what.settings.metric)} error`, what.notes.error);
       panes.both.caption(TITLES[mode], `${what.names.ours} over ${what.names.theirs}`);
       const ends = mode === "swipe" ? ["ours", "reference"] : ["reference", "ours"];
       rayproof.replace(panes.both.foot, mode === "flicker" ? play : e("label", { class: "share" }, e("span", {}, ends[0]), share, e("span", {}, ends[1])));

@@ -113,7 +113,7 @@ def test_every_metric_and_scale_draws(visit):
 
     for metric in ("absolute", "signed", "relative", "squared", "ulp", "ssim"):  # FLIP is of light only
         page.get_by_label("error", exact=True).select_option(metric)
-        page.wait_for_selector(f"figure:has-text('{metric} error')")
+        page.wait_for_selector(f"figure:has-text('{'1 − SSIM' if metric == 'ssim' else metric} error')")
         for scale in ("linear", "log"):
             page.get_by_label("log scale").set_checked(scale == "log")
             seen.add(tuple(page.evaluate(LAYER, [2, 0, 19, 14]) + page.evaluate(LAYER, [2, 0, 15, 12])))
