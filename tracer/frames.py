@@ -1,6 +1,6 @@
 """Only the image, warm: the radiance of one scene again and again, by a frozen function.
 
-    frames = Frames(scene, configuration)
+    frames = Frames(scene, configuration, samples=2)  # 2 x 2 per pixel, their mean; without it one
     image = frames()          # a Dr.Jit array, height x width x 3, row by row; evaluated, not copied
     pixels = frames.pixels()  # the same as numpy, (height, width, 3)
 
@@ -8,6 +8,9 @@ The first call traces and compiles; every later one launches the recorded kernel
 computed is what `tracer.render.render` computes for the same plan.
 """
 
+import gc
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -19,11 +22,12 @@ from tracer.assets import Assets
 from tracer.configuration import Configuration
 from tracer.interleaving import next_step
 from tracer.lanes import Lanes
-from tracer.plan import Plan
+from tracer.plan import Plan, plan
 from tracer.trace import Trace
 
 PACKETS = (8, 4)  # numbers that are written at once, as many pixels as stand in a row
 CHANNELS = 3
+Traces = Callable[[Any, Any], Trace]  # the trace of the sample at (column, row) of every pixel
 
 
 def _write(image: Any, numbers: list[Any], radiance: list[Any], lanes: Lanes, types: ArrayTypes) -> None:
@@ -43,12 +47,67 @@ def _write(image: Any, numbers: list[Any], radiance: list[Any], lanes: Lanes, ty
             dr.scatter(image, values, where, mode=dr.ReduceMode.Permute)
 
 
-def _image(scene: Scene, configuration: Configuration, chosen: Plan, arrays: dict[str, Any]) -> Any:
-    """Return the image of one trace; a function of its own, so that `Frames` is no part of a reference cycle."""
-    trace = Trace(scene, configuration, per_side=1, chosen=chosen, assets=Assets(dict(arrays)))
+def _mean(traces: Traces, lanes: Lanes, per_side: int, types: ArrayTypes) -> list[Any]:
+    """Return each pixel's mean over per_side x per_side samples, one after the other in a loop of the kernel."""
+    count, width = per_side * per_side, lanes.count
+
+    def step(index: Any, total: Any) -> tuple[Any, Any]:
+        row = index // per_side
+        radiance = traces(index - row * per_side, row).radiance
+        return index + 1, [before + one for before, one in zip(total, radiance, strict=True)]
+
+    _, total = dr.while_loop(
+        state=(dr.zeros(types.UInt, width), [dr.zeros(types.Vector, width) for _ in range(lanes.tile)]),
+        cond=lambda index, total: index < count,
+        body=step,
+        labels=("index", "total"),
+    )
+    return [one / count for one in total]
+
+
+def _decided(scene: Scene, configuration: Configuration, samples: int, chosen: Plan | None) -> Plan:
+    """Return the plan. What is traced sample by sample in a loop cannot go through memory: it is one kernel."""
+    decided = plan(scene, configuration, samples=samples) if chosen is None else chosen
+    if samples == 1 or not decided.split:
+        return decided
+    bounded = configuration.formula("segment").facts.get("bounded", False)
+    side = {} if bounded else {"columns": 1, "rows": 1}
+    return replace(decided, split=False, **side)
+
+
+class _Recipe:
+    """What a frozen function is told of the scene.
+
+    Dr.Jit looks for arrays in all that a frozen function refers to, at every call: into dataclasses too, and a scene of
+    a thousand shapes took milliseconds. Into an object such as this one it does not look.
+    """
+
+    def __init__(self, scene: Scene, configuration: Configuration, samples: int, chosen: Plan) -> None:
+        self._scene, self._configuration, self.samples, self._chosen = scene, configuration, samples, chosen
+
+    def trace(self, column: Any, row: Any, assets: Assets) -> Trace:
+        """Return the trace of the sample at (column, row) of every pixel."""
+        within = None if self.samples == 1 else (column, row)
+        return Trace(
+            self._scene,
+            self._configuration,
+            per_side=self.samples,
+            within=within,
+            chosen=self._chosen,
+            assets=assets,
+        )
+
+
+def _image(recipe: _Recipe, arrays: dict[str, Any]) -> Any:
+    """Return the image, by the arrays that the scene keeps on the device."""
+    assets, samples = Assets(dict(arrays)), recipe.samples
+    trace = recipe.trace(0, 0, assets)
     lanes, types = trace.lanes, trace.types
+    radiance = trace.radiance
+    if samples > 1:
+        radiance = _mean(lambda column, row: recipe.trace(column, row, assets), lanes, samples, types)
     image = dr.empty(types.Float, lanes.width * lanes.height * CHANNELS)
-    _write(image, lanes.numbers(trace.positions), trace.radiance, lanes, types)
+    _write(image, lanes.numbers(lanes.positions(types.UInt)), radiance, lanes, types)
     dr.eval(image)
     return image
 
@@ -56,30 +115,42 @@ def _image(scene: Scene, configuration: Configuration, chosen: Plan, arrays: dic
 class Frames:
     """A scene's radiance by one configuration, to be rendered many times; raises what `tracer.render.render` raises.
 
-    `chosen` overrides the plan, to compare plans; without it the scene decides.
+    With samples > 1 a pixel is the mean over samples x samples points, the centres of a regular subdivision. `chosen`
+    overrides the plan, to compare plans; without it the scene decides.
     """
 
-    def __init__(self, scene: Scene, configuration: Configuration, *, chosen: Plan | None = None) -> None:
+    def __init__(
+        self, scene: Scene, configuration: Configuration, *, samples: int = 1, chosen: Plan | None = None
+    ) -> None:
+        if samples < 1:
+            raise ValueError(f"samples must be 1 or more, got {samples}")
         self.scene, self.configuration = scene, configuration
-        first = Trace(scene, configuration, per_side=1, chosen=chosen)
-        self.plan = first.plan
+        self.plan = _decided(scene, configuration, samples, chosen)
+        assets, recipe = Assets(), _Recipe(scene, configuration, samples, self.plan)
+        first = recipe.trace(0, 0, assets)
         # Tracing uploads what the kernel will read; nothing is launched for the pixels yet.
         _ = first.radiance
-        self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.types.UInt, 0), **first.assets.arrays}
+        self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.types.UInt, 0), **assets.arrays}
         dr.eval(self._arrays)
-        # Dr.Jit aborts the process when the garbage collector finds a frozen function while another one is recorded.
-        decided = first.plan
 
+        # It knows nothing of `self`: Dr.Jit looks through everything that a frozen function refers to at every call.
         def image(arrays: dict[str, Any]) -> Any:
-            return _image(scene, configuration, decided, arrays)
+            return _image(recipe, arrays)
 
         self._frozen = dr.freeze(image)
 
     def __call__(self) -> Any:
         """Return the image [W/(m^2 sr)], channels last, as one evaluated Dr.Jit array."""
-        return self._frozen(self._arrays)
+        # Dr.Jit aborts the process when the garbage collector finds arrays or a frozen function while one is recorded.
+        collecting = gc.isenabled()
+        gc.disable()
+        try:
+            return self._frozen(self._arrays)
+        finally:
+            if collecting:
+                gc.enable()
 
     def pixels(self) -> np.ndarray:
         """Return the image [W/(m^2 sr)], (height, width, 3), in the configuration's precision."""
         camera = self.scene.camera
-        return np.array(self()).reshape(camera.height, camera.width, 3)
+        return np.array(self()).reshape(camera.height, camera.width, CHANNELS)

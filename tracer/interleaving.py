@@ -1,8 +1,8 @@
 """The samples of a lane side by side: a step of all of them comes before the next step of any.
 
-Dr.Jit writes the code of one scope before that of the next, and within a scope follows each result back to where it came
-from, one sample after the other. A sample's operations wait for each other, and a processor looks some two hundred
-instructions ahead, less than one sample has: step by step it finds other samples' work to do meanwhile.
+Dr.Jit writes the code of one scope before that of the next, and within a scope follows each result back to where it
+came from, one sample after the other. A sample's operations wait for each other, and a processor looks some two
+hundred instructions ahead, less than one sample has: step by step it finds other samples' work to do meanwhile.
 """
 
 import drjit as dr

@@ -27,7 +27,9 @@ WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and
 class Trace:
     """One scene by one configuration; the stages are unevaluated Dr.Jit arrays.
 
-    A lane holds one or several samples (`tracer.lanes`); every stage is a list with an entry for each of them.
+    A lane holds one or several samples (`tracer.lanes`); every stage is a list with an entry for each of them. All
+    samples of the image are there side by side or, with `within`, that one of every pixel: its (column, row) among the
+    pixel's per_side x per_side.
     """
 
     def __init__(
@@ -36,31 +38,39 @@ class Trace:
         configuration: Configuration,
         *,
         per_side: int,
+        within: tuple[Any, Any] | None = None,
         chosen: Plan | None = None,
         assets: Assets | None = None,
     ) -> None:
-        self.scene, self.configuration, self.per_side = scene, configuration, per_side
+        self.scene, self.configuration, self.per_side, self.within = scene, configuration, per_side, within
         self.types = array_types(configuration.precision)
         self.frame = Frame(camera=scene.camera, configuration=configuration, types=self.types)
         self.plan = plan(scene, configuration, samples=per_side) if chosen is None else chosen
         self.assets = Assets() if assets is None else assets
         self.world = World(scene, configuration, self.types, plan=self.plan, assets=self.assets)
-        size = {"width": scene.camera.width * per_side, "height": scene.camera.height * per_side}
+        self._side_by_side = per_side if within is None else 1
+        size = {"width": scene.camera.width * self._side_by_side, "height": scene.camera.height * self._side_by_side}
         tile = {} if self.plan.split else {"columns": self.plan.columns, "rows": self.plan.rows}
         self.lanes = Lanes(**size, **tile)
 
     @cached_property
     def positions(self) -> list[tuple[Any, Any]]:
-        """Return (column, row) of every sample."""
-        return self.lanes.positions(self.types.UInt)
+        """Return (column, row) of every sample among all samples of the image."""
+        found = self.lanes.positions(self.types.UInt)
+        if self.within is None:
+            return found
+        across, down = self.within
+        return [(column * self.per_side + across, row * self.per_side + down) for column, row in found]
 
     @cached_property
     def ndc(self) -> list[tuple[Any, Any]]:
         """Return (sx, sy) of every sample."""
-        camera, Float = self.scene.camera, self.types.Float
+        camera, types = self.scene.camera, self.types
         found = []
-        for column, row in self.positions:
-            px, py = self.configuration["sample"](Float(column), Float(row), self.per_side)
+        for position in self.positions:
+            # As signed integers: there is an instruction that converts those.
+            column, row = (types.Float(types.Int(place)) for place in position)
+            px, py = self.configuration["sample"](column, row, self.per_side)
             found.append(self.configuration["ndc"](px, py, camera.width, camera.height))
         return found
 
@@ -80,7 +90,7 @@ class Trace:
     def _narrow(self) -> bool:
         """Return whether the directions of a lane's rays differ by less than WIDEST."""
         camera, lanes = self.scene.camera, self.lanes
-        pixel = 2 * math.tan(math.radians(camera.fovy) / 2) / (camera.height * self.per_side)
+        pixel = 2 * math.tan(math.radians(camera.fovy) / 2) / (camera.height * self._side_by_side)
         return max(lanes.columns, lanes.rows) * pixel < WIDEST and camera.fovy < 90
 
     @cached_property
