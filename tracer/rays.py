@@ -33,4 +33,5 @@ class Interval:
 
     def smallest(self, near: Any, far: Any) -> Any:
         """Return the smaller of two ordered roots that lies inside, or inf."""
-        return dr.select(self.contains(near), near, dr.select(self.contains(far), far, dr.inf))
+        t = dr.select(near > self.nearest, near, far)
+        return dr.select(self.contains(t), t, dr.inf)

@@ -151,7 +151,7 @@ class Surfaces:
         normal = self._object_normal(index, shape, placement)
         if not placement.identity:
             normal = self.configuration["world_normal"](normal, placement)
-        return self.configuration["facing"](normal, self.ray.direction) if shape.two_sided else normal
+        return normal
 
     def _kind(self, *kinds: type[Shape]) -> Any:
         """Return where a shape of one of these kinds was hit."""
@@ -177,19 +177,22 @@ class Surfaces:
             normal = dr.select(triangles, self.world.forest.normal(self.hit.number, triangles), normal)
         if self._placed:
             normal = self.configuration["world_normal"](normal, self.placement)
-        if any(shape.two_sided for shape in self.shapes):
-            two_sided = self.constant(lambda shape: shape.two_sided, self.types.Bool)
-            normal = dr.select(two_sided, self.configuration["facing"](normal, self.ray.direction), normal)
         return dr.select(self.mask, normal, 0)
+
+    def _facing(self, normal: Any) -> Any:
+        """Return the normals, those of two-sided shapes turned to the viewer: once, whichever shape was hit."""
+        if not any(shape.two_sided for shape in self.shapes):
+            return normal
+        two_sided = self.constant(lambda shape: shape.two_sided, self.types.Bool)
+        return dr.select(two_sided, self.configuration["facing"](normal, self.ray.direction), normal)
 
     @cached_property
     def normal(self) -> Any:
         """Return the shading normals N, 0 where nothing was hit."""
         if self.world.plan.tables:
-            return self._looked_up_normal()
-        return self._choose(
-            [self._normal(index, shape) for index, shape in enumerate(self.shapes)], self.types.Vector(0)
-        )
+            return self._facing(self._looked_up_normal())
+        each = [self._normal(index, shape) for index, shape in enumerate(self.shapes)]
+        return self._facing(self._choose(each, self.types.Vector(0)))
 
     @cached_property
     def hidden(self) -> Any:

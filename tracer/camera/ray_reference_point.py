@@ -17,5 +17,5 @@ def reference_point(frame: Any, sx: Any, sy: Any) -> Any:
     length = dr.norm(ref - frame.eye)
     V = frame.up * (length * frame.vertical)
     H = frame.right * (length * frame.horizontal)
-    p = ref + sx * H + sy * V
+    p = dr.fma(sx, H, dr.fma(sy, V, ref))
     return dr.normalize(p - frame.eye)

@@ -12,4 +12,5 @@ from tracer.clipping import CLIPPING
 def planes(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
     """Return the t [m] of the two planes: near < t dot(d, F) < far."""
     cosine = dr.dot(direction, forward)
-    return near / cosine, far / cosine
+    per_depth = 1 / cosine
+    return near * per_depth, far * per_depth

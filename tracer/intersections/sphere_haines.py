@@ -10,7 +10,7 @@ import drjit as dr
 
 from cases.stages import Stage
 from tracer.intersections import INTERSECTIONS
-from tracer.quadratic import stable_roots
+from tracer.quadratic import ordered
 from tracer.rays import Interval, Ray
 
 
@@ -24,9 +24,10 @@ def haines(ray: Ray, sphere: Any, interval: Interval) -> Any:
     h = -dr.dot(f, ray.direction)
     # The ray's closest point to the centre; comparing it with the radius loses (distance / radius)^2 fewer digits
     # than B^2 - 4 A C does.
-    closest = dr.fma(ray.direction, h / A, f)
+    inverse_A = 1 / A
+    closest = dr.fma(ray.direction, h * inverse_A, f)
     quarter_discriminant = A * (dr.square(sphere.radius) - dr.squared_norm(closest))
-    real = quarter_discriminant >= 0
-    root = dr.sqrt(dr.select(real, quarter_discriminant, 0))
+    # Without real roots, or with q = 0, a root is NaN or infinite, or 0: none of these lies inside an interval.
+    q = h + dr.copysign(dr.sqrt(quarter_discriminant), h)
     C = dr.squared_norm(f) - dr.square(sphere.radius)
-    return dr.select(real, interval.smallest(*stable_roots(A, h, C, root)), dr.inf)
+    return interval.smallest(*ordered(C / q, q * inverse_A))
