@@ -23,7 +23,7 @@
     return e("section", { class: "adjudication", "aria-label": "Everybody against everybody" }, e("h3", {}, "Everybody against everybody"),
       panel.why ? e("p", {}, e("bdi", {}, panel.why)) : null,
       e("details", { open: panel.alone ? true : null }, e("summary", {}, `Worst error over limit, ${heard.length} renderers: row judged against column`),
-        e("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Matrix of renderers" }, e("table", { class: "versus" },
+        rayproof.scroll("matrix of renderers", e("table", { class: "versus" },
           e("thead", {}, e("tr", {}, e("td"), heard.map((j) => e("th", { scope: "col" }, e("span", {}, renderers[j]))))),
           e("tbody", {}, heard.map((i) => e("tr", { class: alone.includes(renderers[i]) ? "alone" : "" },
             e("th", { scope: "row" }, renderers[i], alone.includes(renderers[i]) ? " \u2190 alone" : ""), heard.map((j) => cell(i, j)))))))));

@@ -56,7 +56,7 @@
         audit.families.map((name) => family((fault.families || {})[name])));
       return line;
     };
-    return e("div", { class: "scroll" }, e("table", { class: "kills" },
+    return rayproof.scroll("table of faults", e("table", { class: "kills" },
       e("thead", {}, e("tr", {}, ["fault", "where", "spoils", "outcome", "blamed"].map(th),
         audit.references.map(upright), audit.families.map(upright))),
       e("tbody", {}, faults.map(row))));
@@ -67,7 +67,7 @@
       Object.entries(found).map(([precision, stages]) => [quantity, precision, stages]));
     if (!rows.length) return null;
     const stages = [...new Set(rows.flatMap((row) => Object.keys(row[2])))];
-    return e("section", { class: "panel" }, e("h2", {}, "Smallest relative error that each stage detects"), e("div", { class: "scroll" }, e("table", {},
+    return e("section", { class: "panel" }, e("h2", {}, "Smallest relative error that each stage detects"), rayproof.scroll("table of smallest errors", e("table", {},
       e("thead", {}, e("tr", {}, ["quantity", "precision", ...stages].map(th))),
       e("tbody", {}, rows.map(([quantity, precision, found]) => e("tr", {}, e("th", { scope: "row" }, quantity),
         e("td", {}, precision), stages.map((stage) => e("td", { class: "figure" },

@@ -26,7 +26,7 @@
       cell(percent(scene.pixels_differ, 3)), cell([scene.error?.median, scene.error?.p99].map((value) => rayproof.short(value, 2)).filter(Boolean).join(", ")),
       cell(milliseconds(scene.compile_ms)), cell(milliseconds(scene.build_ms)),
       cell(percent(scene.limit_fraction, 0)));
-    return e("div", { class: "scroll" }, e("table", { class: "bench" },
+    return rayproof.scroll("table of scenes", e("table", { class: "bench" },
       e("thead", {}, e("tr", {}, ["scene", "ours", "minimal Mitsuba / ours", "Mitsuba direct / ours", "ours / ours", "pixels differ",
         "error: median, p99", "compile", "build", "of limit"].map(th))), e("tbody", {}, scenes.map(row))));
   }
@@ -40,7 +40,7 @@
           e("td", { class: "figure" }, rayproof.short(one.error?.p99))]);
     return [e("h3", { class: "apart" }, place(scene), " ", e("span", { class: "muted" }, [scene.about, scene.lights && `${scene.lights} light${scene.lights === 1 ? "" : "s"}`,
       scene.operations && `${rayproof.short(scene.operations)} operations`, scene.limit_by && `limited by ${scene.limit_by}`].filter(Boolean).join(" \u00B7 "))),
-    e("div", { class: "scroll" }, e("table", {}, e("thead", {}, e("tr", {}, ["contender", "one run is", "median", "fastest", "rounds", "first", "build", "error, p99"].map(th))),
+    rayproof.scroll("table of contenders", e("table", {}, e("thead", {}, e("tr", {}, ["contender", "one run is", "median", "fastest", "rounds", "first", "build", "error, p99"].map(th))),
       e("tbody", {}, Object.entries(scene.contenders || {}).map(row)))), command([scene.name])];
   }
 

@@ -49,7 +49,7 @@
 
   rayproof.checkTable = function (checks, { configuration, reference, unit, onpixel }) {
     if (!checks.length) return e("p", { class: "muted" }, "Nothing was checked at this stage.");
-    return e("div", { class: "scroll" }, e("table", { class: "checks" },
+    return rayproof.scroll("table of checks", e("table", { class: "checks" },
       e("thead", {}, e("tr", {}, ["verdict", "configuration", "reference", "end to end", "given our previous stage", unit ? `worst error [${unit}]` : "worst error",
         "worst pixel", "pixels", ""].map((title) => (title ? e("th", { scope: "col" }, title) : e("td"))))),
       e("tbody", {}, checks.map((check) => row(check,
@@ -59,7 +59,7 @@
   rayproof.expectations = function (list) {
     if (!list.length) return null;
     return e("section", { class: "panel", "aria-label": "Closed forms" }, e("h3", {}, "Closed forms"),
-      e("div", { class: "scroll" }, e("table", {},
+      rayproof.scroll("table of closed forms", e("table", {},
         e("thead", {}, e("tr", {}, ["verdict", "configuration", "stage", "measured", "expected", "limit", "because"]
           .map((title) => e("th", { scope: "col" }, title)))),
         e("tbody", {}, list.map((item) => e("tr", {}, e("td", {}, rayproof.pill(item.verdict)),

@@ -54,7 +54,7 @@
     return e("section", { class: "panel comparison", "aria-label": "What changed" }, e("h2", {}, "What changed"),
       e("p", {}, "from ", side(found.base), " to ", side(found.candidate), e("span", { class: "muted" }, "; this page is the latter's")),
       e("p", {}, found.sentence),
-      found.rows.length ? e("div", { class: "scroll" }, e("table", {}, e("thead", {}, e("tr", {}, ["verdict", "case", "largest change of error / limit", "pixels that differ", "time"].map(th))), body)) : null, more,
+      found.rows.length ? rayproof.scroll("table of changes", e("table", {}, e("thead", {}, e("tr", {}, ["verdict", "case", "largest change of error / limit", "pixels that differ", "time"].map(th))), body)) : null, more,
       listed("appeared", found.appeared, true), listed("vanished", found.vanished, false));
   };
 
@@ -69,7 +69,7 @@
     const apart = found.checks.filter((check) => rayproof.number(check.factor) !== 1 || check.before?.[0] !== check.after?.[0]);
     const images = found.pixels === null ? "images of both were not kept" : found.pixels ? `${found.pixels} pixels differ` : "the images are identical, bit for bit";
     return e("section", { class: "panel", "aria-label": "Before and after" }, e("h3", {}, "Before and after ", e("span", { class: "muted" }, `${apart.length} of ${found.checks.length} checks changed; ${images}`)),
-      apart.length ? e("details", { open: apart.length <= 12 }, e("summary", {}, "error / limit of every check that changed"), e("div", { class: "scroll" }, e("table", {},
+      apart.length ? e("details", { open: apart.length <= 12 }, e("summary", {}, "error / limit of every check that changed"), rayproof.scroll("table of changed checks", e("table", {},
         e("thead", {}, e("tr", {}, ["stage", "configuration", "reference", base.name, candidate.name, "change"].map(th))), e("tbody", {}, apart.slice(0, 400).map(line))))) : null);
   };
 })(window.rayproof);

@@ -23,7 +23,7 @@
     return e("div", {}, e("section", { class: `verdict ${rayproof.tone(tone(contest.outcome))}` }, e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(tone(contest.outcome))),
       e("div", {}, e("h1", {}, `${contest.base} \u2192 ${contest.candidate}: ${contest.outcome}`), e("p", {}, contest.verdict),
         e("p", { class: "muted" }, `control, ${contest.base} against itself: ${contest.control}`))),
-    e("section", { class: "panel contest", "aria-label": "Families" }, e("div", { class: "scroll" }, e("table", {},
+    e("section", { class: "panel contest", "aria-label": "Families" }, rayproof.scroll("table of families", e("table", {},
       e("thead", {}, e("tr", {}, ["", "family", "digits gained, more is better", "decided wrongly", "time ratio, less is better", "ns per ray"].map(th))),
       e("tbody", {}, contest.families.map(line)))),
     e("p", { class: "muted legend" }, "Intervals of all families hold together at 95 %; the upright line is where both are alike."),

@@ -18,7 +18,7 @@
   }
   const usual = (items) => items.map((item) => item.references || []).sort((a, b) => b.length - a.length)[0] || [];
 
-  const table = (items, onpick, everyone) => (items.length ? e("div", { class: "scroll" }, e("table", { class: "coverage" },
+  const table = (items, onpick, everyone) => (items.length ? rayproof.scroll("table of specification ids", e("table", { class: "coverage" },
     e("thead", {}, e("tr", {}, ["id", "", "what", "cases", "failed", "worst error / limit", "references"]
       .map((title) => (title ? e("th", { scope: "col" }, title) : e("td"))))),
     e("tbody", {}, items.map((item) => e("tr", {},

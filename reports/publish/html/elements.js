@@ -38,6 +38,9 @@
     return rayproof.append(node, children);
   };
 
+  // What is wider than the window scrolls by itself; the keyboard reaches it though nothing in it takes the focus.
+  rayproof.scroll = (label, ...children) => rayproof.element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": label }, children);
+
   // A <select> of [value, label] pairs; a third entry says why there is no such choice now.
   rayproof.select = function (label, pairs, current, onchange) {
     const e = rayproof.element;

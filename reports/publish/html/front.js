@@ -59,7 +59,7 @@
     return e("details", { class: "panel" },
       e("summary", {}, `Limits for review (${results.review.length})`),
       e("p", { class: "muted" }, "An error below a hundredth of its limit says the limit is loose; above 0.8, that it is tight."),
-      e("div", { class: "scroll" }, e("table", {},
+      rayproof.scroll("table of limits", e("table", {},
         e("thead", {}, e("tr", {}, e("th", {}, "check"), e("th", {}, "error / limit"), e("th", {}, "why"))),
         e("tbody", {}, results.review.slice(0, 400).map((entry) => e("tr", {}, e("td", {}, entry.check),
           e("td", {}, rayproof.ratioBar(entry.ratio)), e("td", {}, entry.why)))))),

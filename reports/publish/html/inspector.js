@@ -10,7 +10,7 @@
     const kinds = e("p", { class: "muted kinds" });
     const command = e("div");
     const node = e("section", { class: "panel inspector", "aria-label": "Pixel" }, e("h3", {}, "Pixel ", title), command, kinds,
-      e("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Every stage of every renderer" }, e("table", {}, head, body)));
+      rayproof.scroll("every stage of every renderer", e("table", {}, head, body)));
     let images = null, wanted = null, context = { renderers: data.renderers, ours: "", theirs: "", stage: "", metric: "absolute" };
 
     const read = () => Promise.all(stages.map((stage) => Promise.all(data.renderers.map((renderer) => data.image(renderer, stage.name)))));

@@ -18,7 +18,7 @@
           e("li", {}, e("bdi", {}, why), e("span", { class: "muted" }, ` ${count} stage${count === 1 ? "" : "s"} of cases`))))) : null];
     };
     return e("section", { class: "panel", "aria-label": "References" }, e("h1", {}, "References"),
-      e("div", { class: "scroll" }, e("table", { class: "panelists" },
+      rayproof.scroll("table of references", e("table", { class: "panelists" },
         e("thead", {}, e("tr", {}, ["reference", "version", "precision", "shares with the tracer", "settings, epsilons, other questions"].map(th))),
         e("tbody", {}, rows.map(([name, about]) => e("tr", {}, e("th", { scope: "row" }, name), e("td", {}, about.version || ""), e("td", {}, about.precision || ""),
           e("td", {}, about.independent ? "nothing" : "code or compiler: no witness"), e("td", {}, facts(name))))))),
@@ -47,7 +47,7 @@
     const list = merged(results.findings || []);
     const lines = (values, between) => e("bdi", {}, values.map(text).join(between));
     return e("section", { class: "panel", "aria-label": "Findings" }, e("h2", {}, "Findings about references"),
-      list.length ? e("div", { class: "scroll" }, e("table", { class: "findings" },
+      list.length ? rayproof.scroll("table of findings", e("table", { class: "findings" },
         e("thead", {}, e("tr", {}, ["reference", "what", "stages", "cases", "smallest scene", "third witness"].map(th))),
         e("tbody", {}, list.map((finding) => e("tr", {}, e("th", { scope: "row" }, text(finding.reference), e("div", { class: "muted" }, text(finding.version))),
           e("td", {}, e("bdi", {}, text(finding.what))), e("td", {}, lines(finding.stage, ", ")), e("td", {}, lines(finding.cases, ", ")),

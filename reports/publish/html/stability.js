@@ -27,7 +27,7 @@
     };
     return e("section", { class: "panel", "aria-label": "Breakpoints" },
       e("h2", {}, "Breakpoints ", e("span", { class: "muted" }, "the last value up to which at most 0.1 % of the rays are answered wrongly and no error exceeds the gate")),
-      e("div", { class: "scroll" }, e("table", { class: "breakpoints" },
+      rayproof.scroll("table of breakpoints", e("table", { class: "breakpoints" },
         e("thead", {}, e("tr", {}, th("formula"), ladders.map((ladder) => e("th", { scope: "col" },
           e("a", { href: rayproof.link({ ...rayproof.address(), ladder: ladder.ladder }), onclick: (event) => jump(event, ladder.ladder) }, ladder.ladder))))),
         e("tbody", {}, formulas.map((formula) => e("tr", {}, e("th", { scope: "row" }, formula), ladders.map((ladder) => cell(ladder, formula))))))),
@@ -42,7 +42,7 @@
 
   function slopes(ladder, climbs) {
     const interval = (climb) => (climb.slope_interval ? ` [${climb.slope_interval.map((value) => rayproof.short(value)).join(", ")}]` : "");
-    return e("div", { class: "scroll" }, e("table", {},
+    return rayproof.scroll("table of slopes", e("table", {},
       e("thead", {}, e("tr", {}, ["formula", "", "slope, 95 % interval", "predicted", "breakpoint", "worst error / K u", "per million", "why"].map(th))),
       e("tbody", {}, climbs.map((climb) => e("tr", {}, e("th", { scope: "row" }, climb.formula), e("td", {}, mark(climb)),
         e("td", { class: "figure" }, rayproof.short(climb.slope), e("span", { class: "muted" }, interval(climb))),

@@ -51,7 +51,7 @@
 
   function numbers(diagram, onpoint) {
     const cells = (point) => [rayproof.short(point.nanoseconds), rayproof.short(point.error), point.wrong ? `${rayproof.short(100 * point.wrong)} %` : ""];
-    return e("div", { class: "scroll" }, e("table", {},
+    return rayproof.scroll("table of points", e("table", {},
       e("thead", {}, e("tr", {}, ["", diagram.time_axis, diagram.error_axis, "wrong", "front"].map((title) => e("th", { scope: "col" }, title)))),
       e("tbody", {}, [...diagram.points].sort((a, b) => a.nanoseconds - b.nanoseconds).map((point) => e("tr", {},
         e("th", { scope: "row" }, e("button", { class: "link", onclick: () => onpoint(point) }, point.label)),

@@ -152,3 +152,38 @@ def test_the_page_shows_the_table_and_both_images(browser: Any, folder: Path) ->
     panel = page.get_by_role("region", name="Before and after")
     assert "4 of 38 checks changed; 50 pixels differ" in panel.inner_text()
     visit.end()
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_comparison_keeps_nobody_out(browser: Any, folder: Path, scheme: str) -> None:
+    for address in ({}, {"case": "sphere/plain"}):
+        for width in (1280, 390):
+            visit = Visit(browser, folder, color_scheme=scheme, viewport={"width": width, "height": 800})
+            page = visit.open(**address)
+            page.wait_for_selector(".panel")
+            assert visit.barriers() == []
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            visit.end()
+
+
+@pytest.mark.browser
+def test_the_comparison_can_be_used_by_keyboard(browser: Any, folder: Path) -> None:
+    visit = Visit(browser, folder)
+    page = visit.open()
+
+    # To the first link of the table, into its case, through the images of both runs, and back.
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.closest('.comparison td, .comparison th') !== null"):
+            break
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".pane .frame > canvas")
+    assert page.locator("h1 bdi").inner_text() == "sphere/plain"
+    page.keyboard.press("w")
+    page.wait_for_selector("[data-mode=swipe][aria-checked=true]")
+    page.keyboard.press("r")
+    page.wait_for_selector("figcaption:has-text('tracer-float32 over'):not(:has-text('over old: tracer-float32'))")
+    page.keyboard.press("Escape")
+    page.wait_for_selector(".comparison")
+    visit.end()

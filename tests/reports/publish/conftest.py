@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from reports.publish import publish_all
+from tests.reports.publish.everything import make_everything
 from tests.reports.publish.modules import loaded
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
@@ -26,6 +27,14 @@ def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
     results = make_folder(folder)
     publish_all(folder)
     return Published(folder, results)
+
+
+@pytest.fixture(scope="session")
+def everything(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a published folder that has something for every page."""
+    folder = tmp_path_factory.mktemp("everything")
+    make_everything(folder)
+    return folder
 
 
 @pytest.fixture

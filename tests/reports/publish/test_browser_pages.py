@@ -1,115 +1,33 @@
 """The 3-D view and the pages with plots in a real browser, from disk: pixels, points and rays, no error, no request."""
 
 import io
-import json
-import os
 import re
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlencode
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from reports.publish import gl, publish_all
-from reports.publish.pictures import draw_pictures
-from reports.publish.results import save_results
-from tests.reports.publish.sample import make_folder
-from tests.reports.publish.test_audit import AUDIT
-from tests.reports.publish.test_plots import CLIMB, leave
+from tests.reports.publish.visits import Visit
 
-pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed; on Debian: apt-get install chromium"),
-]
-HOSTILE = "sphere/<a href='http://x'>%{x}<b>"
-# What a software OpenGL says of itself when the screen is photographed; no word of the page's.
-DRIVER = "GL Driver Message (OpenGL, Performance"
+pytestmark = pytest.mark.browser
 MAGENTA = np.array([230, 0, 126])  # the chosen pixel's ray
-SECONDS = 1.5
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a results folder with views, plots and an audit, published."""
-    folder = tmp_path_factory.mktemp("pages")
-    results = make_folder(folder)
-    results["cases"] = results["cases"][:2]
-    results["references"]["analytic"]["version"] = "numpy <b>2</b>"
-    results["absent"] = {"tachyon": "passagemath-tachyon is not installed"}
-    for case in results["cases"]:
-        case["notes"] = [{"reference": "mitsuba_scalar", "note": "a disc for a plane"}]
-        case["settings"] = {"mitsuba_scalar": {"ray epsilon": "0.001 m"}}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gl, "why_not", lambda: "OpenGL is missing")
-        draw_pictures(folder, results)
-    finding = {
-        "reference": "mitsuba_scalar",
-        "version": "3",
-        "cases": "sphere/*",
-        "what": "loses digits",
-        "third_witness": "a",
-    }
-    scene = {"smallest_scene": "examples/findings/<b>.json"}
-    results["findings"] = [finding | scene | {"stage": stage} for stage in ("normal", "radiance")]
-    results["findings"].append(finding | {"stage": "ray", "smallest_scene": "sphere/plain"})
-    save_results(folder, results)
-    leave(folder, climbs=[CLIMB, CLIMB | {"formula": HOSTILE, "verdict": "fail", "surprise": "it broke"}])
-    (folder / "audit.json").write_text(json.dumps(AUDIT))
-    publish_all(folder)
-    return folder
-
-
-class Visit:
-    """A page of the report, and what went wrong in it."""
-
-    def __init__(self, browser: Any, folder: Path, **context: Any) -> None:
-        self.folder = folder
-        self.context = browser.new_context(**context)
-        self.page = self.context.new_page()
-        self.complaints: list[str] = []
-        self.requests: list[str] = []
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", lambda request: self.requests.append(request.url))
-
-    def open(self, **address: Any) -> Any:
-        """Go to an address of the report and return the page."""
-        self.page.goto(f"{(self.folder / 'index.html').as_uri()}#{urlencode(address)}")
-        return self.page
-
-    def open_3d(self) -> Any:
-        """Open the first case in 3-D and return the page."""
-        page = self.open(case="sphere/plain", stage="distance")
-        page.get_by_role("button", name="open in 3-D").click()
-        page.wait_for_selector("iframe[data-drawn]")
-        return page
-
-    def end(self) -> None:
-        """Close the page, which must not have complained nor left the folder."""
-        self.context.close()
-        assert [text for text in self.complaints if DRIVER not in text] == []
-        inside = self.folder.as_uri()
-        assert all(url.startswith(inside) for url in self.requests if not url.startswith(("data:", "blob:")))
 
 
 @pytest.fixture
-def visit(browser: Any, folder: Path) -> Iterator[Visit]:
+def visit(browser: Any, everything: Path) -> Iterator[Visit]:
     """Return a visit to the report."""
-    one = Visit(browser, folder)
+    one = Visit(browser, everything)
     yield one
     one.end()
 
 
 @pytest.fixture(scope="module")
-def opened(browser: Any, folder: Path) -> Iterator[Any]:
+def opened(browser: Any, everything: Path) -> Iterator[Any]:
     """Return a page with a case open in 3-D, for all tests that leave it as it was."""
-    one = Visit(browser, folder)
+    one = Visit(browser, everything)
     yield one.open_3d()
     one.end()
 
@@ -133,20 +51,6 @@ def test_the_view_is_drawn_and_its_layers_can_be_switched(opened: Any) -> None:
     assert len(np.unique(full.reshape(-1, 3), axis=0)) > 100
     assert (full != full[0, 0]).any(axis=-1).mean() > 0.05
     assert len(np.unique(empty.reshape(-1, 3), axis=0)) < 20
-
-
-def test_the_view_opens_within_its_time(visit: Visit) -> None:
-    if os.getloadavg()[0] > 1.5 * (os.cpu_count() or 1):
-        pytest.skip("other work on this machine would be timed")
-    page = visit.open_3d()
-    took = [page.locator("iframe").get_attribute("data-drawn")]
-    # The first opening pays for a cold browser.
-    page.get_by_role("button", name="close 3-D").click()
-    page.get_by_role("button", name="open in 3-D").click()
-    page.wait_for_selector("iframe[data-drawn]")
-    took.append(page.locator("iframe").get_attribute("data-drawn"))
-
-    assert min(map(float, took)) < 1000 * SECONDS
 
 
 def test_the_points_take_the_colours_of_what_is_asked(opened: Any) -> None:
@@ -274,14 +178,3 @@ def test_references_tell_versions_settings_notes_and_who_is_absent(visit: Visit)
     assert "normal, radiance" in findings.inner_text()
     assert findings.locator("code").inner_text() == "rayproof run 'examples/findings/<b>.json'"
     assert findings.get_by_role("link", name="sphere/plain").count() == 1
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_no_page_overflows_a_phone(browser: Any, folder: Path, scheme: str) -> None:
-    visit = Visit(browser, folder, viewport={"width": 390, "height": 844}, color_scheme=scheme)
-
-    for name in ("stability", "tradeoff", "audit", "references"):
-        page = visit.open(page=name)
-        page.wait_for_selector(".page .panel")
-        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
-    visit.context.close()

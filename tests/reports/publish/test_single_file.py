@@ -20,9 +20,7 @@ from reports.publish.results import save_results
 from reports.publish.single_file import write_single_file
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.test_plots import CLIMB, leave
-
-# What a software OpenGL says of itself when a canvas is read; no word of the page's.
-DRIVER = "GL Driver Message (OpenGL, Performance"
+from tests.reports.publish.visits import Visit
 
 
 @pytest.fixture(scope="module")
@@ -49,18 +47,13 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def page(browser: Any, alone: Path) -> Iterator[Any]:
     """Return a page at the file; a word on the console and a request are errors."""
-    context = browser.new_context()
-    page = context.new_page()
-    complaints: list[str] = []
-    asked: list[str] = []
-    page.on("console", lambda message: complaints.append(message.text))
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("request", lambda request: asked.append(request.url))
-    page.goto(alone.as_uri())
-    yield page
-    context.close()
-    assert [text for text in complaints if DRIVER not in text] == []
-    assert {url for url in asked if not url.startswith("data:")} <= {alone.as_uri(), "about:srcdoc"}
+    visit = Visit(browser, alone.parent, file=alone.name)
+    yield visit.open()
+    visit.end()
+    assert {url.split("#")[0] for url in visit.requests if not url.startswith("data:")} <= {
+        alone.as_uri(),
+        "about:srcdoc",
+    }
 
 
 def go(page: Any, /, **address: str) -> None:

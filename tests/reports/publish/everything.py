@@ -1,0 +1,48 @@
+"""A results folder that has something for every page of the report."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from reports.publish import gl, publish_all
+from reports.publish.pictures import draw_pictures
+from reports.publish.results import save_results
+from tests.reports.publish.sample import make_folder
+from tests.reports.publish.test_audit import AUDIT
+from tests.reports.publish.test_bench_page import DOCUMENT
+from tests.reports.publish.test_contest import FOUND
+from tests.reports.publish.test_history_page import history
+from tests.reports.publish.test_plots import CLIMB, leave
+
+PAGES = ("stability", "tradeoff", "bench", "audit", "references", "history", "contest")
+HOSTILE = "sphere/<a href='http://x'>%{x}<b>"
+
+
+def make_everything(folder: Path) -> None:
+    """Fill `folder` with views, plots, a benchmark, an audit, a comparison of formulas and a history; publish it."""
+    results = make_folder(folder)
+    results["cases"] = results["cases"][:2]
+    results["references"]["analytic"]["version"] = "numpy <b>2</b>"
+    results["absent"] = {"tachyon": "passagemath-tachyon is not installed"}
+    for case in results["cases"]:
+        case["notes"] = [{"reference": "mitsuba_scalar", "note": "a disc for a plane"}]
+        case["settings"] = {"mitsuba_scalar": {"ray epsilon": "0.001 m"}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gl, "why_not", lambda: "OpenGL is missing")
+        draw_pictures(folder, results)
+    finding = {
+        "reference": "mitsuba_scalar",
+        "version": "3",
+        "cases": "sphere/*",
+        "what": "loses digits",
+        "third_witness": "a",
+    }
+    scene = {"smallest_scene": "examples/findings/<b>.json"}
+    results["findings"] = [finding | scene | {"stage": stage} for stage in ("normal", "radiance")]
+    results["findings"].append(finding | {"stage": "ray", "smallest_scene": "sphere/plain"})
+    save_results(folder, results | {"history": json.loads(json.dumps(history()))})
+    leave(folder, climbs=[CLIMB, CLIMB | {"formula": HOSTILE, "verdict": "fail", "surprise": "it broke"}])
+    for name, content in {"audit": AUDIT, "bench": DOCUMENT, "comparison": FOUND}.items():
+        (folder / f"{name}.json").write_text(json.dumps(content))
+    publish_all(folder)
