@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from math import isqrt
 from multiprocessing import get_context
 from typing import Any
 
@@ -38,8 +39,8 @@ def speeds(scene: Scene) -> Mapping[str, Speed | str]:
     """Return the speed of each truth on a scene, or the sentence that says why it cannot answer.
 
     `certified` is asked for every stage of the scene's own pixels, `double_double` for the radiance, which passes
-    through every stage, at 2^20 image points: on fewer the launch itself is what one would measure. Large meshes have
-    to do with fewer.
+    through every stage, at 2^20 image points in the order of an image: on fewer the launch itself is what one would
+    measure. Large meshes have to do with fewer.
     """
     from reference.certified import Certified
     from reference.double_double import DoubleDouble
@@ -58,9 +59,17 @@ def speeds(scene: Scene) -> Mapping[str, Speed | str]:
     else:
         triangles = sum(len(getattr(shape, "faces", ())) for shape in scene.shapes)
         lanes = min(LANES, MOST_TESTS // max(1, triangles))
-        points = np.random.default_rng(4).uniform((0, 0), (scene.camera.width, scene.camera.height), (lanes, 2))
+        points = _raster(scene, lanes)
         found["double_double"] = _best(lambda: _launch(scene, points), after=1)
     return found
+
+
+def _raster(scene: Scene, count: int) -> np.ndarray:
+    """Return image points (count, 2) [px] all over the image, row after row."""
+    columns = max(1, isqrt(count * scene.camera.width // scene.camera.height))
+    down, across = np.divmod(np.arange(count), columns)
+    scale = scene.camera.width / columns, scene.camera.height / (down[-1] + 1)
+    return (np.stack([across, down], axis=1) + 0.5) * scale
 
 
 def _best(work: Callable[[], tuple[int, int, float]], *, after: int = 0) -> Speed:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 from math import isqrt
 from typing import Any
 
@@ -93,6 +94,7 @@ def minus(a: Sequence[Fraction], b: Sequence[Fraction]) -> Rational:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
+@lru_cache(maxsize=4096)
 def unit(a: Rational) -> Rational:
     """Return a vector scaled to unit length, to at least 60 digits; zero as it is."""
     square = dot(a, a)

@@ -90,11 +90,6 @@ class Pair:
         return dr.abs(self.high)
 
 
-def reciprocal(value: Pair) -> Pair:
-    """Return 1 / value."""
-    return Pair(value.high * 0 + 1, value.high * 0) / value
-
-
 def inner(products: Sequence[tuple[Pair, Pair]]) -> Pair:
     """Return a sum of products; it errs by a few u^2 of the sum of their magnitudes."""
     (first, second), *others = products
@@ -116,6 +111,18 @@ def sqrt(value: Pair) -> Pair:
     # The two terms cancel exactly: the square is next to the value.
     rest = (value.high - square) - error + value.low
     high, low = _ordered_sum(root, rest / (2 * root))
+    return Pair(dr.select(positive, high, 0), dr.select(positive, low, 0))
+
+
+def inverse_sqrt(value: Pair) -> Pair:
+    """Return 1 / sqrt(value), one Newton step from float64's; of what is not positive, 0."""
+    positive = value.high > 0
+    root = 1 / dr.sqrt(dr.select(positive, value.high, 1))
+    square, error = two_product(root, root)
+    product, rest = two_product(value.high, square)
+    # 1 - value root^2, which is small: the first difference is exact.
+    rest = (1 - product) - (dr.fma(value.low, square, rest) + value.high * error)
+    high, low = _ordered_sum(root, root * rest / 2)
     return Pair(dr.select(positive, high, 0), dr.select(positive, low, 0))
 
 

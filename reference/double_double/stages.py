@@ -6,9 +6,11 @@ from typing import Any
 import drjit as dr
 
 from cases.stages import Stage
-from reference.double_double.pairs import Bool, Pair, reciprocal, select, sqrt
+from reference.double_double.balls import Ball
+from reference.double_double.branches import only_where
+from reference.double_double.pairs import Bool, Pair, inverse_sqrt, select
 from reference.double_double.questions import Questions
-from reference.double_double.surfaces import Span
+from reference.double_double.surfaces import Crossing, Seen, Span
 from reference.double_double.vectors import Vector, dot, minus, plus, scaled, terms, unit
 from reference.double_double.worlds import EYE, World
 
@@ -32,7 +34,7 @@ def objects(world: World, rows: Rows, ask: Questions) -> list[Any]:
     shape, face = dr.full(types.Int32, -1, width), dr.full(types.Int32, -1, width)
     best, everywhere = Pair(types.Float64(dr.inf), types.Float64(0)), types.Bool(True)
     for index in range(len(world.scene.shapes)):
-        found = world.seen(index, EYE).crossing(ray, span, ask, everywhere)
+        found = _crossing(world.seen(index, EYE), ray, span, ask, everywhere)
         both = found.hit & (shape >= 0)
         nearer = found.hit & ((shape < 0) | ask.is_less(found.t, best, both))
         shape, face = dr.select(nearer, index, shape), dr.select(nearer, found.face, face)
@@ -48,7 +50,7 @@ def distances(world: World, rows: Rows, ask: Questions) -> list[Any]:
     answer = Pair(types.Float64(dr.inf), types.Float64(0))
     for index in range(len(world.scene.shapes)):
         mine = shape == index
-        found = world.seen(index, EYE).crossing(ray, span, ask, mine, only=face)
+        found = _crossing(world.seen(index, EYE), ray, span, ask, mine, only=face)
         answer = select(mine & found.hit, found.t, answer)
     return [answer]
 
@@ -67,17 +69,16 @@ def normals(world: World, rows: Rows, ask: Questions) -> list[Any]:
     ray = _vector(rows[Stage.RAY])
     segment = minus(_vector(rows[Stage.POSITION]), world.points[EYE])
     shape, face = rows[Stage.OBJECT][:2]
-    answer = (_zero(world), _zero(world), _zero(world))
+    answer, turns = (_zero(world), _zero(world), _zero(world)), world.types.Bool(False)
     for index, kind in enumerate(world.scene.shapes):
         mine = shape == index
-        outward = world.seen(index, EYE).normal(segment, face, ask, mine)
-        if kind.two_sided:
-            away = ask.is_positive(dot(outward, ray), terms(outward, ray), mine)
-            x, y, z = (select(away, -part, part) for part in outward)
-            outward = (x, y, z)
+        seen, _ = world.seen(index, EYE)
+        outward = seen.normal(segment, face, ask, mine)
         x, y, z = (select(mine, part, other) for part, other in zip(outward, answer, strict=True))
         answer = (x, y, z)
-    return list(answer)
+        turns |= mine & kind.two_sided
+    away = ask.is_positive(dot(answer, ray), terms(answer, ray), turns) & turns
+    return [select(away, -part, part) for part in answer]
 
 
 def visibility(world: World, rows: Rows, ask: Questions) -> list[Any]:
@@ -93,13 +94,13 @@ def visibility(world: World, rows: Rows, ask: Questions) -> list[Any]:
         between = Span(low=None, high=one, speed=None)
         for index in range(len(world.scene.shapes)):
             mine = shape == index
-            seen = world.seen(index, light)
+            seen, _ = world.seen(index, light)
             itself = mine & free
             free &= ~(itself & seen.blocks_itself(segment, ask, itself))
             # A convex shape was just asked about itself; of a mesh the other faces are blockers like any.
             asked = free & ~mine if seen.is_convex else free
             own = dr.select(mine, face, -1)
-            free &= ~seen.crossing(segment, between, ask, asked, without=own).hit
+            free &= ~_crossing(world.seen(index, light), segment, between, ask, asked, without=own).hit
         answers.append(free)
     return answers
 
@@ -113,10 +114,10 @@ def irradiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
         square = dot(segment, segment)
         lambert = dot(normal, segment)
         lit = visible & ask.is_positive(lambert, terms(normal, segment), visible) & (rows[Stage.OBJECT][0] >= 0)
-        inverse_square = reciprocal(square)
-        factor = lambert * sqrt(inverse_square)
+        inverse = inverse_sqrt(square)
+        factor = lambert * inverse
         if world.scene.shading != "simplified":
-            factor = factor * inverse_square
+            factor = factor * inverse * inverse
         for channel, strength in enumerate(world.strengths[light]):
             if strength is not None:
                 part = select(lit, strength * factor, _zero(world))
@@ -127,14 +128,11 @@ def irradiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
 def exitance(world: World, rows: Rows, ask: Questions) -> list[Any]:
     """Return M = albedo E [W/m^2]."""
     del ask
-    shape = rows[Stage.OBJECT][0]
-    answer = [_zero(world)] * 3
-    for index, kind in enumerate(world.scene.shapes):
-        for channel, albedo in enumerate(kind.albedo):
-            if albedo:
-                leaving = world.pair(albedo) * rows[Stage.IRRADIANCE][channel]
-                answer[channel] = select(shape == index, leaving, answer[channel])
-    return answer
+    shape, types = rows[Stage.OBJECT][0], world.types
+    # The last entry is what a miss reflects.
+    index = dr.select(shape >= 0, shape, len(world.scene.shapes))
+    albedos = [Pair(dr.gather(types.Float64, table, index), types.Float64(0)) for table in world.albedos]
+    return [albedo * part for albedo, part in zip(albedos, rows[Stage.IRRADIANCE], strict=True)]
 
 
 def radiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
@@ -146,6 +144,20 @@ def radiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
     if world.scene.shading != "simplified":
         leaving = [value * world.inverse_pi for value in leaving]
     return [select(seen, value, _zero(world)) for value in leaving]
+
+
+def _crossing(
+    seen: tuple[Seen, Ball | None], ray: Vector, span: Span, ask: Questions, asked: Bool, **faces: Any
+) -> Crossing:
+    """Return the first crossing that counts, asked in pairs only of packets that come near the shape."""
+    shape, ball = seen
+    near = asked if ball is None else asked & ball.may_be_met(ray, span)
+
+    def work(inner: Questions) -> list[Any]:
+        found = shape.crossing(ray, span, inner, near, **faces)
+        return [found.t, found.hit, found.face]
+
+    return Crossing(*only_where(near, ask, work))
 
 
 def _zero(world: World) -> Pair:

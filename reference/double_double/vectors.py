@@ -7,7 +7,7 @@ from typing import Any
 import drjit as dr
 
 from reference.double_double.constants import pair
-from reference.double_double.pairs import Float, Pair, inner, reciprocal, sqrt
+from reference.double_double.pairs import Float, Pair, inner, inverse_sqrt
 
 Vector = tuple[Pair, Pair, Pair]
 
@@ -45,7 +45,7 @@ def scaled(a: Vector, factor: Pair) -> Vector:
 
 def unit(a: Vector) -> Vector:
     """Return a scaled to unit length."""
-    return scaled(a, reciprocal(sqrt(dot(a, a))))
+    return scaled(a, inverse_sqrt(dot(a, a)))
 
 
 def constant(values: Sequence[Fraction], float64: Any) -> Vector:

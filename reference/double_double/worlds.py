@@ -5,9 +5,13 @@ from functools import cached_property
 from typing import Any
 
 from cases.scene import Camera, Cube, Mesh, Plane, Scene, Sphere, Square, Triangle
+from reference.double_double.balls import Ball, ball_of
 from reference.double_double.constants import PI, Rational, cross, fractions, minus, pair, tangent, unit
+from reference.double_double.cubes import SeenCube
+from reference.double_double.flats import SeenPlane
 from reference.double_double.pairs import Float, Pair
-from reference.double_double.surfaces import Seen, SeenCube, SeenPlane, SeenSphere, Span
+from reference.double_double.spheres import SeenSphere
+from reference.double_double.surfaces import Seen, Span
 from reference.double_double.triangles import SeenTriangles
 from reference.double_double.vectors import Vector, constant, dot, plus, scaled
 
@@ -23,7 +27,7 @@ class World:
         self.apexes: dict[int, Rational] = {EYE: fractions(camera.eye)}
         self.apexes |= {number: fractions(light.position) for number, light in enumerate(scene.lights)}
         self.points = {number: constant(point, types.Float64) for number, point in self.apexes.items()}
-        self._seen: dict[tuple[int, int], Seen] = {}
+        self._seen: dict[tuple[int, int], tuple[Seen, Ball | None]] = {}
 
     def pair(self, value: float | Fraction) -> Pair:
         """Return an exact constant."""
@@ -34,11 +38,12 @@ class World:
         """Return the camera's frame."""
         return Frame(self.scene.camera, self.types)
 
-    def seen(self, shape: int, apex: int) -> Seen:
-        """Return a shape as seen from an apex."""
+    def seen(self, shape: int, apex: int) -> tuple[Seen, Ball | None]:
+        """Return a shape as seen from an apex, and the ball around it if it is bounded."""
         key = (shape, apex)
         if key not in self._seen:
-            self._seen[key] = _see(self.scene.shapes[shape], self.apexes[apex], self.types)
+            told = self.scene.shapes[shape], self.apexes[apex], self.types
+            self._seen[key] = _see(*told), ball_of(*told)
         return self._seen[key]
 
     def clip(self, ray: Vector) -> Span:
@@ -60,6 +65,12 @@ class World:
         ]
 
     @cached_property
+    def albedos(self) -> list[Any]:
+        """Return per channel each shape's albedo, which is a float64, and 0 for no shape."""
+        albedos = [*(shape.albedo for shape in self.scene.shapes), (0.0, 0.0, 0.0)]
+        return [self.types.Float64(list(channel)) for channel in zip(*albedos, strict=True)]
+
+    @cached_property
     def inverse_pi(self) -> Pair:
         """Return 1 / pi."""
         return self.pair(1 / PI)
@@ -74,20 +85,18 @@ class Frame:
         F, R = unit(forward), unit(right)
         half_height = tangent(Fraction(camera.fovy) / 2)
         half_width = half_height * camera.width / camera.height
-        x, y, z = (part * half_width for part in R)
         self.forward = constant(F, types.Float64)
-        self.across = constant((x, y, z), types.Float64)
-        x, y, z = (part * half_height for part in cross(R, F))
-        self.up = constant((x, y, z), types.Float64)
-        self.width, self.height = (pair(Fraction(size), types.Float64) for size in (camera.width, camera.height))
+        across = [part * half_width for part in R]
+        up = [part * half_height for part in cross(R, F)]
+        self.corner = constant([f - x + y for f, x, y in zip(F, across, up, strict=True)], types.Float64)
+        self.column = constant([2 * part / camera.width for part in across], types.Float64)
+        self.row = constant([-2 * part / camera.height for part in up], types.Float64)
         self.types = types
 
     def direction(self, px: Float, py: Float) -> Vector:
         """Return the direction of depth 1 through image points [px]."""
-        zero, one = self.types.Float64(0), Pair(self.types.Float64(1), self.types.Float64(0))
-        sx = Pair(2 * px, zero) / self.width - one
-        sy = one - Pair(2 * py, zero) / self.height
-        return plus(self.forward, plus(scaled(self.across, sx), scaled(self.up, sy)))
+        zero = self.types.Float64(0)
+        return plus(self.corner, plus(scaled(self.column, Pair(px, zero)), scaled(self.row, Pair(py, zero))))
 
 
 def _see(shape: Any, apex: Rational, types: Any) -> Seen:

@@ -48,6 +48,7 @@ SCENES = {
     "shell": simple_scene(clip="shell"),
     "simplified": simple_scene(shading="simplified"),
     "mesh": mesh_scene(),
+    "crowd": random_scene(7),
 }
 
 
