@@ -49,7 +49,7 @@ def entries(mi: Any, scene: Scene) -> dict[str, Any]:
             to_world = _transform(mi, disc_to_world(shape, scene))
             found[name] = {"type": "disk", "to_world": to_world, "bsdf": _bsdf(shape)}
         elif needs_instance(shape):
-            within, around = _split(shape)
+            within, around = split(shape)
             found[f"group-{index}"] = {"type": "shapegroup", "shape": _primitive(mi, shape, within)}
             group = {"type": "ref", "id": f"group-{index}"}
             found[name] = {"type": "instance", "group": group, "to_world": _transform(mi, around)}
@@ -58,7 +58,7 @@ def entries(mi: Any, scene: Scene) -> dict[str, Any]:
     return found
 
 
-def _split(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+def split(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     """Return two 4x4 matrices whose product is `to_world`: a uniform scale within the group, the rest around it.
 
     Mitsuba takes a ray to where it passes a sphere before it solves for the hits, by a distance that is right only for

@@ -52,7 +52,7 @@ def build(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1) -
         "embree_use_robust_intersections": True,
         # No samples towards light sources that a random direction could hit: a point light never is.
         "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
-        "sensor": _sensor(mi, scene.camera, near, far, samples),
+        "sensor": sensor(mi, scene.camera, near, far, samples),
         **entries(mi, scene),
     }
     if scene.lights:
@@ -70,7 +70,8 @@ def build(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1) -
     )
 
 
-def _sensor(mi: Any, camera: Camera, near: float, far: float, samples: int) -> dict[str, Any]:
+def sensor(mi: Any, camera: Camera, near: float, far: float, samples: int) -> dict[str, Any]:
+    """Return the camera as an entry of Mitsuba's scene dictionary, with a box-filtered film."""
     return {
         "type": "perspective",
         "fov": camera.fovy,

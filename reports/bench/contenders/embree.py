@@ -5,7 +5,8 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from cases.scene import Camera, Mesh, Scene
+from cases.scene import Mesh, Scene
+from reference.embree import cameras
 from reports.bench import CONTENDERS, Prepared
 
 
@@ -35,7 +36,8 @@ class Embree:
         # It builds at the first ray.
         world.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
         seconds = time.perf_counter() - start
-        eye, directions = np.asarray(scene.camera.eye, np.float32), _directions(scene.camera)
+        eye = np.asarray(scene.camera.eye, np.float32)
+        directions = cameras.directions(scene.camera)[0].astype(np.float32)
         origins = np.ascontiguousarray(np.broadcast_to(eye, directions.shape))
 
         def run() -> None:
@@ -48,18 +50,3 @@ class Embree:
         return Prepared(
             build_seconds=seconds, run=run, image=None, does="primary rays and feelers, one thread, no shading"
         )
-
-
-def _directions(camera: Camera) -> np.ndarray:
-    """Return the rays through the pixel centres, float32 (pixels, 3)."""
-    forward = np.subtract(camera.target, camera.eye)
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, camera.up)
-    right /= np.linalg.norm(right)
-    up = np.cross(right, forward)
-    tangent = np.tan(camera.alpha)
-    x = ((np.arange(camera.width) + 0.5) * 2 / camera.width - 1) * tangent * camera.aspect
-    y = (1 - (np.arange(camera.height) + 0.5) * 2 / camera.height) * tangent
-    rays = forward + x[np.newaxis, :, np.newaxis] * right + y[:, np.newaxis, np.newaxis] * up
-    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
-    return np.ascontiguousarray(rays.reshape(-1, 3), dtype=np.float32)

@@ -7,7 +7,7 @@ import numpy as np
 
 from cases.scene import Mesh, Scene
 from reference.mitsuba3.shapes import entries
-from reference.mitsuba3.worlds import intensity
+from reference.mitsuba3.worlds import intensity, sensor
 
 
 def loaded(mi: Any, scene: Scene) -> tuple[Any, float]:
@@ -21,22 +21,7 @@ def loaded(mi: Any, scene: Scene) -> tuple[Any, float]:
         # As many feelers as the tracer sends: one to each light.
         "integrator": {"type": "direct", "emitter_samples": max(1, len(scene.lights)), "bsdf_samples": 0},
         "sensor": {
-            "type": "perspective",
-            "fov": camera.fovy,
-            "fov_axis": "y",
-            "near_clip": camera.near,
-            "far_clip": camera.far,
-            "to_world": mi.ScalarTransform4f().look_at(
-                origin=list(camera.eye), target=list(camera.target), up=list(camera.up)
-            ),
-            "film": {
-                "type": "hdrfilm",
-                "width": camera.width,
-                "height": camera.height,
-                "pixel_format": "rgb",
-                "component_format": "float32",
-                "rfilter": {"type": "box"},
-            },
+            **sensor(mi, camera, camera.near, camera.far, 1),
             "sampler": {"type": "independent", "sample_count": 1},
         },
         **entries(mi, rest),

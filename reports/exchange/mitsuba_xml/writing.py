@@ -15,12 +15,13 @@ from trimesh.exchange.ply import export_ply
 
 from cases.baking import world_triangles
 from cases.scene import Cube, Mesh, Plane, Rgb, Scene, SceneError, Shape, Sphere, Square, Triangle
+from reference.mitsuba3.planes import disc_to_world
+from reference.mitsuba3.shapes import needs_instance, split
 from reports.exchange import EXPORTERS
 from reports.exchange.mitsuba_xml import PLANE
 from reports.publish.atomic import replacing, write_text
 
 HALF = np.diag([0.5, 0.5, 0.5, 1.0])
-SIMILAR = 1e-13  # a matrix is a similarity if it is one within the rounding of the float64 numbers that describe it
 PLUGINS = {Sphere: "sphere", Cube: "cube", Square: "rectangle"}
 
 
@@ -105,14 +106,14 @@ def _shape(root: Element, shape: Shape, index: int, scene: Scene, path: Path, dr
     elif isinstance(shape, Plane):
         drop(f"shape {index}: the plane's infinity; it is a disc beyond all that the camera sees")
         element = SubElement(root, "shape", type="disk", id=f"{PLANE}-{index}")
-        _transform(element, _disc(to_world, scene))
-    elif _needs_instance(shape, to_world):
+        _transform(element, disc_to_world(shape, scene))
+    elif needs_instance(shape):
         group = SubElement(root, "shape", type="shapegroup", id=f"group-{index}")
-        smallest = np.linalg.svd(to_world[:3, :3], compute_uv=False)[2]
-        element = _primitive(group, shape, np.diag([smallest] * 3 + [1.0]))
+        within, around = split(shape)
+        element = _primitive(group, shape, within)
         instance = SubElement(root, "shape", type="instance")
         SubElement(instance, "ref", id=f"group-{index}")
-        _transform(instance, to_world @ np.diag([1 / smallest] * 3 + [1.0]))
+        _transform(instance, around)
     else:
         element = _primitive(root, shape, to_world)
     material = element
@@ -144,32 +145,6 @@ def _primitive(parent: Element, shape: Shape, to_world: np.ndarray) -> Element:
 def _transform(element: Element, matrix: np.ndarray) -> None:
     entries = " ".join(map(_number, matrix.ravel()))
     SubElement(SubElement(element, "transform", name="to_world"), "matrix", value=entries)
-
-
-def _needs_instance(shape: Shape, to_world: np.ndarray) -> bool:
-    linear = to_world[:3, :3]
-    if np.linalg.det(linear) < 0:
-        return True
-    gram = linear.T @ linear
-    return isinstance(shape, Sphere) and bool(np.abs(gram / (np.trace(gram) / 3) - np.eye(3)).max() > SIMILAR)
-
-
-def _disc(to_world: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return the matrix of a unit disc that covers what the camera can see of a plane, lights and all other shapes."""
-    camera = scene.camera
-    normal = np.linalg.solve(to_world[:3, :3].T, np.array([0.0, 0.0, 1.0]))
-    normal /= np.linalg.norm(normal)
-    side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    side /= np.linalg.norm(side)
-    eye = np.asarray(camera.eye)
-    height = float(np.dot(eye - to_world[:3, 3], normal))
-    corner = np.hypot(np.tan(camera.alpha), np.tan(camera.alpha) * camera.aspect)
-    # Twice the distance of the far plane's corner, which is the farthest point in view, whatever it looks at.
-    radius = 2 * camera.far * float(np.hypot(1.0, corner)) + abs(height)
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.stack([side, np.cross(normal, side), normal], axis=1) @ np.diag([radius, radius, 1.0])
-    matrix[:3, 3] = eye - height * normal
-    return matrix
 
 
 def _write_ply(file: Path, corners: np.ndarray) -> None:

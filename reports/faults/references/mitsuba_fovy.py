@@ -27,7 +27,7 @@ from reports.faults.patching import replaced
 @contextmanager
 def mitsuba_fovy() -> Iterator[None]:
     """Widen Mitsuba's camera."""
-    right = worlds._sensor
+    right = worlds.sensor
 
     def wrong(*arguments: Any) -> dict[str, Any]:
         sensor = right(*arguments)

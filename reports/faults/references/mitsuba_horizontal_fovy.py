@@ -27,7 +27,7 @@ from reports.faults.patching import replaced
 @contextmanager
 def mitsuba_horizontal_fovy() -> Iterator[None]:
     """Measure Mitsuba's angle along x."""
-    right = worlds._sensor
+    right = worlds.sensor
 
     def wrong(*arguments: Any) -> dict[str, Any]:
         return right(*arguments) | {"fov_axis": "x"}

@@ -27,7 +27,7 @@ from reports.faults.patching import replaced
 @contextmanager
 def mitsuba_jittered() -> Iterator[None]:
     """Jitter the samples of Mitsuba's images."""
-    right = worlds._sensor
+    right = worlds.sensor
 
     def wrong(*arguments: Any) -> dict[str, Any]:
         sensor = right(*arguments)
