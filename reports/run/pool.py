@@ -1,11 +1,13 @@
 """The pool: worker processes by kind, at most `jobs` busy at once, each task with a deadline.
 
-A worker that dies or overruns its deadline costs one task; it is replaced when the next task of its kind comes.
+A worker that dies or overruns its deadline costs one task; it is replaced when the next task of its kind comes. What it
+left in its folder for temporary files goes with it.
 """
 
 import contextlib
 import multiprocessing
 import signal
+import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -23,6 +25,7 @@ LONGEST_WAIT = 3600.0  # s; operating systems count milliseconds in 32 bits, and
 class _Worker:
     process: BaseProcess
     connection: Any  # multiprocessing's Connection; on Windows its PipeConnection
+    folder: tempfile.TemporaryDirectory[str]
     done: Callable[[Reply], None] | None = None
     deadline: float = 0.0
     started: float = 0.0
@@ -90,6 +93,7 @@ class Pool:
             _end(worker.process)
         for worker in self._workers.values():
             worker.process.join()
+            worker.folder.cleanup()
         self._workers.clear()
 
     def _limit(self, kind: str) -> float:
@@ -126,10 +130,12 @@ class Pool:
     def _spawn(self, place: tuple[str, int]) -> _Worker:
         kind = place[0]
         ours, theirs = self._context.Pipe()
-        process = self._context.Process(target=self._target, args=(kind, theirs), daemon=True, name=f"rayproof-{kind}")
+        folder = tempfile.TemporaryDirectory(prefix="rayproof-", ignore_cleanup_errors=True)
+        given = (self._target, folder.name, kind, theirs)
+        process = self._context.Process(target=_work_in, args=given, daemon=True, name=f"rayproof-{kind}")
         process.start()
         theirs.close()
-        self._workers[place] = worker = _Worker(process=process, connection=ours)
+        self._workers[place] = worker = _Worker(process=process, connection=ours, folder=folder)
         return worker
 
     def _receive(self, place: tuple[str, int], worker: _Worker) -> None:
@@ -149,9 +155,16 @@ class Pool:
         worker.connection.close()
         _end(worker.process)
         worker.process.join()
+        worker.folder.cleanup()
         done, worker.done = worker.done, None
         if done is not None:
             done(Reply(value=None, error=why, trace=None, seconds=time.monotonic() - worker.started))
+
+
+def _work_in(target: Callable[[str, Any], None], folder: str, kind: str, connection: Any) -> None:
+    """Serve as a worker whose temporary files are made in `folder`: one that is killed cannot remove them itself."""
+    tempfile.tempdir = folder
+    target(kind, connection)
 
 
 def _end(process: BaseProcess) -> None:

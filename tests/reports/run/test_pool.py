@@ -55,6 +55,15 @@ def test_a_kind_with_copies_goes_on_while_one_of_them_hangs():
     assert [found["a", task].error for task in ("one", "two")] == [None, None]
 
 
+@pytest.mark.parametrize("how", ["one", "die", "leave", "hang"])
+def test_nothing_is_left_of_a_worker_s_temporary_files_however_it_ends(how, tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+
+    replies([("a", how)], timeout=3.0)
+
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("timeout", [1e300, float("inf")])
 def test_a_time_limit_beyond_what_systems_count_is_no_limit(timeout):
     assert replies([("a", "one")], timeout=timeout)["a", "one"].error is None

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import tempfile
 import time
 
 from reports.run.worker import Reply
@@ -14,6 +15,8 @@ def obey(kind: str, connection) -> None:
             task = connection.recv()
         except EOFError:
             return
+        with tempfile.NamedTemporaryFile(delete=False) as left:
+            left.write(b"whoever is killed removes nothing")
         if task == "die":
             os.kill(os.getpid(), signal.SIGABRT)
         if task == "leave":
