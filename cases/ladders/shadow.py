@@ -8,6 +8,28 @@ from cases.ladders.ladder import Failure, Gate, Ladder
 NO_K = "none: lit or not"
 BOUNDED = ("normal_offset", "error_bound", "minimum_t", "doubles")
 
+BELOW = Failure(formulas=("none",), because="half of all hits lie below their surface")
+FIXED = ("fixed_minimum_t", "fixed_offset")
+TOO_LONG = Failure(formulas=FIXED, because="one length for every scale")
+TOO_SHORT = Failure(formulas=FIXED, because="one length for every scale", precisions=("float32",))
+ABSOLUTE = Failure(
+    formulas=("mitsuba", "waechter_binder"),
+    because="an offset that is absolute near the origin",
+    precisions=("float32",),
+)
+BY_DISTANCE = Failure(
+    formulas=("relative_minimum_t",), because="grows with the distance from the origin, not with size"
+)
+
+
+def _reached(*others: str) -> Failure:
+    """Return the failure of what clears a hit's rounding, and of `others`, where that reaches the gap."""
+    return Failure(
+        formulas=("normal_offset", "error_bound", "minimum_t", "mitsuba", "waechter_binder", *others),
+        because="the offset, or what rounding does to the hit, reaches the gap",
+        precisions=("float32",),
+    )
+
 
 def _feeler(**about: Any) -> Ladder:
     given: dict[str, Any] = {
@@ -33,15 +55,8 @@ LADDERS = (
         values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6),
         draw=floors(swept="scale"),
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
-            Failure(
-                formulas=(
-                    "fixed_minimum_t",
-                    "fixed_offset",
-                ),
-                because="one length for every scale",
-                precisions=("float32",),
-            ),
+            BELOW,
+            TOO_SHORT,
         ),
         first_to_break="feeler/none, fixed_minimum_t, fixed_offset",
         survivor="feeler/error_bound",
@@ -54,22 +69,9 @@ LADDERS = (
         values=(1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6),
         draw=floors(swept="scale"),
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
-            Failure(
-                formulas=(
-                    "fixed_minimum_t",
-                    "fixed_offset",
-                ),
-                because="one length for every scale",
-            ),
-            Failure(
-                formulas=(
-                    "mitsuba",
-                    "waechter_binder",
-                ),
-                because="an offset that is absolute near the origin",
-                precisions=("float32",),
-            ),
+            BELOW,
+            TOO_LONG,
+            ABSOLUTE,
         ),
         first_to_break="feeler/none, fixed_minimum_t, fixed_offset, mitsuba, waechter_binder",
         survivor="feeler/error_bound",
@@ -80,21 +82,9 @@ LADDERS = (
         values=(0.0, 1e1, 1e2, 1e3, 1e4),
         draw=floors(swept="offset"),
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
-            Failure(
-                formulas=(
-                    "normal_offset",
-                    "error_bound",
-                    "minimum_t",
-                    "mitsuba",
-                    "waechter_binder",
-                    "fixed_minimum_t",
-                    "fixed_offset",
-                ),
-                because="the offset, or what rounding does to the hit, reaches the gap",
-                precisions=("float32",),
-            ),
-            Failure(formulas=("relative_minimum_t",), because="grows with the distance from the origin, not with size"),
+            BELOW,
+            _reached(*FIXED),
+            BY_DISTANCE,
         ),
         first_to_break="feeler/relative_minimum_t, mitsuba",
         survivor="none where u T reaches the gap: the information is gone",
@@ -107,24 +97,10 @@ LADDERS = (
         values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
         draw=floors(swept="gap"),
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
+            BELOW,
+            _reached(),
             Failure(
-                formulas=(
-                    "normal_offset",
-                    "error_bound",
-                    "minimum_t",
-                    "mitsuba",
-                    "waechter_binder",
-                ),
-                because="the offset, or what rounding does to the hit, reaches the gap",
-                precisions=("float32",),
-            ),
-            Failure(
-                formulas=(
-                    "fixed_minimum_t",
-                    "fixed_offset",
-                    "relative_minimum_t",
-                ),
+                formulas=(*FIXED, "relative_minimum_t"),
                 because="one length for every gap",
             ),
         ),
@@ -142,7 +118,7 @@ LADDERS = (
                 because="too short where light and view graze: the error along the feeler is a height over the cosine",
                 precisions=("float32",),
             ),
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
+            BELOW,
             Failure(
                 formulas=("error_bound",), because="the box around o + t d grows as 1 / cos", precisions=("float32",)
             ),
@@ -157,15 +133,8 @@ LADDERS = (
         draw=balls(swept="scale"),
         options={"surface": "sphere"},
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
-            Failure(
-                formulas=(
-                    "fixed_minimum_t",
-                    "fixed_offset",
-                ),
-                because="one length for every scale",
-                precisions=("float32",),
-            ),
+            BELOW,
+            TOO_SHORT,
         ),
         first_to_break="feeler/none",
         survivor="feeler/error_bound, normal_offset",
@@ -177,22 +146,9 @@ LADDERS = (
         draw=balls(swept="scale"),
         options={"surface": "sphere"},
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
-            Failure(
-                formulas=(
-                    "fixed_minimum_t",
-                    "fixed_offset",
-                ),
-                because="one length for every scale",
-            ),
-            Failure(
-                formulas=(
-                    "mitsuba",
-                    "waechter_binder",
-                ),
-                because="an offset that is absolute near the origin",
-                precisions=("float32",),
-            ),
+            BELOW,
+            TOO_LONG,
+            ABSOLUTE,
         ),
         first_to_break="feeler/none",
         survivor="feeler/error_bound, normal_offset",
@@ -204,20 +160,9 @@ LADDERS = (
         draw=balls(swept="offset"),
         options={"surface": "sphere"},
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
-            Failure(
-                formulas=(
-                    "normal_offset",
-                    "error_bound",
-                    "minimum_t",
-                    "mitsuba",
-                    "waechter_binder",
-                    "fixed_minimum_t",
-                ),
-                because="the offset, or what rounding does to the hit, reaches the gap",
-                precisions=("float32",),
-            ),
-            Failure(formulas=("relative_minimum_t",), because="grows with the distance from the origin, not with size"),
+            BELOW,
+            _reached("fixed_minimum_t"),
+            BY_DISTANCE,
         ),
         first_to_break="feeler/none",
         survivor="feeler/error_bound",
@@ -229,20 +174,9 @@ LADDERS = (
         draw=balls(swept="offset"),
         options={"surface": "sphere", "reprojected": True},
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
-            Failure(
-                formulas=(
-                    "normal_offset",
-                    "error_bound",
-                    "minimum_t",
-                    "mitsuba",
-                    "waechter_binder",
-                    "fixed_minimum_t",
-                ),
-                because="the offset, or what rounding does to the hit, reaches the gap",
-                precisions=("float32",),
-            ),
-            Failure(formulas=("relative_minimum_t",), because="grows with the distance from the origin, not with size"),
+            BELOW,
+            _reached("fixed_minimum_t"),
+            BY_DISTANCE,
         ),
         first_to_break="feeler/none",
         survivor="feeler/error_bound",
@@ -256,7 +190,7 @@ LADDERS = (
         draw=floors(swept="gap"),
         options={"self_shadow": True},
         fails=(
-            Failure(formulas=("none",), because="half of all hits lie below their surface"),
+            BELOW,
             Failure(formulas=("skip_last",), because="the shape that was left casts no shadow on itself"),
         ),
         first_to_break="feeler/skip_last: every light shines through",
@@ -270,20 +204,10 @@ LADDERS = (
         options={"adjacent": True},
         fails=(
             Failure(
-                formulas=(
-                    "none",
-                    "skip_last",
-                ),
+                formulas=("none", "skip_last"),
                 because="half of all hits lie below the surface, and the neighbour is not left out",
             ),
-            Failure(
-                formulas=(
-                    "fixed_minimum_t",
-                    "fixed_offset",
-                ),
-                because="one length for every scale",
-                precisions=("float32",),
-            ),
+            TOO_SHORT,
         ),
         first_to_break="feeler/skip_last: the neighbour is not the shape that was left",
         survivor="feeler/error_bound, normal_offset",

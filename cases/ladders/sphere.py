@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from cases.ladders.draws import special
 from cases.ladders.draws import sphere as draws
 from cases.ladders.ladder import Failure, Gate, Ladder, Law
 
@@ -10,9 +9,10 @@ from cases.ladders.ladder import Failure, Gate, Ladder, Law
 QUADRATICS = ("textbook", "half_b", "stable_quadratic", "kahan", "first_positive")
 IN_FLOAT64 = (*QUADRATICS, "float64")
 K_LOCAL = "(|n| . (|o - c| + |t d|) + r) / (|n . d| |t|): the sphere's centre is the origin"
-DECADES = (1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8)
 HALF_DECADES = (*(float(f"{digit}e{decade}") for decade in range(1, 8) for digit in (1, 3)), 1e8)
 SQUARED = "the discriminant is a difference of squares of the distance: u (D / r)^2"
+CANCELLING = Failure(formulas=QUADRATICS, because="squares of the distance cancel: from 4 K u at D / r = 2 on")
+TEXTBOOK = Failure(formulas=("float64",), because="in float64 it is the textbook form", precisions=("float64",))
 LINEAR = "the closest point is off by u D, and nothing is squared before the subtraction"
 
 
@@ -39,10 +39,7 @@ LADDERS = (
         rays=4000,
         quick_rays=1000,
         gate=Gate(reaches={"float32": 1e5, "float64": 1e8}),
-        fails=(
-            Failure(formulas=QUADRATICS, because="squares of the distance cancel: from 4 K u at D / r = 2 on"),
-            Failure(formulas=("float64",), because="in float64 it is the textbook form", precisions=("float64",)),
-        ),
+        fails=(CANCELLING, TEXTBOOK),
         first_to_break="sphere/textbook",
         survivor="sphere/haines, pbrt4, shift",
         laws=(
@@ -59,10 +56,7 @@ LADDERS = (
         unit="|dt| / r",
         natural="radii",
         gate=Gate(reaches={"float32": 1e4, "float64": 1e7}),
-        fails=(
-            Failure(formulas=QUADRATICS, because="squares of the distance cancel: from 4 K u at D / r = 2 on"),
-            Failure(formulas=("float64",), because="in float64 it is the textbook form", precisions=("float64",)),
-        ),
+        fails=(CANCELLING, TEXTBOOK),
         first_to_break="sphere/textbook",
         survivor="sphere/haines, pbrt4, shift",
         laws=(
@@ -81,7 +75,7 @@ LADDERS = (
         gate=Gate(reaches={"float32": 1e-5, "float64": 1e-7}),
         fails=(
             Failure(formulas=QUADRATICS, because="D is a difference of squares: 4 to 130 K u"),
-            Failure(formulas=("float64",), because="in float64 it is the textbook form", precisions=("float64",)),
+            TEXTBOOK,
         ),
         first_to_break="sphere/textbook",
         survivor="sphere/haines, pbrt4, shift; no float32 form at 1e-7, which is u",
@@ -196,51 +190,5 @@ LADDERS = (
         fails=(Failure(formulas=("first_positive",), because="erratum E3: takes a root behind the ray"),),
         first_to_break="a form whose far root may round to a positive number",
         survivor="all",
-    ),
-    Ladder(
-        name="SPH-POINT-FAR",
-        group="sphere",
-        question="point",
-        slots=("position",),
-        parameter="distance / radius",
-        values=DECADES[:6],
-        draw=draws.far,
-        unit="distance from the surface [r]",
-        condition="(|c| + r) / r: a point cannot be closer than its own rounding",
-        options={"shape": "sphere"},
-        rays=2000,
-        gate=Gate(reaches={"float32": 1e5, "float64": 1e6}),
-        fails=(
-            Failure(
-                formulas=(
-                    "along_ray",
-                    "by_matrix",
-                ),
-                because="o + t d is rounded at the size of t, not of the sphere",
-            ),
-        ),
-        first_to_break="position/along_ray, position/by_matrix",
-        survivor="position/reprojected",
-        laws=(
-            Law(formulas=("reprojected",), slope=0.0, because="the radius is restored last"),
-            Law(formulas=("*",), slope=1.0, because="o + t d rounds at the size of t: u D"),
-        ),
-    ),
-    Ladder(
-        name="SPH-POINT-NORMAL",
-        group="sphere",
-        question="sphere_normal",
-        slots=("sphere_normal",),
-        parameter="distance of the centre from the world's origin [r]",
-        values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6),
-        draw=special.points,
-        unit="degrees",
-        condition="1: p - c is exact or nearly so",
-        gate=Gate(reaches={"float32": 1e6, "float64": 1e6}),
-        fails=(Failure(formulas=("center_kept",), because="erratum E17: the centre is not subtracted"),),
-        first_to_break="sphere_normal/center_kept",
-        survivor="sphere_normal/from_center",
-        saturated=float("inf"),
-        laws=(Law(formulas=("from_center",), slope=0.0, because="the formula only sees p - c"),),
     ),
 )
