@@ -12,7 +12,7 @@ from cases.scene import Mesh, Scene
 from cases.stages import IMAGE_STAGES, Stage, exr_channels
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate
-from reports.judge.supersampled import finer
+from reports.judge.supersampled import box_mean, finer
 from reports.subjects import ITEMS_OF_OTHERS, Subject
 from reports.subjects.calls import Ended, call
 from reports.subjects.capabilities import Capabilities, capabilities_from
@@ -128,9 +128,7 @@ def _mean(subject: Subject, scene: Scene, case: str, samples: int) -> np.ndarray
     """Return radiance box-filtered over samples x samples points a pixel: its own mean, or ours of a finer image."""
     if any("{samples}" in word for word in subject.command):
         return _image(subject, scene, case, samples=samples).images[Stage.RADIANCE]
-    fine = _image(subject, finer(scene, samples), case).images[Stage.RADIANCE]
-    height, width = scene.camera.height, scene.camera.width
-    return fine.reshape(height, samples, width, samples, -1).mean(axis=(1, 3))
+    return box_mean(_image(subject, finer(scene, samples), case).images[Stage.RADIANCE], samples)
 
 
 def _without_faces(images: dict[Stage, np.ndarray], scene: Scene) -> dict[Stage, np.ndarray]:

@@ -17,6 +17,7 @@ from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.judge.remembering import Remembering
 from reports.judge.summing_up import Judged
+from reports.judge.supersampled import box_mean, finer
 from reports.run.asking import heard
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.orders import ReferenceTask
@@ -121,7 +122,6 @@ class Conformance:
         return witnesses, versions
 
     def _traced(self) -> Candidate:
-        from reports.judge.supersampled import finer
         from reports.run.clearances import shadow_epsilons
         from tracer.render import render
 
@@ -152,8 +152,22 @@ class Conformance:
             items=ITEMS_OF_OTHERS,
             shadow_epsilon=0.0,
             answers=images,
+            mean=self._mean(answer),
             unsupported={stage: why for stage in stages_of(self.scene) if stage not in self._stages},
         )
+
+    def _mean(self, answer: Renderer | Mapping[str, Any]) -> np.ndarray | None:
+        """Return the renderer's radiance averaged over the case's samples, from a finer image; None without samples."""
+        samples = self.case.samples
+        if samples == 1 or Stage.RADIANCE not in self.stages:
+            return None
+        if not callable(answer):
+            raise AssertionError(
+                f"{self.case.name}: averages {samples} x {samples} samples a pixel; give a function, "
+                "which is asked for the finer image too"
+            )
+        fine = answer(finer(self.scene, samples), (Stage.RADIANCE,))[Stage.RADIANCE]
+        return box_mean(np.asarray(fine, dtype=np.float64), samples)
 
 
 def _configuration(formula: str | None, configuration: str, folder: Path) -> "Configuration":

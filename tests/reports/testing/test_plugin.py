@@ -92,6 +92,42 @@ def test_a_renderer_that_is_wrong_fails(suite: pytest.Pytester) -> None:
     assert "fail at normal" in text
 
 
+def averaging(check: str, *, change: str = ROUNDED) -> str:
+    """Return a suite that takes a case of 8 x 8 samples a pixel."""
+    return (
+        RENDERER.format(change=change)
+        .replace('"primitives/s*", stages=("distance", "normal")', '"antialiased/sphere", stages=("radiance",)')
+        .replace("conformance.check(render)", check)
+    )
+
+
+def test_a_renderer_is_asked_for_the_finer_image_where_a_case_averages(suite: pytest.Pytester) -> None:
+    suite.makepyfile(test_renderer=averaging("conformance.check(render)"))
+
+    found, text = outcomes(suite)
+
+    assert found == {"passed": 1}, text
+
+
+def test_a_wrong_finer_image_fails(suite: pytest.Pytester) -> None:
+    wrong = f"image * 1.01 if stage == 'radiance' and scene.camera.width > 24 else {ROUNDED}"
+    suite.makepyfile(test_renderer=averaging("conformance.check(render)", change=wrong))
+
+    found, text = outcomes(suite)
+
+    assert found == {"failed": 1}, text
+    assert "fail at radiance" in text
+
+
+def test_images_alone_do_not_do_where_a_case_averages(suite: pytest.Pytester) -> None:
+    suite.makepyfile(test_renderer=averaging("conformance.check(render(conformance.scene, conformance.stages))"))
+
+    found, text = outcomes(suite)
+
+    assert found == {"failed": 1}, text
+    assert "give a function" in text
+
+
 def test_a_stage_that_was_promised_and_is_missing_fails(suite: pytest.Pytester) -> None:
     suite.makepyfile(
         test_renderer=RENDERER.format(change=ROUNDED).replace(
