@@ -11,7 +11,8 @@ from cases.scene import Scene
 from reports.plain import as_json
 from reports.publish.atomic import write_text
 from reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage
-from reports.publish.picture_scene import aim, framing
+from reports.publish.picture_places import framing
+from reports.publish.picture_scene import aim
 from reports.publish.pixels import script
 from reports.publish.view_parts import Frame, parts
 from reports.publish.view_state import state

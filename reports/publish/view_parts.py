@@ -13,7 +13,8 @@ import numpy as np
 from cases.scene import Scene, Sphere
 from cases.stages import Stage
 from reports.publish.picture_hits import Hits
-from reports.publish.picture_scene import MOST_NORMALS, few, frustum, ray_ends
+from reports.publish.picture_places import few, frustum, ray_ends
+from reports.publish.picture_scene import MOST_NORMALS
 from reports.publish.picture_shapes import surface
 
 MOST_TRIANGLES = 3600  # of all shapes of a view
