@@ -1,10 +1,7 @@
 """A results folder of the later run that holds the earlier one's images beside its own: the report of what changed."""
 
-import os
 import shutil
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +9,9 @@ from reports.difference.images import called, renderer_pairs, write_both
 from reports.difference.record import moved, sentence
 from reports.publish.case_data import picture_of, view_of
 from reports.publish.kept import inside
+from reports.publish.parallel import all_of
 from reports.publish.results import save_results
 
-FEW = 16  # cases that one process writes sooner than another one starts
 Results = dict[str, Any]
 Job = tuple[tuple[Path, Path], tuple[dict[str, Any] | None, dict[str, Any]], dict[str, str], str, Path, str]
 
@@ -36,7 +33,7 @@ def write_folder(
         old = earlier.get(case["name"])
         pairs = renderer_pairs(old, case, record["configurations"], known) if old is not None else {}
         jobs.append((folders, (old, case), pairs, label, out, f"images/{number:04}.js"))
-    answers = _all(jobs)
+    answers = all_of(write_both, jobs, heavy=len(jobs))
     rows = {row["case"]: row for row in record["rows"]}
     renderers: dict[str, str] = {}
     cases = []
@@ -54,14 +51,6 @@ def write_folder(
     results |= {"cases": cases, "comparison": record | {"rows": shown}, "faults": record["faults"]}
     save_results(out, results)
     return results
-
-
-def _all(jobs: list[Job]) -> list[tuple[int | None, bool]]:
-    workers = min(os.cpu_count() or 1, len(jobs) // FEW)
-    if workers < 2:
-        return [write_both(*job) for job in jobs]
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        return list(pool.map(write_both, *zip(*jobs, strict=True), chunksize=4))
 
 
 def _case(

@@ -33,9 +33,8 @@ def figures(folder: Path, results: dict[str, Any]) -> list[list[str]]:
 
     """
     ordered = worst_first(results["cases"])
-    measured = [
-        case for case in ordered if (folder / data_file(ordered.index(case) + 1)).is_file() and case.get("checks")
-    ]
+    written = (case for place, case in enumerate(ordered, start=1) if (folder / data_file(place)).is_file())
+    measured = [case for case in written if case.get("checks")]
     viewed = next((case for case in measured if view_of(folder, case)), None)
     alone = write_single_file(folder, results)
     pages = (folder / "index.html", alone)

@@ -8,11 +8,8 @@ hash: no request leaves the folder, and markup smuggled in by a scene's name cou
 import base64
 import hashlib
 import html
-import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from importlib.resources import files
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +23,7 @@ from reports.publish.front_data import case_row, front_data
 from reports.publish.headline import headline, shouts, worst_first
 from reports.publish.history import history_front
 from reports.publish.panel_data import findings, panel
+from reports.publish.parallel import all_of
 from reports.publish.pixels import inert
 from reports.publish.plots import pages
 from reports.publish.tradeoff import diagrams
@@ -41,8 +39,6 @@ SCRIPTS = (
 )  # fmt: skip
 
 STYLES = ("style", "cases", "viewer", "scene", "pages", "history", "comparison")
-
-FEW = 16  # cases that one process writes sooner than another one starts
 
 _HEAD = """<!doctype html><!--{shout}-->
 <html lang="en">
@@ -122,16 +118,10 @@ def data_file(number: int) -> str:
 
 
 def _write_all(folder: Path, ordered: list[dict[str, Any]]) -> list[Path]:
-    """Write every case's data, on every processor where there are many: compressing images is what takes the time."""
+    """Write every case's data; the images are there already of cases whose `pixels` the run wrote."""
     jobs = [(folder, folder / data_file(place), case) for place, case in enumerate(ordered, start=1)]
     heavy = sum(1 for *_, case in jobs if not case.get("pixels"))
-    workers = min(os.cpu_count() or 1, heavy // FEW)
-    if workers < 2:
-        written = [write_case_data(*job) for job in jobs]
-    else:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            written = list(pool.map(write_case_data, *zip(*jobs, strict=True), chunksize=4))
-    return [path for paths in written for path in paths]
+    return [path for paths in all_of(write_case_data, jobs, heavy=heavy) for path in paths]
 
 
 def policy(scripts: Sequence[str], styles: Sequence[str], *, alone: bool = False) -> str:

@@ -5,16 +5,13 @@ from typing import Any
 
 import pytest
 
-from tests.reports.publish.visits import CHROMIUM
+from reports.looking.chromium import chromium, missing
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     """Return a headless Chromium, or skip with the reason that there is none."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if CHROMIUM is None:
-        pytest.skip("Chromium is not installed; on Debian: apt-get install chromium")
-    with playwright.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM)
-        yield chromium
-        chromium.close()
+    if (why := missing()) is not None:
+        pytest.skip(why)
+    with chromium() as one:
+        yield one

@@ -1,6 +1,5 @@
 """Visits to a page of the report in a real browser, which remember everything that went wrong in them."""
 
-import shutil
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -8,7 +7,6 @@ from urllib.parse import urlencode
 VENDOR = Path(__file__).parents[2] / "vendor"
 # What a software OpenGL says of itself when the screen is photographed; no word of the page's.
 DRIVER = "GL Driver Message (OpenGL, Performance"
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 class Visit:
