@@ -1,0 +1,70 @@
+"""One suite of a given size as a user runs it, in a process of its own: its time, its memory, its folder."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from reports.cache.store import VARIABLE
+from reports.growth.scenes import write_scenes
+
+COMMAND = "import sys; from reports.cli import main; sys.exit(main())"
+LINE = 200  # characters of a failed run's last line
+AGAIN = ("at first", "again")  # with nothing kept, and with everything
+
+
+class GrowthError(RuntimeError):
+    """A run did not pass, so that its time says nothing."""
+
+
+def measured(counts: Sequence[int]) -> Iterator[dict[str, Any]]:
+    """Yield the cost of a run of each count of cases, at first and again.
+
+    Raises:
+        GrowthError: a run did not measure and pass every case.
+
+    """
+    for count in counts:
+        with TemporaryDirectory(prefix="rayproof-") as folder:
+            place = Path(folder)
+            (place / "scenes").mkdir()
+            files = write_scenes(count, place / "scenes")
+            for when in AGAIN:
+                yield {"cases": count, "when": when, **_cost(files, place)}
+
+
+def _cost(files: Sequence[Path], place: Path) -> dict[str, Any]:
+    out = place / "results"
+    command = [sys.executable, "-c", COMMAND, "run", *(file.name for file in files), "--out", str(out)]
+    environment = {**os.environ, VARIABLE: str(place / "cache")}
+    start = time.perf_counter()
+    with (place / "said").open("wb") as said:
+        child = subprocess.Popen(
+            command, cwd=place / "scenes", env=environment, stdin=subprocess.DEVNULL, stdout=said, stderr=said
+        )
+        try:
+            # Its own use of the processor and that of all workers that it waited for; its memory is the largest one's.
+            _, status, used = os.wait4(child.pid, 0)
+        except BaseException:
+            child.terminate()
+            child.wait()
+            raise
+    seconds = time.perf_counter() - start
+    child.returncode = os.waitstatus_to_exitcode(status)
+    if child.returncode != 0:
+        last = (place / "said").read_text(errors="replace").strip().splitlines()[-1:]
+        raise GrowthError(f"a run of {len(files)} cases ended with {child.returncode}: {''.join(last)[:LINE]}")
+    passed = json.loads((out / "results.json").read_text(encoding="utf-8"))["summary"]["pass"]
+    if passed != len(files):
+        raise GrowthError(f"of {len(files)} cases {passed} passed")
+    return {
+        "seconds": seconds,
+        "processor_seconds": used.ru_utime + used.ru_stime,
+        "peak_bytes": used.ru_maxrss * (1 if sys.platform == "darwin" else 1024),
+        "folder_bytes": sum(path.stat().st_size for path in out.rglob("*") if path.is_file()),
+    }

@@ -1,0 +1,60 @@
+"""Growth: different scenes, two runs of each suite, and the price of a further case."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from reports.growth import measuring
+from reports.growth.marginal import marginal
+from reports.growth.measuring import GrowthError, measured
+from reports.growth.scenes import write_scenes
+from tests.reports.commands.conftest import Rayproof, rayproof
+
+__all__ = ["rayproof"]
+
+
+def test_no_two_scenes_are_alike_and_the_first_ones_are_the_same(tmp_path: Path) -> None:
+    (tmp_path / "few").mkdir()
+    (tmp_path / "many").mkdir()
+
+    few, many = write_scenes(2, tmp_path / "few"), write_scenes(5, tmp_path / "many")
+
+    assert len({file.read_text() for file in many}) == 5
+    assert [file.read_text() for file in few] == [file.read_text() for file in many[:2]]
+
+
+def test_a_suite_is_run_twice_and_its_figures_are_written(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof("growth", 1, "--json", tmp_path / "growth.json")
+
+    assert ended.code == 0, ended.out
+    rows = json.loads((tmp_path / "growth.json").read_text())["runs"]
+    assert [(row["cases"], row["when"]) for row in rows] == [(1, "at first"), (1, "again")]
+    assert all(row["processor_seconds"] > 0 and row["folder_bytes"] > 0 for row in rows)
+    assert "A thousand further cases" not in ended.out
+
+
+def test_the_price_of_a_further_case() -> None:
+    small = {"cases": 10, "when": "again", "seconds": 3.0, "processor_seconds": 4.0, "peak_bytes": 5, "folder_bytes": 6}
+    large = {
+        "cases": 30, "when": "again", "seconds": 5.0, "processor_seconds": 8.0, "peak_bytes": 25, "folder_bytes": 46,
+    }  # fmt: skip
+
+    (one,) = marginal([large, small])
+
+    assert (one["from"], one["to"]) == (10, 30)
+    assert (one["seconds"], one["processor_seconds"], one["peak_bytes"], one["folder_bytes"]) == (0.1, 0.2, 1, 2)
+
+
+def test_a_run_that_fails_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measuring, "COMMAND", "import sys; sys.exit('it broke')")
+
+    with pytest.raises(GrowthError, match="a run of 1 cases ended with 1: it broke"):
+        list(measured([1]))
+
+
+def test_a_suite_without_cases_is_refused(rayproof: Rayproof) -> None:
+    ended = rayproof("growth", 0)
+
+    assert ended.code == 2
+    assert "at least 1 case, got 0" in ended.error
