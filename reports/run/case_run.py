@@ -148,6 +148,7 @@ class CaseRun:
     def _judged(self, reply: Reply) -> None:
         record = reply.value if reply.error is None else self._unjudged(reply)
         record["judge_seconds"] = round(reply.seconds, 4)
+        record["remembered"] = False
         record["versions"] = self.versions
         if self._memory is not None and self._key is not None and self._flawless(record):
             self._memory.keep(self._key, self._folder, record)
@@ -161,6 +162,7 @@ class CaseRun:
     def _recognised(self, record: dict[str, Any]) -> None:
         """Finish with what was found before; only what this run did itself is this run's."""
         record["judge_seconds"] = 0.0
+        record["remembered"] = True
         record["versions"] |= self.versions
         record["reproduce"] = reproduce(self._folder, self.planned.case, self.planned.configurations, self._subject)
         for render in record["renders"]:

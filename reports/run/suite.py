@@ -149,4 +149,7 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
     console.print(f"cases: {counts}", soft_wrap=True)
     counts = ", ".join(f"{number} {name}" for name, number in results["checks"].items() if number)
     console.print(f"checks: {counts}", soft_wrap=True)
+    before = sum(bool(case.get("remembered")) for case in results["cases"])
+    if before:
+        console.print(f"{before} cases were answered as before, to the last bit, and not judged again", soft_wrap=True)
     console.print(f"{results['verdict']}: {request.out / 'index.html'}", soft_wrap=True)
