@@ -4,9 +4,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import drjit as dr
+
 from cases.scene import Camera
 from tracer.arrays import ArrayTypes
 from tracer.configuration import Configuration
+from tracer.parameters import Parameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,3 +97,14 @@ class Frame:
     def corners(self) -> list[Any]:
         """Return the frustum's eight corners [m]."""
         return self.configuration["corners"](self)
+
+
+class Viewpoint:
+    """A frame as the rays' formulas see it: its numbers as parameters of the kernel."""
+
+    def __init__(self, frame: Frame, parameters: Parameters) -> None:
+        self._frame, self._parameters = frame, parameters
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._frame, name)
+        return self._parameters(f"camera {name}", value) if dr.is_array_v(value) else value

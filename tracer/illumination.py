@@ -47,6 +47,9 @@ class Illumination:
         self.world, self.surfaces, self.types = world, surfaces, world.types
         self.scene, self.configuration = world.scene, world.configuration
 
+    def _of_light(self, index: int, what: str, value: tuple[float, float, float]) -> Any:
+        return self.world.parameters(f"light {index} {what}", self.types.Vector(*value))
+
     def _towards(self, position: Any, surfaces: Surfaces) -> Towards:
         away = position - surfaces.position
         squared = dr.squared_norm(away)
@@ -56,7 +59,7 @@ class Illumination:
     @cached_property
     def towards(self) -> list[list[Towards]]:
         """Return, per light, the ways to it."""
-        positions = [self.types.Vector(*light.position) for light in self.scene.lights]
+        positions = [self._of_light(k, "position", light.position) for k, light in enumerate(self.scene.lights)]
         return [[self._towards(position, surfaces) for surfaces in self.surfaces] for position in positions]
 
     @cached_property
@@ -65,7 +68,10 @@ class Illumination:
         if not self.configuration.formula("feeler").facts["doubles"] or self.types.precision == "float64":
             return self.world, [_hit(surfaces) for surfaces in self.surfaces]
         types = array_types("float64")
-        world = World(self.scene, self.configuration, types, plan=self.world.plan, assets=self.world.assets)
+        usual = self.world
+        world = World(
+            self.scene, self.configuration, types, plan=usual.plan, assets=usual.assets, parameters=usual.parameters
+        )
         rays, intervals = [], []
         for surfaces in self.surfaces:
             # The shape that the pixel shows is met again along the same ray; the window leaves the others out.
@@ -176,7 +182,7 @@ class Illumination:
             return [self.types.Vector(0) for _ in self.surfaces]
         if self._in_turn is not None:
             return self._in_turn.irradiance
-        fluxes = [self.types.Vector(*light.flux) for light in self.scene.lights]
+        fluxes = [self._of_light(k, "flux", light.flux) for k, light in enumerate(self.scene.lights)]
         total = []
         for k in range(len(self.surfaces)):
             # Below the horizon the cosine law itself gives 0; only what blocks is taken away here.

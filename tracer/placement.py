@@ -3,7 +3,7 @@
 Coefficients that are 0 or 1 cost no operation, so that a translation or an axis-aligned scale is no more than that.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -11,22 +11,7 @@ import drjit as dr
 import numpy as np
 
 from cases.scene import IDENTITY, Matrix
-
-
-def _row(coefficients: np.ndarray, vector: Any) -> Any:
-    """Return the dot product of host coefficients and a Dr.Jit vector, without its multiplications by 0 and 1."""
-    terms = [(float(c), component) for c, component in zip(coefficients, vector, strict=True) if c != 0]
-    total: Any = None
-    for coefficient, component in terms:
-        if total is None:
-            total = component if coefficient == 1 else component * coefficient
-        else:
-            total = total + component if coefficient == 1 else dr.fma(component, coefficient, total)
-    return total
-
-
-def _product(matrix: np.ndarray, vector: Any) -> Any:
-    return type(vector)(*(_row(row, vector) for row in matrix))
+from tracer.parameters import LITERALS, Parameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +19,35 @@ class Placement:
     """A model matrix and what it does to points, vectors and normals (Dr.Jit vectors) in both directions."""
 
     to_world: Matrix
+    parameters: Parameters = field(default=LITERALS, repr=False, compare=False)
+    name: str = ""  # of its numbers
+
+    def _number(self, what: str, value: float, like: Any) -> Any:
+        return self.parameters(f"{self.name} {what}", type(like)(float(value)))
+
+    def _product(self, what: str, matrix: np.ndarray, vector: Any, *, transposed: bool = False) -> Any:
+        """Return the product of a host matrix and a Dr.Jit vector, without its multiplications by 0 and 1."""
+
+        def row(place: int) -> Any:
+            total: Any = None
+            for column, component in enumerate(vector):
+                at = (column, place) if transposed else (place, column)
+                value = matrix[at]
+                if value == 0:
+                    continue
+                factor = None if value == 1 else self._number(f"{what} {at}", value, component)
+                if total is None:
+                    total = component if factor is None else component * factor
+                else:
+                    total = total + component if factor is None else dr.fma(component, factor, total)
+            return total
+
+        return type(vector)(*(row(place) for place in range(3)))
+
+    def _origin(self, like: Any) -> list[Any]:
+        """Return the world position of the object-space origin, None where a coordinate is 0."""
+        found = zip(self.translation, like, strict=True)
+        return [None if t == 0 else self._number(f"translation {axis}", t, x) for axis, (t, x) in enumerate(found)]
 
     @property
     def identity(self) -> bool:
@@ -58,22 +72,22 @@ class Placement:
     def point_to_object(self, point: Any) -> Any:
         """Return a world point in object space."""
         # Subtracting first keeps the error proportional to the distance from the shape, not from the world's origin.
-        moved = type(point)(*(x if t == 0 else x - float(t) for x, t in zip(point, self.translation, strict=True)))
-        return _product(self.inverse, moved)
+        pairs = zip(point, self._origin(point), strict=True)
+        return self._product("inverse", self.inverse, type(point)(*(x if t is None else x - t for x, t in pairs)))
 
     def vector_to_object(self, vector: Any) -> Any:
         """Return a world direction in object space, not renormalised."""
-        return _product(self.inverse, vector)
+        return self._product("inverse", self.inverse, vector)
 
     def point_to_world(self, point: Any) -> Any:
         """Return an object-space point in world space [m]."""
-        moved = _product(self.linear, point)
-        return type(point)(*(x if t == 0 else x + float(t) for x, t in zip(moved, self.translation, strict=True)))
+        pairs = zip(self._product("linear", self.linear, point), self._origin(point), strict=True)
+        return type(point)(*(x if t is None else x + t for x, t in pairs))
 
     def vector_to_world(self, vector: Any) -> Any:
         """Return an object-space direction in world space, not renormalised."""
-        return _product(self.linear, vector)
+        return self._product("linear", self.linear, vector)
 
     def normal_to_world(self, normal: Any) -> Any:
         """Return the inverse transpose of the 3x3 part times an object-space normal, not renormalised."""
-        return _product(self.inverse.T, normal)
+        return self._product("inverse", self.inverse, normal, transposed=True)

@@ -10,6 +10,7 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from tracer.configuration import Configuration
+from tracer.parameters import Numbers
 from tracer.plan import Plan
 from tracer.reach import beyond
 from tracer.trace import Trace
@@ -76,7 +77,7 @@ def render(
     refusal = beyond(scene, configuration.precision)
     if refusal is not None:
         raise ValueError(refusal)
-    trace = Trace(scene, configuration, per_side=samples, chosen=chosen)
+    trace = Trace(scene, configuration, per_side=samples, chosen=chosen, parameters=Numbers())
     images = {stage: trace.channels(stage) for stage in wanted if stage is not Stage.CAMERA}
     pixels = _pixels(trace) if Stage.CAMERA in wanted else []
     ndc = trace.ndc if Stage.CAMERA in wanted else []

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import drjit as dr
 import numpy as np
 
-from cases.scene import Cube, Mesh, Shape, Sphere
+from cases.scene import Cube, Mesh, Shape, Sphere, Triangle
 from tracer.clearance import clearance, extent, spread
 from tracer.gathered import GatheredPlacement
 from tracer.placement import Placement
@@ -39,6 +39,11 @@ def _center(shape: Shape) -> tuple[float, float, float]:
     return shape.center if isinstance(shape, Sphere) else (0.0, 0.0, 0.0)
 
 
+def _spread(shape: Shape) -> float:
+    """Return what multiplies the rounding errors of all of a shape; a mesh has one a triangle."""
+    return 1.0 if isinstance(shape, Mesh) else spread(shape)
+
+
 def _constant_normal(shape: Shape) -> tuple[float, float, float]:
     """Return the object-space normal of a flat shape; of other shapes nothing that counts."""
     return (0.0, 0.0, 1.0) if isinstance(shape, Sphere | Cube | Mesh) else flat_normal(shape)
@@ -64,15 +69,16 @@ class Surfaces:
             chosen = dr.select(self.hit.shape == index, value, chosen)
         return chosen
 
-    def constant(self, of: Callable[[Shape], Value], upload: Callable[[Value], Any]) -> Any:
+    def constant(self, name: str, of: Callable[[Shape], Value], upload: Callable[[Value], Any]) -> Any:
         """Return a constant of the shape that was hit, without any choice where all shapes share it."""
         values = [of(shape) for shape in self.shapes]
         if len(set(values)) == 1:
-            return upload(values[0])
+            return self.world.parameter(0, f"constant {name}", upload(values[0]))
         if self.world.plan.tables:
             return self._look_up(values, upload(values[0]))
-        last = upload(values[-1])
-        return self._choose([upload(value) for value in values[:-1]], last)
+        named = enumerate(values)
+        *others, last = (self.world.parameter(index, f"constant {name}", upload(value)) for index, value in named)
+        return self._choose(others, last)
 
     def _look_up(self, values: Sequence[Any], like: Any) -> Any:
         """Return, per pixel, the value of the shape that was hit, from a table; `like` has the type of one."""
@@ -109,7 +115,7 @@ class Surfaces:
         to_object = self.configuration["to_object"]
         if self.world.plan.tables:
             return to_object(self.ray, self.placement), self.placement.point_to_world
-        placements = [Placement(to_world=shape.to_world) for shape in self.shapes]
+        placements = self.world.placements
         rays = [self.ray if p.identity else to_object(self.ray, p) for p in placements]
         local = Ray(
             origin=self._choose([ray.origin for ray in rays], self.ray.origin),
@@ -124,9 +130,9 @@ class Surfaces:
     def spheres(self) -> tuple[Any, Any, Any]:
         """Return where a sphere was hit, and its centre and radius [m]."""
         return (
-            self.constant(lambda shape: isinstance(shape, Sphere), self.types.Bool) & self.mask,
-            self.constant(_center, lambda center: self.types.Vector(*center)),
-            self.constant(lambda shape: shape.radius if isinstance(shape, Sphere) else 1.0, self.types.Float),
+            self.constant("is a sphere", lambda shape: isinstance(shape, Sphere), self.types.Bool) & self.mask,
+            self.constant("center", _center, lambda center: self.types.Vector(*center)),
+            self.constant("radius", lambda shape: shape.radius if isinstance(shape, Sphere) else 1.0, self.types.Float),
         )
 
     def _object_normal(self, index: int, shape: Shape, placement: Placement) -> Any:
@@ -138,16 +144,19 @@ class Surfaces:
                 point = self.position if placement.identity else placement.point_to_object(self.position)
                 if isinstance(shape, Cube):
                     return self.configuration["cube_normal"](point)
-                return self.configuration["sphere_normal"](point, self.types.Vector(*shape.center))
+                center = self.world.parameter(index, "center", self.types.Vector(*shape.center))
+                return self.configuration["sphere_normal"](point, center)
             case Mesh():
                 if self.world.forest is None:
                     return self.types.Vector(0)
                 return self.world.forest.normal(self.hit.number, self.hit.shape == index)
+            case Triangle():
+                return self.world.parameter(index, "normal", self.types.Vector(*flat_normal(shape)))
             case _:
                 return self.types.Vector(*flat_normal(shape))
 
     def _normal(self, index: int, shape: Shape) -> Any:
-        placement = Placement(to_world=shape.to_world)
+        placement = self.world.placements[index]
         normal = self._object_normal(index, shape, placement)
         if not placement.identity:
             normal = self.configuration["world_normal"](normal, placement)
@@ -155,15 +164,15 @@ class Surfaces:
 
     def _kind(self, *kinds: type[Shape]) -> Any:
         """Return where a shape of one of these kinds was hit."""
-        return self.constant(lambda shape: isinstance(shape, kinds), self.types.Bool) & self.mask
+        return self.constant("kind", lambda shape: isinstance(shape, kinds), self.types.Bool) & self.mask
 
     def _looked_up_normal(self) -> Any:
         """Return the shading normals: every kind's formula once, and the matrices from tables."""
         kinds = {type(shape) for shape in self.shapes}
         point = self.position if not self._placed else self.placement.point_to_object(self.position)
-        normal = self.constant(_constant_normal, lambda xyz: self.types.Vector(*xyz))
+        normal = self.constant("normal", _constant_normal, lambda xyz: self.types.Vector(*xyz))
         if Sphere in kinds:
-            center = self.constant(_center, lambda xyz: self.types.Vector(*xyz))
+            center = self.constant("center", _center, lambda xyz: self.types.Vector(*xyz))
             normal = dr.select(self._kind(Sphere), self.configuration["sphere_normal"](point, center), normal)
         if Cube in kinds:
             if self.configuration.formula("cube_normal").facts.get("takes") == "ray":
@@ -183,7 +192,7 @@ class Surfaces:
         """Return the normals, those of two-sided shapes turned to the viewer: once, whichever shape was hit."""
         if not any(shape.two_sided for shape in self.shapes):
             return normal
-        two_sided = self.constant(lambda shape: shape.two_sided, self.types.Bool)
+        two_sided = self.constant("two-sided", lambda shape: shape.two_sided, self.types.Bool)
         return dr.select(two_sided, self.configuration["facing"](normal, self.ray.direction), normal)
 
     @cached_property
@@ -197,21 +206,23 @@ class Surfaces:
     @cached_property
     def hidden(self) -> Any:
         """Return where a one-sided surface shows its back."""
-        one_sided = self.constant(lambda shape: not shape.two_sided, self.types.Bool)
+        one_sided = self.constant("one-sided", lambda shape: not shape.two_sided, self.types.Bool)
         return self.configuration["hidden"](self.normal, self.ray.direction) & one_sided
 
     @cached_property
     def albedo(self) -> Any:
         """Return the albedo per channel."""
-        return self.constant(lambda shape: shape.albedo, lambda rgb: self.types.Vector(*rgb))
+        return self.constant("albedo", lambda shape: shape.albedo, lambda rgb: self.types.Vector(*rgb))
 
     @cached_property
     def clearance(self) -> Any:
         """Return how far along the normal the hit points may be off [m] (see `tracer.clearance`)."""
-        wide = self.constant(lambda shape: 1.0 if isinstance(shape, Mesh) else spread(shape), self.types.Float)
+        wide: Any = 1.0
+        if any(_spread(shape) != 1 for shape in self.shapes):
+            wide = self.constant("spread", _spread, self.types.Float)
         if self.world.forest is not None:
-            kind = self.constant(lambda shape: isinstance(shape, Mesh), self.types.Bool) & self.mask
+            kind = self._kind(Mesh)
             wide = dr.select(kind, self.world.forest.slenderness(self.hit.number, kind), wide)
-        size = self.constant(extent, self.types.Float)
+        size = self.constant("extent", extent, self.types.Float)
         scale = dr.norm(self.eye) + self.hit.distance + size
         return clearance(scale, spread=wide, precision=self.types.precision)

@@ -12,10 +12,11 @@ from cases.stages import Stage
 from tracer.arrays import array_types
 from tracer.assets import Assets
 from tracer.configuration import Configuration
-from tracer.frame import Frame
+from tracer.frame import Frame, Viewpoint
 from tracer.illumination import Illumination
 from tracer.interleaving import next_step
 from tracer.lanes import Lanes
+from tracer.parameters import LITERALS, Parameters
 from tracer.plan import Plan, plan
 from tracer.rays import Interval, Ray
 from tracer.surfaces import Surfaces
@@ -41,13 +42,15 @@ class Trace:
         within: tuple[Any, Any] | None = None,
         chosen: Plan | None = None,
         assets: Assets | None = None,
+        parameters: Parameters = LITERALS,
     ) -> None:
         self.scene, self.configuration, self.per_side, self.within = scene, configuration, per_side, within
         self.types = array_types(configuration.precision)
         self.frame = Frame(camera=scene.camera, configuration=configuration, types=self.types)
         self.plan = plan(scene, configuration, samples=per_side) if chosen is None else chosen
         self.assets = Assets() if assets is None else assets
-        self.world = World(scene, configuration, self.types, plan=self.plan, assets=self.assets)
+        self._parameters, self._seen_from = parameters, Viewpoint(self.frame, parameters)
+        self.world = World(scene, configuration, self.types, plan=self.plan, assets=self.assets, parameters=parameters)
         self._side_by_side = per_side if within is None else 1
         size = {"width": scene.camera.width * self._side_by_side, "height": scene.camera.height * self._side_by_side}
         tile = {} if self.plan.split else {"columns": self.plan.columns, "rows": self.plan.rows}
@@ -78,7 +81,7 @@ class Trace:
     def rays(self) -> list[Ray]:
         """Return the camera rays, with unit directions."""
         formula = self.configuration["ray"]
-        found = [Ray(origin=self.frame.eye, direction=formula(self.frame, *ndc)) for ndc in self.ndc]
+        found = [Ray(origin=self._seen_from.eye, direction=formula(self._seen_from, *ndc)) for ndc in self.ndc]
         self._next_step()
         return found
 
@@ -98,10 +101,10 @@ class Trace:
         """Return the nearest hits of the camera rays."""
         if self.plan.split:
             return [self._apart()]
-        clip = self.configuration[f"clip_{self.scene.clip}"]
+        clip, seen = self.configuration[f"clip_{self.scene.clip}"], self._seen_from
         intervals = []
         for ray in self.rays:
-            near, far = clip(ray.direction, self.frame.forward, self.frame.near, self.frame.far)
+            near, far = clip(ray.direction, seen.forward, seen.near, seen.far)
             intervals.append(Interval(nearest=near, farthest=far))
         self._next_step()
         found = self.world.nearest(self.rays, intervals, narrow=self._narrow)
@@ -116,6 +119,7 @@ class Trace:
             per_side=self.per_side,
             chosen=replace(self.plan, split=False),
             assets=self.assets,
+            parameters=self._parameters,
         )
         Float, Int = self.types.Float, self.types.Int
         count = self.lanes.width * self.lanes.height
@@ -131,7 +135,9 @@ class Trace:
     @cached_property
     def surfaces(self) -> list[Surfaces]:
         """Return the surfaces that the camera rays hit."""
-        return [Surfaces(self.world, *found, eye=self.frame.eye) for found in zip(self.rays, self.hits, strict=True)]
+        return [
+            Surfaces(self.world, *found, eye=self._seen_from.eye) for found in zip(self.rays, self.hits, strict=True)
+        ]
 
     def _lit_surfaces(self) -> list[Surfaces]:
         """Return the surfaces with what every light needs to know of them."""

@@ -5,7 +5,7 @@ tree (`tracer.plan`). A scene without spheres leaves no sphere code behind, and 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +20,7 @@ from tracer.arrays import ArrayTypes
 from tracer.assets import Assets
 from tracer.configuration import Configuration
 from tracer.geometry import SLOTS, square_vectors, upload
+from tracer.parameters import Parameters
 from tracer.placement import Placement
 from tracer.plan import Plan
 from tracer.rays import Interval, Ray
@@ -83,12 +84,38 @@ class World:
     """A scene's shapes in one precision."""
 
     def __init__(
-        self, scene: Scene, configuration: Configuration, types: ArrayTypes, *, plan: Plan, assets: Assets
+        self,
+        scene: Scene,
+        configuration: Configuration,
+        types: ArrayTypes,
+        *,
+        plan: Plan,
+        assets: Assets,
+        parameters: Parameters,
     ) -> None:
         self.scene, self.configuration, self.types, self.plan, self.assets = scene, configuration, types, plan, assets
+        self.parameters = parameters
 
     def _in_tree(self, shape: Shape) -> bool:
         return isinstance(shape, Mesh) or SLOTS.get(type(shape)) in self.plan.trees
+
+    def parameter(self, index: int, what: str, value: Any) -> Any:
+        """Return a number or vector that belongs to a shape, as a parameter of the kernel."""
+        return self.parameters(f"shape {index} {what}", value)
+
+    def _kept(self, index: int, record: Any) -> Any:
+        """Return a shape's device record with its arrays as parameters."""
+        arrays = {one.name: getattr(record, one.name) for one in fields(record)}
+        kept = {name: self.parameter(index, name, value) for name, value in arrays.items() if dr.is_array_v(value)}
+        return replace(record, **kept)
+
+    @cached_property
+    def placements(self) -> tuple[Placement, ...]:
+        """Return where each shape stands."""
+        return tuple(
+            Placement(to_world=shape.to_world, parameters=self.parameters, name=f"shape {index}")
+            for index, shape in enumerate(self.scene.shapes)
+        )
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
@@ -96,9 +123,9 @@ class World:
         return tuple(
             Body(
                 index=index,
-                arrays=upload(shape, self.types),
+                arrays=self._kept(index, upload(shape, self.types)),
                 slot=SLOTS[type(shape)],
-                placement=Placement(to_world=shape.to_world),
+                placement=self.placements[index],
             )
             for index, shape in enumerate(self.scene.shapes)
             if not self._in_tree(shape) and not (SLOTS.get(type(shape)) == "triangle" and degenerate(shape)[0])

@@ -12,13 +12,21 @@ from cases.rounding import gamma
 from cases.scene import PointLight, Scene, Sphere
 from cases.stages import Stage
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, everything, octahedron, scene
+from tracer import render as rendering
 from tracer.configuration import Configuration
 from tracer.frames import Frames
+from tracer.parameters import Literals
 from tracer.plan import Plan, plan
 from tracer.render import render
 
 SPHERE = Sphere(albedo=ALBEDO, center=(0.1, 0.2, 1.0))
 LIGHTS = tuple(PointLight(position=(2.0, -3.0, 4.0 + k), flux=(30.0, 20.0 + k, 10.0)) for k in range(8))
+
+
+@pytest.fixture(autouse=True)
+def _literal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Render with the scene's numbers in the code, as frames have them: they fold by roundings of their own."""
+    monkeypatch.setattr(rendering, "Numbers", Literals)
 
 
 def averaged(what: Scene, configuration: Configuration, samples: int, chosen: Plan) -> np.ndarray:

@@ -1,0 +1,47 @@
+"""A scene's numbers in a kernel: part of the code where one scene is rendered often, in memory where many are once.
+
+As literals they save a load each and fold where they can, and every scene compiles a kernel of its own. In memory, the
+scenes of one structure share a kernel: what a scene does not need, such as a transform that is the identity or a
+coefficient that is 0, is left out either way. docs/performance.md has what either costs.
+"""
+
+from typing import Any, Protocol
+
+import drjit as dr
+
+
+class Parameters(Protocol):
+    """What turns numbers into what a kernel is traced with."""
+
+    def __call__(self, name: str, value: Any) -> Any:
+        """Return the Dr.Jit literal `value`, a number, vector or matrix; `name` is its own and says what it is."""
+        ...
+
+
+class Literals:
+    """Numbers that are part of the code."""
+
+    def __call__(self, name: str, value: Any) -> Any:
+        """Return the value as it is."""
+        return value
+
+
+class Numbers:
+    """Numbers that are read from memory."""
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[str, type], Any] = {}
+
+    def __call__(self, name: str, value: Any) -> Any:
+        """Return the value in memory, the same for one name and type; a mask decides what is computed, and stays."""
+        if dr.is_mask_v(value):
+            return value
+        key = (name, type(value))
+        if key not in self._kept:
+            copied = type(value)(value)
+            dr.make_opaque(copied)
+            self._kept[key] = copied
+        return self._kept[key]
+
+
+LITERALS = Literals()
