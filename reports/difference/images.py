@@ -8,9 +8,10 @@ import numpy as np
 
 from cases.stages import Stage
 from reports.difference.checks import ours
+from reports.publish.atomic import write_text
 from reports.publish.case_data import camera_of
-from reports.publish.kept import kept_images
-from reports.publish.pixels import BASE, Renders, write_pixels
+from reports.publish.kept import inside, kept_images
+from reports.publish.pixels import BASE, Renders, renamed, write_pixels
 
 Case = Mapping[str, Any]
 
@@ -54,6 +55,9 @@ def write_both(
     renderers under test, None where nothing can be compared.
     """
     before, after = cases
+    if before is not None and (stored := _identical(folders, (before, after))) is not None:
+        write_text(out / relative, renamed(stored, relative))
+        return 0, True
     later, _ = kept_images(folders[1], after)
     earlier = kept_images(folders[0], before)[0] if before is not None else {}
     found = [(mine, old) for mine, old in pairs.items() if mine in later and old in earlier]
@@ -64,6 +68,15 @@ def write_both(
     if renders:
         write_pixels(out / relative, relative, renders, camera_of(folders[1], after))
     return (sum(counts) if found else None), bool(renders)
+
+
+def _identical(folders: tuple[Path, Path], cases: tuple[Case, Case]) -> str | None:
+    """Return the script of a case's images where both runs kept the same one, which needs no decoding; else None."""
+    kept = [(folder, case.get("pixels")) for folder, case in zip(folders, cases, strict=True)]
+    if not all(isinstance(path, str) and inside(folder, path) for folder, path in kept):
+        return None
+    before, after = ((folder / str(path)).read_text(encoding="utf-8") for folder, path in kept)
+    return after if before == after else None
 
 
 def called(label: str, renderer: str) -> str:

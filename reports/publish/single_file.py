@@ -18,6 +18,7 @@ from reports.publish.headline import worst_first
 from reports.publish.history import DATA as HISTORY
 from reports.publish.kept import inside
 from reports.publish.page import data_file, digest, page_data, page_parts
+from reports.publish.pixels import handed_over
 from reports.publish.plots import FOLDER, LIBRARY
 from reports.publish.plots import pages as plots
 from reports.publish.viewer_page import digests_in_one, page_in_one, vendored
@@ -65,8 +66,7 @@ def _elements(folder: Path, ordered: list[dict[str, Any]]) -> Iterator[str]:
 def _script(folder: Path, name: str) -> Iterator[str]:
     """Yield what a script that `reports.publish.pixels.script` made hands over, where there is such a file."""
     if inside(folder, name):
-        # JSON, whoever wrote it: escaped again, it ends no element.
-        content = (folder / name).read_text(encoding="utf-8").split("\n")[1].replace("<", "\\u003c")
+        content = handed_over((folder / name).read_text(encoding="utf-8"))
         yield _element(name, content, 'type="application/json"')
 
 

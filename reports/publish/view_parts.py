@@ -19,9 +19,8 @@ from reports.publish.picture_shapes import surface
 
 MOST_TRIANGLES = 3600  # of all shapes of a view
 ROUNDEST, LEAST_ROUND = 40, 10  # corners of a sphere's equator
-FAR = (
-    20.0  # scene sizes beyond which eye and lights are left out: they would squeeze the rest into the depth's last bits
-)
+# Scene sizes beyond which eye and lights are left out: they would squeeze the rest into the depth's last bits.
+FAR = 20.0
 RAYS = 16
 
 

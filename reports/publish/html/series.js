@@ -39,7 +39,8 @@
       Math.max(...values) > 1.3 * Math.min(...values) ? words(rayproof.short(Math.min(...values), 2), left - 5, y(Math.min(...values)) + 4, "end") : null,
       words(`run ${points[0].run}`, left, height - 5, "start"),
       points.length > 1 ? words(`run ${points.at(-1).run}`, width - right, height - 5, "end") : null,
-      near ? [svg("path", { class: "limit", d: `M${left} ${y(limit)}H${width - right}` }), words("limit", width - right, y(limit) - 3, "end")] : null,
+      // At the left, where no step can be whose factor it would cover.
+      near ? [svg("path", { class: "limit", d: `M${left} ${y(limit)}H${width - right}` }), words("limit", left + 6, y(limit) - 3, "start")] : null,
       svg("path", { class: "line", d: line }),
       steps.filter(([run]) => at(run) !== undefined).map(([run, factor]) => {
         const up = rayproof.number(factor) > 1;

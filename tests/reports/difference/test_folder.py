@@ -10,13 +10,15 @@ import pytest
 
 from cases.stages import Stage
 from reports.difference.folder import write_folder
+from reports.difference.images import write_both
 from reports.difference.record import comparison, moved, names_of, sentence
 from reports.publish import publish_all
 from reports.publish.comparing import comparison_front
 from reports.publish.exr import read_answers, write_answers
 from reports.publish.kept import kept_images
+from reports.publish.pixels import read_pixels, write_pixels
 from reports.publish.results import load_results, save_results
-from tests.reports.publish.sample import make_folder
+from tests.reports.publish.sample import answers, make_folder
 from tests.reports.publish.visits import Visit
 
 
@@ -86,6 +88,28 @@ def test_images_of_both_are_kept_bit_for_bit_where_they_differ(folder: Path, run
         }
     same, _ = kept_images(folder, cases["sphere/sheared"])
     assert not any(name.startswith("old") for name in same)
+
+
+def test_images_that_both_runs_kept_alike_are_taken_over(tmp_path: Path) -> None:
+    renders = {"tracer-float32": answers(rounding=1e-7), "analytic": answers()}
+    folders = (tmp_path / "before", tmp_path / "after")
+    case = {"name": "a/b", "verdict": "pass", "checks": [], "pixels": "images/a/b.js",
+            "renders": [{"renderer": name, "configuration": None} for name in renders]}  # fmt: skip
+    for folder in folders:
+        write_pixels(folder / "images/a/b.js", "images/a/b.js", renders, None)
+    pairs = {"tracer-float32": "tracer-float32"}
+
+    counted = write_both(folders, (case, case), pairs, "before", tmp_path / "out", "images/0001.js")
+
+    assert counted == (0, True)
+    assert (tmp_path / "out/images/0001.js").read_text().startswith('rayproof.receive("images/0001.js",\n')
+    kept = read_pixels(tmp_path / "out/images/0001.js")
+    assert {name: stages.keys() for name, stages in kept.items()} == {name: one.keys() for name, one in renders.items()}
+    renders["tracer-float32"][Stage.NORMAL][3, 4] = 7
+    write_pixels(folders[1] / "images/a/b.js", "images/a/b.js", renders, None)
+    counted = write_both(folders, (case, case), pairs, "before", tmp_path / "out", "images/0001.js")
+    assert counted == (1, True)
+    assert "before: tracer-float32" in read_pixels(tmp_path / "out/images/0001.js")
 
 
 def test_two_equal_runs_differ_in_nothing(runs: tuple[Path, Path]) -> None:
