@@ -97,9 +97,12 @@ def test_a_flat_ellipsoid_keeps_its_digits(mitsuba):
     expected = GENERIC.eye + first[..., None] * directions(GENERIC)[:, :, 0]
     outward = gradient_normals(to_world, expected, lambda local: local)
     assert clear.sum() > 100
-    assert np.abs(distance[..., 0] - first)[clear].max() <= 1e-4
-    assert np.abs(position - expected)[clear].max() <= 1e-4
-    assert np.abs(normal - outward)[clear].max() <= 2e-3
+    # What the matrix does to every rounding, times what the limb does.
+    longest, _, shortest = np.linalg.svd(np.array(to_world)[:3, :3], compute_uv=False)
+    limit = CLOSE * longest / shortest / np.sqrt(depth[clear])
+    assert (np.abs(distance[..., 0] - first)[clear] <= limit).all()
+    assert (np.abs(position - expected)[clear].max(axis=-1) <= limit).all()
+    assert (np.abs(normal - outward)[clear].max(axis=-1) <= limit).all()
 
 
 @pytest.mark.parametrize("to_world", [IDENTITY, SHEARED, MIRRORED], ids=["unit", "sheared", "mirrored"])
