@@ -134,6 +134,8 @@ def _facets(bpy: Any, scene: Any, corners: Any, faces: Any, material: Any) -> No
     data.polygons.add(count)
     data.polygons.foreach_set("loop_start", list(range(0, 3 * count, 3)))
     data.update()
+    # Or a face's normal would come by its vertices' normals, with a digit less.
+    data.shade_flat()
     data.attributes.new("face", "FLOAT", "FACE").data.foreach_set("value", faces)
     data.materials.append(material)
     scene.collection.objects.link(bpy.data.objects.new("facets", data))

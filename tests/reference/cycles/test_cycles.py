@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
+from cases.baking import world_triangles
+from cases.families import select
+from cases.rounding import gamma
+from cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square
 from cases.stages import IMAGE_STAGES, Stage
 from reference import REFERENCES
 from reference.cycles import program
@@ -70,6 +73,35 @@ def test_a_floor_is_lit_by_both_lights_and_nothing_is_left_behind(cycles, tmp_pa
     assert np.abs(position - points).max() <= CLOSE * 5
     assert np.abs(radiance / expected - 1).max() <= CLOSE
     assert list(tmp_path.iterdir()) == []
+
+
+def test_no_seam_of_a_square_is_dark(cycles):
+    """Along a diagonal, which symmetrical scenes have pixels on, Cycles darkens what two triangles share."""
+    (case,) = select(["flux_conservation/floor"])
+    (light,) = case.scene.lights
+
+    position, radiance = answer(cycles, case.scene, Stage.POSITION, Stage.RADIANCE)
+
+    diagonal = np.abs(np.abs(position[..., 0]) - np.abs(position[..., 1])) <= CLOSE
+    assert diagonal.sum() > 100
+    assert np.array_equal(radiance[diagonal] > 0, np.broadcast_to(np.array(light.flux) > 0, radiance[diagonal].shape))
+
+
+def test_small_faces_keep_the_digits_of_their_normals(cycles):
+    (case,) = select(["meshes/torus"])
+    objects, normal = answer(cycles, case.scene, Stage.OBJECT, Stage.NORMAL)
+    theirs, closed = answer(REFERENCES["analytic"](), case.scene, Stage.OBJECT, Stage.NORMAL)
+    torus = next(shape for shape in case.scene.shapes if isinstance(shape, Mesh))
+    corners = world_triangles(torus).astype(np.float64)
+    sides = np.roll(corners, -1, axis=1) - corners
+    lengths = np.linalg.norm(sides, axis=-1).max(axis=1)
+    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=-1)
+
+    same = (objects == theirs).all(axis=-1) & (objects[..., 0] == case.scene.shapes.index(torus))
+    assert same.sum() > 100
+    # Two differences, a product, a sum, and three for unit length; magnified where two sides are nearly parallel.
+    limit = gamma(7, precision="float32") * (lengths**2 / areas)[objects[same][:, 1].astype(int)]
+    assert (np.abs(normal - closed)[same].max(axis=-1) <= limit).all()
 
 
 def test_shapes_are_hit_where_they_are_and_one_sided_ones_are_black_from_behind(cycles):
