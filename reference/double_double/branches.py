@@ -26,7 +26,7 @@ def only_where(needed: Bool, ask: Questions, work: Callable[[Questions], Sequenc
         return (*parts, inner.least)
 
     def needed_by_none() -> tuple[Any, ...]:
-        # Opaque: a literal that both sides return ends in Dr.Jit (1.3.1) outside the scope of its definition.
+        # Opaque: a literal that both sides return ends in Dr.Jit 1.5.0 outside the scope of its definition.
         float64 = type(ask.least)
         pieces = [part for kind in kinds for part in ((float64, float64) if kind is Pair else (kind,))]
         return (*(dr.opaque(piece, 0) for piece in pieces), dr.opaque(float64, dr.inf))
