@@ -47,7 +47,7 @@ def median_interval(values: Sequence[float], *, level: float) -> Interval:
     tail = (1 - level) / 2
     low = int(np.searchsorted(at_most, tail, side="right"))
     high = int(np.searchsorted(at_most, 1 - tail, side="left"))
-    return float(ordered[low]), float(ordered[min(high, n - 1)])
+    return float(ordered[low]), float(ordered[high])
 
 
 def percentile_interval(replicates: np.ndarray, *, level: float) -> Interval:

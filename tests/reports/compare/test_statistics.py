@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reports.compare.statistics import mcnemar, median_interval, scene_means, shared, tile_medians
+from reports.compare.statistics import mcnemar, median_interval, percentile_interval, scene_means, shared, tile_medians
 
 
 @pytest.mark.parametrize(
@@ -24,16 +24,14 @@ def test_the_interval_of_a_median_covers_as_often_as_it_says(n: int) -> None:
     assert np.mean(covered) >= 0.93
 
 
-def test_the_interval_of_a_median_is_the_bootstrap_one() -> None:
-    values = np.random.default_rng(2).normal(size=31)
-    drawn = np.random.default_rng(3).choice(values, size=(20_000, 31))
+@pytest.mark.parametrize(("level", "expected"), [(0.5, (1, 3)), (0.48, (2, 2)), (0.95, (1, 3)), (1.0, (1, 3))])
+def test_the_interval_of_the_median_of_three_is_the_bootstrap_one(level: float, expected: tuple[int, int]) -> None:
+    """Of the 27 resamples of 1, 2 and 3 the median is 1 in 7, which is 0.259, and 3 in 7."""
+    assert median_interval([3.0, 1.0, 2.0], level=level) == expected
 
-    low, high = median_interval(values.tolist(), level=0.9)
 
-    expected = np.quantile(np.median(drawn, axis=1), [0.05, 0.95])
-    ordered = np.sort(values)
-    for found, wanted in zip((low, high), expected, strict=True):
-        assert abs(np.searchsorted(ordered, found) - np.searchsorted(ordered, wanted)) <= 1
+def test_a_percentile_interval_is_central() -> None:
+    assert percentile_interval(np.arange(101.0), level=0.9) == pytest.approx((5, 95))
 
 
 def test_an_even_number_has_no_median_among_it() -> None:
@@ -42,6 +40,9 @@ def test_an_even_number_has_no_median_among_it() -> None:
 
 
 def test_intervals_that_hold_together_are_each_wider() -> None:
+    assert shared(0.95, 20) == pytest.approx(1 - 0.05 / 20)
+    assert shared(0.95, 0) == shared(0.95, 1) == pytest.approx(0.95)
+
     values = np.random.default_rng(4).normal(size=31).tolist()
 
     alone, together = (median_interval(values, level=level) for level in (0.95, shared(0.95, 20)))
