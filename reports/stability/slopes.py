@@ -40,7 +40,7 @@ def fitted(parameters: Sequence[float], errors: Sequence[np.ndarray], *, saturat
     generator = np.random.default_rng(seed)
     x = np.log10(used)
     y = np.log10([np.median(error) for _, error in kept])
-    medians = np.array([_resampled(error, generator) for _, error in kept])
+    medians = np.array([resampled(error, generator) for _, error in kept])
     # A value whose medians hardly scatter must not outweigh all others: the line is never that exact.
     weights = 1 / (np.var(medians, axis=1) + 0.02**2)
     value = float(_lines(x, y, weights))
@@ -53,11 +53,11 @@ def fitted(parameters: Sequence[float], errors: Sequence[np.ndarray], *, saturat
     return Slope(value=value, interval=(float(low), float(high)), used=used)
 
 
-def _resampled(error: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """Return log10 of medians of resamples: order statistics at the ranks that such medians have."""
+def resampled(error: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Return log10 of `RESAMPLES` medians of resamples of sorted errors: those at the ranks that such medians have."""
     half = (error.size + 1) / 2
     ranks = (generator.beta(half, half, RESAMPLES) * error.size).astype(int)
-    return np.log10(np.maximum(error[np.minimum(ranks, error.size - 1)], np.finfo(np.float64).tiny))
+    return np.log10(np.maximum(error[ranks], np.finfo(np.float64).tiny))
 
 
 def _lines(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -1,8 +1,9 @@
 """A slope is found where there is one, with an interval that holds it, and saturated values do not bend it."""
 
 import numpy as np
+from scipy import stats
 
-from reports.stability.slopes import fitted
+from reports.stability.slopes import RESAMPLES, fitted, resampled
 
 PARAMETERS = (1e1, 1e2, 1e3, 1e4, 1e5)
 
@@ -34,3 +35,15 @@ def test_two_values_are_no_slope() -> None:
 
     assert slope.value is None
     assert slope.interval is None
+
+
+def test_resampled_medians_are_distributed_as_those_of_a_bootstrap() -> None:
+    count = 31
+    error = np.arange(1.0, count + 1)
+
+    found = 10 ** resampled(error, np.random.default_rng(8))
+
+    for rank in (12, 14, 16, 18, 20):
+        # More than half of the draws fall among the `rank` smallest.
+        expected = stats.binom.sf(count // 2, count, rank / count)
+        assert abs(np.mean(found <= rank + 0.5) - expected) <= 4 * np.sqrt(expected * (1 - expected) / RESAMPLES)
