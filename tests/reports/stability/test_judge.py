@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cases.ladders import all_ladders
 from cases.ladders.ladder import Failure, Ladder, Law
-from reports.stability.climb import Climb, Rung
-from reports.stability.judge import judged
+from reports.stability.climb import Climb, Drawn, Rung
+from reports.stability.judge import doubted, judged
+from reports.stability.questions import Truth, Witness
 from reports.stability.slopes import Slope
 from tracer.catalogue import FORMULAS
 
@@ -87,3 +89,47 @@ def test_the_catalogue_names_formulas_that_there_are(ladder: Ladder) -> None:
     assert set(ladder.slots) <= set(FORMULAS.slots)
     # What fails on all ladders of a group may be named on one whose slots do not hold it: never the other way round.
     assert not {name for name in named if name not in known}
+
+
+def test_a_missed_gate_says_what_was_wrong_there() -> None:
+    told = judged(climbed(SPH_FAR, broken_from=1e3, slope=1.0)).reasons[0]
+
+    assert told == (
+        "breaks at 1000, before 100000: 10.000% of 1000 rays answered wrongly "
+        "(0 false hits, 100 false misses, 0 invalid)"
+    )
+    climb = climbed(SPH_FAR, broken_from=1e9, slope=1.0)
+    coarse = replace(climb, rungs=tuple(replace(rung, index=5.0) for rung in climb.rungs))
+    assert judged(coarse).reasons == ("breaks at 10, before 100000: error 5 K u",)
+
+
+@pytest.mark.parametrize(("median", "law", "passes"), [(0.0, 0.0, True), (1e-9, 0.0, False), (0.0, 1.0, False)])
+def test_no_error_at_all_is_a_flat_law_and_no_other(median: float, law: float, passes: bool) -> None:
+    flat = replace(SPH_FAR, laws=(Law(formulas=("*",), slope=law, because="a test says so"),))
+    climb = climbed(flat, broken_from=1e9, slope=0.0)
+    none = Slope(value=None, interval=None, used=())
+
+    verdict = judged(replace(climb, slope=none, rungs=tuple(replace(rung, median=median) for rung in climb.rungs)))
+
+    assert verdict.verdict == ("pass" if passes else "fail")
+    assert ("no slope to fit" in verdict.surprise) != passes
+
+
+@pytest.mark.parametrize(
+    ("name", "worst", "believed"),
+    [
+        ("SPH-FAR", 0.0, True),
+        ("SPH-FAR", 2.0**-61, True),
+        ("SPH-FAR", 2.0**-59, False),
+        ("SPH-FAR", float("nan"), False),
+        ("TRI-EDGE", 0.0, True),
+        ("TRI-EDGE", 2.0**-1000, False),
+    ],
+)
+def test_a_truth_that_its_witness_does_not_share_is_doubted(name: str, worst: float, believed: bool) -> None:
+    ladder = next(ladder for ladder in all_ladders() if ladder.name == name)
+    truth = Truth(counted=np.ones(1, dtype=bool), facts={}, witness=Witness(values=1, worst=worst))
+    given = Drawn(ladder=ladder, precision="float32", inputs={}, rungs=np.zeros(1), truth=truth)
+
+    assert (doubted(given) == "") == believed
+    assert believed or f"{name} in float32" in doubted(given)
