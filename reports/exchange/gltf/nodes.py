@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from cases.scene import SceneError
 from cases.scene_fields import shown
@@ -39,18 +40,10 @@ def _local(node: dict[str, Any], index: int) -> np.ndarray:
     if "matrix" in node:
         return _numbers(node["matrix"], 16, index).reshape(4, 4).T
     matrix = np.eye(4)
-    x, y, z, w = _numbers(node.get("rotation", (0, 0, 0, 1)), 4, index)
-    length = np.sqrt(x * x + y * y + z * z + w * w)
-    if not length > 0:
+    turn = _numbers(node.get("rotation", (0, 0, 0, 1)), 4, index)
+    if not np.linalg.norm(turn) > 0:
         raise SceneError(f"node {index}: the rotation must not be zero")
-    x, y, z, w = np.array((x, y, z, w)) / length
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    rotation = Rotation.from_quat(turn).as_matrix()  # x, y, z, w, of whatever length
     matrix[:3, :3] = rotation * _numbers(node.get("scale", (1, 1, 1)), 3, index)
     matrix[:3, 3] = _numbers(node.get("translation", (0, 0, 0)), 3, index)
     return matrix

@@ -11,6 +11,7 @@ import pytest
 import trimesh
 
 from cases.baking import world_triangles
+from cases.rounding import gamma
 from cases.scene import Mesh, SceneError
 from reports.exchange import import_scene
 
@@ -100,6 +101,24 @@ def test_nodes_are_placed_as_trimesh_places_them(tmp_path: Path) -> None:
     distance = np.abs(ours[:, None] - theirs[None]).max(axis=(2, 3)).min(axis=1)
     assert distance.max() <= 2 * np.finfo(np.float32).eps * np.abs(theirs).max()
     assert len(imported.dropped) >= 2  # it has neither camera nor light
+
+
+def test_a_node_is_scaled_then_turned_then_moved_within_its_parent(tmp_path: Path) -> None:
+    turn, move, scale = [0.1, -0.7, 0.4, 0.9], [1.0, -2.0, 3.0], [2.0, 0.5, -1.5]  # of another length than one
+    outer = {"rotation": turn, "translation": move, "scale": scale, "children": [1]}
+    inner = {"mesh": 0, "rotation": [0.5, 0.5, -0.5, 0.5], "translation": [4, 5, 6]}
+
+    (mesh,) = read(tmp_path, document(nodes=[outer, inner], scenes=[{"nodes": [0]}])).scene.shapes
+
+    def placed(rotation: list[float], place: list[float]) -> np.ndarray:
+        matrix = trimesh.transformations.quaternion_matrix(np.roll(rotation, 1))  # it puts w first
+        matrix[:3, 3] = place
+        return matrix
+
+    expected = placed(turn, move) @ np.diag([*scale, 1.0]) @ placed([0.5, 0.5, -0.5, 0.5], [4, 5, 6])
+    np.testing.assert_allclose(
+        mesh.to_world, expected, rtol=0, atol=gamma(12, precision="float64") * np.abs(expected).max()
+    )
 
 
 def test_what_is_left_out_is_told(tmp_path: Path) -> None:

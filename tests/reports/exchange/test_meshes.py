@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from cases.scene import Mesh, SceneError
+from cases.scene import Mesh, SceneError, Sphere
 from cases.stages import Stage
 from reference.analytic import Analytic
 from reports.exchange import IMPORTERS, import_scene
+from reports.exchange.framing import bounds, camera_for, light_for
 
 
 @pytest.mark.parametrize("suffix", ["obj", "ply", "stl"])
@@ -30,6 +31,31 @@ def test_the_whole_mesh_is_in_view_and_lit(suffix: str, scale: float, place, tmp
     assert not hit[:, [0, -1]].any()
     assert (answers[Stage.RADIANCE][hit].max(axis=1) > 0).mean() > 0.5
     assert len(imported.dropped) == 2
+
+
+def test_the_light_is_above_the_right_shoulder_and_gives_a_watt_per_square_metre_at_the_target() -> None:
+    ball = Sphere(albedo=(0.5, 0.5, 0.5), center=(3.0, 1.0, -2.0), radius=0.1)
+    camera = camera_for((ball,))
+    light = light_for(camera)
+
+    eye, target = np.array(camera.eye), np.array(camera.target)
+    away = np.array(light.position) - target
+    assert np.array(light.flux) / (4 * np.pi * away @ away) == pytest.approx(1)
+    assert (light.position - eye) @ np.cross(target - eye, camera.up) > 0
+    assert (light.position - eye) @ np.array(camera.up) > 0
+
+
+def test_all_shapes_are_between_the_planes_and_these_are_near_each_other() -> None:
+    shapes = tuple(Sphere(albedo=(0.5, 0.5, 0.5), center=(x, 0.0, 0.0), radius=0.5) for x in (-3.0, 0.0, 5.0))
+    camera = camera_for(shapes)
+
+    low, high = bounds(shapes)
+    forward = np.subtract(camera.target, camera.eye)
+    forward /= np.linalg.norm(forward)
+    depths = [forward @ np.subtract(shape.center, camera.eye) for shape in shapes]
+    assert (low.tolist(), high.tolist()) == ([-3.5, -0.5, -0.5], [5.5, 0.5, 0.5])
+    assert camera.near < min(depths) - 0.5
+    assert max(depths) + 0.5 < camera.far < 10 * camera.near
 
 
 @pytest.mark.parametrize("name", ["nothing.obj", "nothing.xyz"])
