@@ -15,7 +15,8 @@ from cases.scene import Mesh, Scene, Shape, Triangle
 from tracer.acceleration.beams import Beam, smaller
 from tracer.acceleration.crowds import Crowd, host_crowd
 from tracer.acceleration.forest import Forest, host_forest
-from tracer.acceleration.traverse import WIDER, Grove, Walk, any_hit, nearest
+from tracer.acceleration.parting import any_hit_in_groups
+from tracer.acceleration.traverse import WIDER, Grove, Walk, nearest
 from tracer.arrays import ArrayTypes
 from tracer.assets import Assets
 from tracer.configuration import Configuration
@@ -226,10 +227,11 @@ class World:
             prepare(rays)
         for grove in self.groves:
             active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]
-            beam, farthest = self._feeling(grove, rays, light, active)
-            met = any_hit(
-                Walk(grove=grove, beam=beam, meet=self._meet(grove, rays, intervals)),
-                farthest=farthest,
+            met = any_hit_in_groups(
+                grove,
+                self._meet(grove, rays, intervals),
+                lambda group, grove=grove: self._feeling(grove, rays, light, group),
+                points=[ray.origin for ray in rays],
                 skips=None if feelers[0].skip is None else self._skips(grove, feelers),
                 active=active,
                 width=max(dr.width(ray.origin) for ray in rays),

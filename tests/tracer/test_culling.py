@@ -10,6 +10,7 @@ import pytest
 from cases.scene import Mesh
 from tracer.acceleration.beams import Beam
 from tracer.acceleration.forest import Forest, host_forest
+from tracer.acceleration.parting import any_hit_in_groups
 from tracer.acceleration.traverse import WIDER, Walk, any_hit, nearest
 from tracer.arrays import ArrayTypes, array_types
 from tracer.assets import Assets
@@ -104,6 +105,47 @@ def test_bundles_lose_no_hit_on_random_scenes(precision: str) -> None:
         for t, expected in zip(blocked, tried(forest, feelers, segment, LANES), strict=True):
             np.testing.assert_array_equal(np.isfinite(np.array(t)), np.isfinite(expected), err_msg=f"scene {seed}")
     assert hits > SCENES * LANES * PER_LANE * 0.2
+
+
+def test_feelers_that_part_lose_no_hit_either() -> None:
+    types = array_types("float32")
+    Single: Any = dr.float32_array_t(types.Float)
+    segment = Interval(nearest=types.Float(0), farthest=types.Float(1))
+    light, hits = np.array([3.0, -2.0, 4.0], dtype=np.float32), 0
+    for seed in range(40):
+        generator = np.random.default_rng(seed)
+        corners = (generator.uniform(-2, 2, (TRIANGLES, 1, 3)) + generator.normal(size=(TRIANGLES, 3, 3)) * 0.4).astype(
+            np.float32
+        )
+        # Tiles of points close together, some of them on something that lies far behind; some have no point at all.
+        points = generator.uniform(-2, 2, (LANES, 1, 3)) + 0.01 * generator.normal(size=(LANES, PER_LANE, 3))
+        points[generator.random((LANES, PER_LANE)) < 0.2] -= [0.0, 1.5, 2.0]
+        points[0, 0] = np.nan
+        asked = generator.random((LANES, PER_LANE)) < 0.8
+        forest = grown(corners, types)
+        ends = [points[:, k].astype(np.float32) for k in range(PER_LANE)]
+        feelers = [Ray(origin=vector(types, end), direction=vector(types, light - end)) for end in ends]
+        eye = types.Vector(*map(float, light))
+
+        def beam(active: Sequence[Any], forest=forest, feelers=feelers, eye=eye) -> tuple[Beam, Any]:
+            return Beam(forest.nodes, eye, [feeler.origin - eye for feeler in feelers], active=active), Single(WIDER)
+
+        blocked = any_hit_in_groups(
+            forest,
+            lambda triangle, k, feelers=feelers: FORMULA(feelers[k], triangle, segment),
+            beam,
+            points=[feeler.origin for feeler in feelers],
+            skips=None,
+            active=[types.Bool(np.ascontiguousarray(asked[:, k])) for k in range(PER_LANE)],
+            width=LANES,
+        )
+
+        for k, expected in enumerate(tried(forest, feelers, segment, LANES)):
+            where = asked[:, k] & np.isfinite(points[:, k]).all(axis=1)
+            found = np.isfinite(np.array(blocked[k]))
+            np.testing.assert_array_equal(found[where], np.isfinite(expected)[where], err_msg=f"scene {seed}")
+            hits += np.isfinite(expected)[where].sum()
+    assert hits > 40 * LANES * PER_LANE * 0.05
 
 
 @pytest.mark.parametrize("moved", [0.0, 1e3])

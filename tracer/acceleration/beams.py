@@ -58,7 +58,7 @@ def _range(components: Sequence[Any], active: Sequence[Any]) -> tuple[Any, Any]:
     return low, high
 
 
-def _reduced(choose: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
+def reduced(choose: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
     """Return the smallest or the largest of them, two by two: what depends on nothing is computed at once."""
     while len(values) > 1:
         pairs = [choose(*values[k : k + 2]) for k in range(0, len(values) - 1, 2)]
@@ -100,8 +100,8 @@ class Beam:
         beyond t = LEAST^-1 ROUNDINGS u STEPS. Where another component takes it out of the grid before, that is no loss;
         where none does, nothing is bounded.
         """
-        reach = _reduced(larger, [abs(start) for start in starts]) + STEPS
-        bounded = _reduced(larger, [abs(direction) for direction in directions]) > reach * SLOWEST
+        reach = reduced(larger, [abs(start) for start in starts]) + STEPS
+        bounded = reduced(larger, [abs(direction) for direction in directions]) > reach * SLOWEST
         for start, direction in zip(starts, directions, strict=True):
             least = dr.select(direction < 0, -LEAST, LEAST)
             slope = dr.select(abs(direction) < LEAST, least, direction)
@@ -121,5 +121,5 @@ class Beam:
                 enters.append(dr.fma(plane, scale, offset))
             for (scale, offset), plane in zip(far, (first, last) if len(far) == 2 else (last,), strict=False):
                 leaves.append(dr.fma(plane, scale, offset))
-        enter, leave = _reduced(larger, enters), _reduced(smaller, leaves)
+        enter, leave = reduced(larger, enters), reduced(smaller, leaves)
         return ~(enter > leave), enter
