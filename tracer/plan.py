@@ -66,7 +66,8 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
         strip = count >= FEW and len(scene.shapes) <= SIMPLE
         return Plan(columns=STRIP if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
-    # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
-    side = 4 if count >= (FEW if len(trees) == 1 else MANY) else 2
     split = count < FEW or triangles > SMALL * count or not bounded
-    return Plan(columns=side, rows=side, split=split, trees=frozenset(trees), tables=tables)
+    # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
+    rows = 4 if count >= (FEW if len(trees) == 1 else MANY) else 2
+    # Four in a row are written at once.
+    return Plan(columns=4 if count >= FEW else 2, rows=rows, split=split, trees=frozenset(trees), tables=tables)
