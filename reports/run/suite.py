@@ -139,7 +139,7 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
 
     results["environment"]["pictures"] = why or "drawn"
     path = save_results(request.out, results)
-    publish_all(request.out)
+    publish_all(request.out, results)
     if request.json is not None:
         request.json.write_bytes(path.read_bytes())
     console.print(worst_first(results["cases"]))

@@ -4,14 +4,18 @@ import base64
 import copy
 import hashlib
 import json
+import math
 import re
 from pathlib import Path
 
 import reports.publish
 from cases.case import ITEMS
+from reports.publish import publish_all
 from reports.publish.case_data import write_case_data
 from reports.publish.items import TITLES
 from reports.publish.page import SCRIPTS, publish, script_safe
+from reports.publish.results import save_results
+from tests.reports.publish.sample import make_folder
 
 
 def test_the_policy_names_the_script_and_the_style_by_hash(published):
@@ -73,3 +77,16 @@ def test_a_results_file_with_the_bare_minimum_publishes(tmp_path, published):
     written = publish(tmp_path, minimum | {"cases": [{"name": "a/b", "family": "a", "verdict": "pass"}]})
 
     assert [path.name for path in written] == ["index.html", "0001.js"]
+
+
+def test_results_at_hand_are_published_as_those_of_the_file(tmp_path: Path) -> None:
+    results = make_folder(tmp_path)
+    check = results["cases"][1]["checks"][0]
+    check["end_to_end"] |= {"worst_ratio": math.inf, "ours": (math.nan, 0.0, 1.0)}
+    check["ratio"] = math.inf
+    save_results(tmp_path, results)
+
+    at_hand = {path: path.read_bytes() for path in publish_all(tmp_path, results)}
+
+    assert {path: path.read_bytes() for path in publish_all(tmp_path)} == at_hand
+    assert len(at_hand) > len(results["cases"])
