@@ -121,6 +121,20 @@ def test_a_node_is_scaled_then_turned_then_moved_within_its_parent(tmp_path: Pat
     )
 
 
+def test_a_camera_without_end_is_given_one_and_a_mirror_is_told(tmp_path: Path) -> None:
+    whole = document()
+    del whole["cameras"][0]["perspective"]["zfar"]
+    whole["nodes"][1]["scale"] = [-1, 1, 1]
+
+    imported = read(tmp_path, whole)
+
+    assert imported.scene.camera.far == 1e5 * imported.scene.camera.near
+    assert [line.split(";")[0] for line in imported.dropped] == [
+        "scene.gltf: the camera's view without end",
+        "scene.gltf: the mirror in a camera's matrix",
+    ]
+
+
 def test_what_is_left_out_is_told(tmp_path: Path) -> None:
     nodes = document()["nodes"]
     nodes[2]["extensions"]["KHR_lights_punctual"]["light"] = 1
