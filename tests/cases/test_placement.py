@@ -1,6 +1,6 @@
 """Matrices act on column vectors, the last motion first; cameras look where they are told."""
 
-from math import degrees, tan
+from math import asin, atan2, degrees, tan
 
 import numpy as np
 import pytest
@@ -44,6 +44,17 @@ def test_a_camera_stands_where_it_is_told_and_rolls_to_its_left():
 
     assert camera.eye == pytest.approx((1, 4, 3))
     assert camera.up == pytest.approx((1, 0, 0))
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(30.0, 20.0), (-140.0, 65.0), (100.0, -40.0)])
+def test_a_camera_stands_in_the_direction_of_its_angles_with_z_upward(azimuth: float, elevation: float) -> None:
+    camera = camera_around((1, 2, 3), distance=2, azimuth=azimuth, elevation=elevation, roll=0, width=4, height=3)
+
+    x, y, z = np.subtract(camera.eye, camera.target) / 2
+    assert (degrees(atan2(y, x)), degrees(asin(z))) == pytest.approx((azimuth, elevation))
+    assert np.linalg.norm((x, y, z)) == pytest.approx(1)
+    # Of all directions at a right angle to the view the one with most of z.
+    assert camera.up == pytest.approx((np.array((0, 0, 1)) - z * np.array((x, y, z))) / np.cos(np.radians(elevation)))
 
 
 def test_a_frontal_plane_has_the_pixels_that_were_asked_for():
