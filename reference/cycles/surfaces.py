@@ -9,9 +9,8 @@ import numpy as np
 
 from cases.baking import world_triangles
 from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
+from cases.similarity import is_similarity
 
-# A matrix counts as a similarity if it is one to within the rounding of the float64 numbers that describe it.
-SIMILAR = 1e-13
 BITS = np.array([[(index >> axis) & 1 for axis in range(3)] for index in range(8)]) - 0.5
 # The faces of a cube and of a square by corners, counter-clockwise seen from outside.
 CUBE = BITS[np.array(((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)))]
@@ -55,8 +54,7 @@ def surface_of(shape: Shape) -> Ball | Facets | str:
     if isinstance(shape, Plane):
         return "is an infinite plane"
     if isinstance(shape, Sphere):
-        gram = linear.T @ linear
-        if np.abs(gram / (np.trace(gram) / 3) - np.eye(3)).max() > SIMILAR:
+        if not is_similarity(shape.to_world):
             return "is an ellipsoid"
         scale = float(np.cbrt(abs(np.linalg.det(linear))))
         return Ball(center=linear @ shape.center + offset, radius=shape.radius * scale)

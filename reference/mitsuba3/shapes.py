@@ -11,20 +11,14 @@ import numpy as np
 
 from cases.baking import world_triangles
 from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from cases.similarity import is_similarity
 from reference.mitsuba3.planes import disc_to_world
-
-# A matrix counts as a similarity if it is one to within the rounding of the float64 numbers that describe it.
-SIMILAR = 1e-13
 
 
 def needs_instance(shape: Shape) -> bool:
     """Return whether Mitsuba gets the shape right only as an instance."""
     linear = np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
-    if np.linalg.det(linear) < 0:
-        return True
-    gram = linear.T @ linear
-    squared_scale = np.trace(gram) / 3
-    return isinstance(shape, Sphere) and bool(np.abs(gram / squared_scale - np.eye(3)).max() > SIMILAR)
+    return bool(np.linalg.det(linear) < 0) or (isinstance(shape, Sphere) and not is_similarity(shape.to_world))
 
 
 def kept_faces(shape: Triangle | Mesh) -> np.ndarray:

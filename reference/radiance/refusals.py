@@ -1,9 +1,9 @@
 """What rtrace cannot answer, in sentences."""
 
 from cases.scene import Plane, Scene, Sphere
+from cases.similarity import is_similarity
 from cases.stages import IMAGE_STAGES, Stage
 from reference.radiance.extents import FTINY, box, extent, height, reach, scale
-from reference.radiance.shapes import is_similar
 
 # Among the images; the ray itself needs no shape.
 HIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.OBJECT) :]
@@ -46,7 +46,7 @@ def _horizon(scene: Scene) -> str | None:
 def _shapes(scene: Scene) -> str | None:
     least = FTINY / COARSEST / scale(scene)
     for index, shape in enumerate(scene.shapes):
-        if isinstance(shape, Sphere) and not is_similar(shape):
+        if isinstance(shape, Sphere) and not is_similarity(shape.to_world):
             return f"Radiance has no ellipsoids, and shapes[{index}] is one."
         if isinstance(shape, Plane):
             continue

@@ -13,15 +13,6 @@ from reference.radiance.extents import CUBE_CORNERS, SQUARE_CORNERS, height, pla
 
 # Each side of the cube as indices into its corners, counter-clockwise seen from outside.
 CUBE_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-# A matrix counts as a similarity if it is one to within the rounding of the float64 numbers that describe it.
-SIMILAR = 1e-13
-
-
-def is_similar(shape: Shape) -> bool:
-    """Return whether the shape's matrix keeps spheres spheres."""
-    linear = np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
-    gram = linear.T @ linear
-    return bool(np.abs(gram / (np.trace(gram) / 3) - np.eye(3)).max() <= SIMILAR)
 
 
 def radius(sphere: Sphere) -> float:

@@ -3,12 +3,13 @@
 import numpy as np
 
 from cases.scene import Scene, Sphere
+from cases.similarity import is_similarity
 from cases.stages import Stage
 from reference.tachyon.clips import cut
 from reference.tachyon.models import EPSILON
 from reference.tachyon.program import missing
 from reference.tachyon.sides import one_sided_from_behind
-from reference.tachyon.surfaces import Facets, is_similarity, surface_of
+from reference.tachyon.surfaces import Facets, surface_of
 
 ANSWERED = (Stage.OBJECT, Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 # Triangles of twice this area are missed at less than half a degree from their plane, smaller ones at more.
@@ -26,7 +27,7 @@ def refusal(scene: Scene, stage: Stage) -> str | None:
 
 def _shapes(scene: Scene) -> str | None:
     for index, shape in enumerate(scene.shapes):
-        if isinstance(shape, Sphere) and not is_similarity(shape):
+        if isinstance(shape, Sphere) and not is_similarity(shape.to_world):
             return f"Tachyon has spheres but no ellipsoids, and shapes[{index}] is one."
         surface = surface_of(shape)
         if isinstance(surface, Facets) and len(surface.corners):

@@ -10,8 +10,6 @@ import numpy as np
 from cases.baking import world_triangles
 from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 
-# A matrix counts as a similarity if it is one to within the rounding of the float64 numbers that describe it.
-SIMILAR = 1e-13
 # Outward triangles of the cube and the square by their corners' bits of x, y, z (0: -0.5, 1: +0.5).
 CORNERS = np.array([[(index >> axis) & 1 for axis in range(3)] for index in range(8)]) - 0.5
 CUBE = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
@@ -42,13 +40,6 @@ class Facets:
 
 
 Surface = Ball | Level | Facets
-
-
-def is_similarity(shape: Shape) -> bool:
-    """Return whether `to_world` keeps a sphere a sphere."""
-    linear = np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
-    gram = linear.T @ linear
-    return bool(np.abs(gram / (np.trace(gram) / 3) - np.eye(3)).max() <= SIMILAR)
 
 
 def surface_of(shape: Shape) -> Surface:

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from cases.scene import CLIPS, SHADINGS, Scene
+import numpy as np
+
+from cases.scene import CLIPS, SHADINGS, Matrix, Scene
 from cases.scene_json import NAMES, SHAPES
+from cases.similarity import is_similarity
 from cases.stages import IMAGE_STAGES, Stage
 
 PROTOCOL = 1
@@ -47,7 +50,7 @@ class Capabilities:
                 return f"It draws no {kind}, as shapes[{index}] is."
             if shape.two_sided and not self.two_sided:
                 return f"It has no two-sided surfaces, as shapes[{index}] has."
-            if not self.affine and not _is_similarity(shape.to_world):
+            if not self.affine and not (is_similarity(shape.to_world) and _keeps_hands(shape.to_world)):
                 return f"It cannot stretch, shear or mirror, as shapes[{index}] is."
         if scene.shading not in self.shading:
             return f"It has no {scene.shading} light."
@@ -60,18 +63,9 @@ class Capabilities:
         return frozenset((*self.shapes, *meshes))
 
 
-def _is_similarity(matrix: Any) -> bool:
-    """Say whether a matrix turns, moves and scales evenly only, to the last few bits."""
-    rows = [row[:3] for row in matrix[:3]]
-    columns = list(zip(*rows, strict=True))
-    squares = [[sum(a * b for a, b in zip(one, other, strict=True)) for other in columns] for one in columns]
-    even = all(
-        abs(squares[i][j] - (squares[0][0] if i == j else 0)) <= 1e-12 * squares[0][0]
-        for i in range(3)
-        for j in range(3)
-    )
-    (a, b, c), (d, e, f), (g, h, i) = rows
-    return even and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0
+def _keeps_hands(matrix: Matrix) -> bool:
+    """Say whether a matrix does not mirror."""
+    return bool(np.linalg.det(np.asarray(matrix)[:3, :3]) > 0)
 
 
 def capabilities_from(text: str) -> Capabilities | None:
