@@ -2,8 +2,8 @@
 
 Few primitives are unrolled, one sample to a lane: nothing is cheaper than a formula whose numbers are constants. More
 go into trees, and a lane takes a whole tile of samples through them. Fused into one kernel the feelers of a tile go
-together as well, which pays while neighbours see the same triangles; where triangles are as small as pixels, or the
-image is small, a second kernel takes feelers one by one.
+together as well, in fewer rows where triangles are nearly as small as pixels; where the image is small, a second kernel
+takes feelers one by one.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,8 @@ FEW = 2**17  # samples below which a long kernel takes longer to compile than it
 MANY = 2**20  # samples from which on a long kernel of several kinds pays
 SIMPLE = 3  # shapes
 STRIP = 8  # samples in a row that a lane of a simple scene takes; measured against 1, 4 and 16
-SMALL = 0.5  # triangles per sample from which on feelers go one by one
+SMALL = 0.5  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
+DUST = 2.5  # and from which on only two by two go together
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
 PLACING = ("to_object", "world_normal")
 
@@ -66,8 +67,9 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
         strip = count >= FEW and len(scene.shapes) <= SIMPLE
         return Plan(columns=STRIP if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
-    split = count < FEW or triangles > SMALL * count or not bounded
+    split = count < FEW or not bounded
     # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
-    rows = 4 if count >= (FEW if len(trees) == 1 else MANY) else 2
+    rows = 4 if count >= (FEW if len(trees) == 1 else MANY) and triangles <= SMALL * count else 2
     # Four in a row are written at once.
-    return Plan(columns=4 if count >= FEW else 2, rows=rows, split=split, trees=frozenset(trees), tables=tables)
+    columns = 4 if count >= FEW and triangles <= DUST * count else 2
+    return Plan(columns=columns, rows=rows, split=split, trees=frozenset(trees), tables=tables)

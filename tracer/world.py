@@ -232,6 +232,7 @@ class World:
                 self._meet(grove, rays, intervals),
                 lambda group, grove=grove: self._feeling(grove, rays, light, group),
                 points=[ray.origin for ray in rays],
+                columns=self.plan.columns,
                 skips=None if feelers[0].skip is None else self._skips(grove, feelers),
                 active=active,
                 width=max(dr.width(ray.origin) for ray in rays),

@@ -135,6 +135,7 @@ def test_feelers_that_part_lose_no_hit_either() -> None:
             lambda triangle, k, feelers=feelers: FORMULA(feelers[k], triangle, segment),
             beam,
             points=[feeler.origin for feeler in feelers],
+            columns=2,
             skips=None,
             active=[types.Bool(np.ascontiguousarray(asked[:, k])) for k in range(PER_LANE)],
             width=LANES,

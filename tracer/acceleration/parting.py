@@ -4,7 +4,6 @@ Where a tile shows two surfaces, one behind the other, a single beam from the li
 between them: one tile in a hundred, and most of the work.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -22,13 +21,12 @@ def _apart(a: Any, b: Any) -> Any:
     return larger(larger(x, y), z)
 
 
-def _span(points: Sequence[Any], active: Sequence[Any]) -> Any:
+def _span(points: Sequence[Any], active: Sequence[Any], columns: int) -> Any:
     """Return what the tile would span if all its points lay as close together as the closest two neighbours do."""
-    side = math.isqrt(len(points))
-    pairs = [(k, k + 1) for k in range(len(points)) if (k + 1) % side]
-    pairs += [(k, k + side) for k in range(len(points) - side)]
+    pairs = [(k, k + 1) for k in range(len(points)) if (k + 1) % columns]
+    pairs += [(k, k + columns) for k in range(len(points) - columns)]
     apart = [dr.select(active[a] & active[b], _apart(points[a], points[b]), dr.inf) for a, b in pairs]
-    return reduced(smaller, apart) * (2 * (side - 1))
+    return reduced(smaller, apart) * (columns - 1 + len(points) // columns - 1)
 
 
 def any_hit_in_groups(
@@ -37,17 +35,18 @@ def any_hit_in_groups(
     beam: Callable[[Sequence[Any]], tuple[Beam, Any]],
     *,
     points: Sequence[Any],
+    columns: int,
     skips: Callable[[Any, int], Any] | None,
     active: Sequence[Any],
     width: int,
 ) -> list[Any]:
-    """Return what `any_hit` returns for rays from `points` [m]; `beam` bounds those that are active, and their t."""
+    """Return what `any_hit` returns for rays from `points` [m], a tile row by row; `beam` bounds those active."""
     types = grove.types
     if len(points) == 1:
         bounding, farthest = beam(active)
         walk = Walk(grove=grove, beam=bounding, meet=meet)
         return any_hit(walk, farthest=farthest, skips=skips, active=active, width=width)
-    limit = _span(points, active) * APART
+    limit = _span(points, active, columns) * APART
     found = [dr.full(types.Float, dr.inf, width) for _ in active]
     waiting = [dr.full(types.Bool, True, width) & one for one in active]
 
