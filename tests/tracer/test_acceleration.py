@@ -8,7 +8,7 @@ import pytest
 
 from cases.scene import Mesh
 from tracer.acceleration.beams import Beam
-from tracer.acceleration.build import build
+from tracer.acceleration.build import Tree, build
 from tracer.acceleration.forest import Forest, HostForest, bounds, host_forest
 from tracer.acceleration.nodes import HostNodes, quantise
 from tracer.acceleration.traverse import NONE, Walk, any_hit, nearest
@@ -227,6 +227,22 @@ def test_degenerate_triangles_are_left_out() -> None:
 
     assert kept.faces.tolist() == [0, 1, 4]
     assert host_forest(((0, mesh(corners[2:3])),)) is None
+
+
+def test_meshes_of_the_same_content_share_one_tree(monkeypatch: pytest.MonkeyPatch) -> None:
+    built: list[int] = []
+
+    def counted(lower: np.ndarray, upper: np.ndarray) -> Tree:
+        built.append(lower.shape[1])
+        return build(lower, upper)
+
+    monkeypatch.setattr("tracer.acceleration.forest.build", counted)
+
+    first, again, other = host(soup(30, seed=77)), host(soup(30, seed=77)), host(soup(31, seed=77))
+
+    assert built == [30, 31]
+    assert first is again
+    assert first is not other
 
 
 def test_no_triangle_is_no_tree() -> None:
