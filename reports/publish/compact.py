@@ -54,22 +54,28 @@ def expand(results: dict[str, Any]) -> None:
 def _short(check: Any, places: dict[str, int]) -> Any:
     if not isinstance(check, Mapping):
         return check
-    left = {key: value for key, value in check.items() if not (key == "reason" and value == "")}
-    if isinstance(check.get("because"), str):
-        left["because"] = places.setdefault(check["because"], len(places))
+    left = dict(check)
+    if left.get("reason") == "":
+        del left["reason"]
+    if isinstance(left.get("because"), str):
+        left["because"] = places.setdefault(left["because"], len(places))
     for name in MEASUREMENTS:
-        measured = check.get(name)
-        if measured is None:
+        measured = left.get(name)
+        if isinstance(measured, Mapping):
+            left[name] = _terse(measured)
+        elif measured is None:
             left.pop(name, None)
-        elif isinstance(measured, Mapping):
-            left[name] = {key: value for key, value in measured.items() if not _goes_without_saying(measured, key)}
     return left
 
 
-def _goes_without_saying(measured: Mapping[str, Any], key: str) -> bool:
-    if key == "worst_inside":
-        return measured[key] == measured.get("worst_ratio")
-    return key in COUNTS and measured[key] == 0
+def _terse(measured: Mapping[str, Any]) -> dict[str, Any]:
+    left = dict(measured)
+    for name in COUNTS:
+        if left.get(name) == 0:
+            del left[name]
+    if left.get("worst_inside") == left.get("worst_ratio"):
+        left.pop("worst_inside", None)
+    return left
 
 
 def _complete(measured: dict[str, Any]) -> None:
