@@ -74,23 +74,26 @@ class MinimalFrozen(_Minimal):
 def _kernel(mi: Any, world: Any, scene: Scene) -> Any:
     """Return a function that draws the scene into a flat float32 array, 3 a pixel, through pixel centres."""
     camera, sensor = scene.camera, world.sensors()[0]
+    # Which variant `mi` means is global to the process, and another contender changes it between two calls.
+    UInt32, Float, Point2f = mi.UInt32, mi.Float, mi.Point2f
+    Vector3f, Color3f, flags = mi.Vector3f, mi.Color3f, mi.RayFlags.Minimal
     lights = [
         (mi.Point3f(*light.position), mi.Color3f(*[channel / (4 * math.pi) for channel in light.flux]))
         for light in scene.lights
     ]
 
     def draw() -> Any:
-        pixel = dr.arange(mi.UInt32, camera.width * camera.height)
+        pixel = dr.arange(UInt32, camera.width * camera.height)
         row = pixel // camera.width
         column = pixel - row * camera.width
-        sample = mi.Point2f((mi.Float(column) + 0.5) / camera.width, (mi.Float(row) + 0.5) / camera.height)
-        ray, _ = sensor.sample_ray(mi.Float(0), mi.Float(0), sample, mi.Point2f(0))
-        hit = world.ray_intersect(ray, mi.RayFlags.Minimal, True, True)
+        sample = Point2f((Float(column) + 0.5) / camera.width, (Float(row) + 0.5) / camera.height)
+        ray, _ = sensor.sample_ray(Float(0), Float(0), sample, Point2f(0))
+        hit = world.ray_intersect(ray, flags, True, True)
         valid = hit.is_valid()
         albedo = hit.bsdf().eval_diffuse_reflectance(hit, valid)
         # Both sides of a two-sided surface are lit: turn the normal to the viewer.
-        normal = dr.select(dr.dot(hit.n, ray.d) > 0, -mi.Vector3f(hit.n), mi.Vector3f(hit.n))
-        radiance = mi.Color3f(0)
+        normal = dr.select(dr.dot(hit.n, ray.d) > 0, -Vector3f(hit.n), Vector3f(hit.n))
+        radiance = Color3f(0)
         for position, intensity in lights:
             to_light = position - hit.p
             squared = dr.squared_norm(to_light)
@@ -99,8 +102,8 @@ def _kernel(mi: Any, world: Any, scene: Scene) -> Any:
             lit &= ~world.ray_test(hit.spawn_ray_to(position), True, lit)
             radiance += dr.select(lit, intensity * (cosine / squared / math.pi), 0)
         radiance *= albedo
-        target = dr.empty(mi.Float, 3 * camera.width * camera.height)
-        color = mi.Vector3f(radiance.x, radiance.y, radiance.z)
+        target = dr.empty(Float, 3 * camera.width * camera.height)
+        color = Vector3f(radiance.x, radiance.y, radiance.z)
         dr.scatter(target, color, pixel, mode=dr.ReduceMode.Permute)
         return target
 
