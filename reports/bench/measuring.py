@@ -85,6 +85,8 @@ def _prepared(name: str, scene: Scene, tell: Callable[[str], None]) -> Timed:
 
 def _once(prepared: Prepared) -> float:
     """Run once and return the seconds that it took."""
+    if prepared.ready is not None:
+        prepared.ready()
     start = time.perf_counter()
     prepared.run()
     return time.perf_counter() - start

@@ -27,12 +27,12 @@ class _Direct:
 
     def prepare(self, scene: Scene) -> Prepared:
         """Load the scene."""
-        world, seconds = loaded(load(self.variant), scene)
+        mi = load(self.variant)
+        world, seconds = loaded(mi, scene)
         is_jit = self.variant.startswith("llvm")
         last: list[Any] = [None]
 
         def run() -> None:
-            mi = load(self.variant)  # global to the process, and another contender may have changed it
             last[0] = mi.render(world, spp=1)
             if is_jit:
                 dr.eval(last[0])
@@ -45,6 +45,8 @@ class _Direct:
             image=None,
             does=f"mi.render, direct, 1 sample a pixel, {self.variant}",
             kernels=(lambda: kernels(run)) if is_jit else None,
+            # Global to the process, and another contender may have changed it.
+            ready=lambda: load(self.variant),
         )
 
 

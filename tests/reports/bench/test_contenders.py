@@ -15,6 +15,8 @@ def test_a_contender_draws_the_same_after_mitsubas_scalar_variant_ran(name: str)
     before = None if prepared.image is None else np.array(prepared.image())
 
     CONTENDERS["mitsuba_scalar"]().prepare(scene).run()
+    if prepared.ready is not None:
+        prepared.ready()
     prepared.run()
 
     if prepared.image is not None:
