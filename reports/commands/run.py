@@ -2,6 +2,7 @@
 
 import errno
 import os
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,54 +73,58 @@ def run(
         Also write results.json to this file.
 
     """
-    from reports.run.panel import panel
-    from reports.run.request import RunRequest
-
     if not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     if jobs is not None and jobs < 1:
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
-    required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
-    references_named(required)
     if not memory > 0:
         raise UsageError(f"--memory must be positive, got {memory} GiB")
     if subject != TRACER and (configuration or formula):
         raise UsageError(
             "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
         )
-    with told_in_one_line():
-        check_selectors(selectors)
-        chosen = configurations(configuration, formula)
-        tested = under_test(subject, seconds=timeout, memory=memory)
-        panel(required, tested)
-        writable_folder(out)
-        if history is not None:
-            from reports.history.database import opened
+    count = jobs or os.cpu_count() or 1
+    from reports.run.early import early_workers
 
-            writable_folder(history.parent)
-            with opened(history, create=True):
-                pass  # it is one, and can be written
-        if json is not None:
-            writable_folder(json.parent)
-            if json.is_dir():
-                raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(json))
-    request = RunRequest(
-        selectors=selectors,
-        out=out,
-        resume=resume,
-        require=required,
-        subject=tested,
-        cached=cache,
-        jobs=jobs or os.cpu_count() or 1,
-        timeout=timeout,
-        configurations=tuple(one.name for one in chosen),
-        json=json,
-        full=full,
-        history=history,
-    )
-    from reports.run.suite import run as run_suite
+    with early_workers(jobs=count, timeout=timeout) if subject == TRACER else nullcontext() as pool:
+        required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
+        references_named(required)
+        from reports.run.panel import panel
+        from reports.run.request import RunRequest
 
-    code = run_suite(request)
+        with told_in_one_line():
+            check_selectors(selectors)
+            chosen = configurations(configuration, formula)
+            tested = under_test(subject, seconds=timeout, memory=memory)
+            panel(required, tested)
+            writable_folder(out)
+            if history is not None:
+                from reports.history.database import opened
+
+                writable_folder(history.parent)
+                with opened(history, create=True):
+                    pass  # it is one, and can be written
+            if json is not None:
+                writable_folder(json.parent)
+                if json.is_dir():
+                    raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(json))
+        request = RunRequest(
+            selectors=selectors,
+            out=out,
+            resume=resume,
+            require=required,
+            subject=tested,
+            cached=cache,
+            jobs=count,
+            timeout=timeout,
+            configurations=tuple(one.name for one in chosen),
+            json=json,
+            full=full,
+            history=history,
+        )
+        from reports.run.suite import run as run_suite
+
+        code = run_suite(request, pool)
     write_one_file(out, asked=single_file)
     return code
 

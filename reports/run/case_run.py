@@ -7,12 +7,12 @@ from typing import Any
 from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
+from reports.run.kinds import JUDGE, RECALLING, UNDER_TEST
 from reports.run.memory import Memory
 from reports.run.orders import JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from reports.run.plan import PlannedCase
 from reports.run.pool import Pool
 from reports.run.reproducing import reproduce, write_scene
-from reports.run.tasks import JUDGE, RECALLING, UNDER_TEST
 from reports.run.worker import Reply
 from reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
 

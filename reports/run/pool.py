@@ -74,7 +74,7 @@ class Pool:
 
     def step(self) -> None:
         """Start what can start, then wait for one worker at least to answer, die or overrun."""
-        self._start_ready()
+        self.start()
         busy = self._busy()
         if not busy:
             return
@@ -102,8 +102,8 @@ class Pool:
     def _busy(self) -> dict[tuple[str, int], _Worker]:
         return {place: worker for place, worker in self._workers.items() if worker.done is not None}
 
-    def _start_ready(self) -> None:
-        """Give waiting tasks, in order, to idle workers of their kind."""
+    def start(self) -> None:
+        """Give waiting tasks, in order, to idle workers of their kind, and wait for nobody."""
         postponed: list[tuple[str, Any, Callable[[Reply], None]]] = []
         while self._waiting and len(self._busy()) < self._jobs:
             kind, task, done = self._waiting.popleft()

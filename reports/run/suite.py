@@ -22,18 +22,22 @@ from reports.run.journal import settle
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.panel import panel
 from reports.run.plan import PlannedCase, plan
+from reports.run.pool import Pool
 from reports.run.progress import worst_first
 from reports.run.request import RunRequest
 from reports.run.stopping import terminated_as_interrupted
 from reports.run.supported import concerning
+from reports.run.workers import workers
 from reports.run.workload import render_and_judge
 
 FAILED, INTERRUPTED = 1, 130
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
 
-def run(request: RunRequest) -> int:
+def run(request: RunRequest, pool: Pool | None = None) -> int:
     """Run the request; return the exit code: 0 passed, 1 failed, 3 not all could be measured, 130 interrupted.
+
+    `pool` has the tracer's worker, if it was started early.
 
     Raises:
         LookupError, ValueError, OSError: the request itself is wrong; nothing was run.
@@ -62,8 +66,9 @@ def run(request: RunRequest) -> int:
     line = f"{who}{len(planned)} cases against {', '.join(heard.names)}; results in {request.out}"
     console.print(line, soft_wrap=True, markup=False)
     start, started = time.perf_counter(), datetime.now(UTC)
+    pool = pool or workers(request)
     with terminated_as_interrupted(), Drawing(request.out, store=store) as drawing:
-        records, interrupted = render_and_judge(request, planned, heard.names, console, drawing, store)
+        records, interrupted = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
     results = results_document(planned, records, heard, faults, started, subject)
     results["finished"] = not interrupted
     results["seconds"] = round(time.perf_counter() - start, 3)

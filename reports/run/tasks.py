@@ -7,18 +7,16 @@ from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
 from reports.judge.supersampled import finer
 from reports.run.asking import heard, put_to_test, recalled
+from reports.run.kinds import JUDGE, RECALLING, TRACING, UNDER_TEST
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.orders import QuestionTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from reports.subjects import PROGRAM
-
-UNDER_TEST = "subject:"
-RECALLING, JUDGE = "cache", "judge"
 
 
 def handler(kind: str) -> Callable[[Any], Any]:
     """Return the function that does a worker's tasks; its imports are made here, once, in the worker."""
     choose_packaged_llvm()
-    if kind == "tracer":
+    if kind == TRACING:
         return _trace
     if kind == JUDGE:
         from reports.run.judge_task import judge

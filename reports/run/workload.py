@@ -13,10 +13,7 @@ from reports.run.plan import PlannedCase, key
 from reports.run.pool import Pool
 from reports.run.progress import CaseProgress
 from reports.run.request import RunRequest
-from reports.run.tasks import JUDGE, UNDER_TEST
-from reports.subjects import PROGRAM
 
-PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
 AHEAD = 3  # cases on their way at once: enough to keep every worker busy, few enough to stay small in memory
 
 
@@ -27,16 +24,10 @@ def render_and_judge(
     console: Console,
     drawing: Drawing,
     store: Store | None,
+    pool: Pool,
 ) -> tuple[list[dict[str, Any]], bool]:
     """Return the records in the plan's order, and whether the user interrupted."""
-    # Judging is the longest part and shares nothing: it may take every processor.
     subject = request.subject
-    pool = Pool(
-        jobs=request.jobs,
-        timeout=request.timeout if subject.is_tracer else max(PATIENCE, request.timeout),
-        copies={JUDGE: request.jobs, PROGRAM: request.jobs},
-        timeouts=_timeouts(request),
-    )
     records: dict[str, dict[str, Any]] = {}
     # What must be answered is part of the question: a verdict of a run that did not require it is not taken up.
     asked = (*references, *(f"required: {name}" for name in sorted(set(request.require))))
@@ -84,6 +75,7 @@ def render_and_judge(
                     )
                     case_run.start()
                     started += 1
+                pool.start()
                 if memory is not None:
                     memory.prepare()
                 pool.step()
@@ -92,14 +84,3 @@ def render_and_judge(
         finally:
             pool.close()
     return [records[one.case.name] for one in planned if one.case.name in records], interrupted
-
-
-def _timeouts(request: RunRequest) -> dict[str, float]:
-    """Return how long [s] the subject may take.
-
-    A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
-    """
-    subject = request.subject
-    if subject.is_tracer:
-        return {}
-    return {PROGRAM: 2 * subject.seconds + PATIENCE, f"{UNDER_TEST}{subject.name}": request.timeout}

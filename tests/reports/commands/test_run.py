@@ -15,7 +15,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
     """Run no suite, but return what would have been asked of it."""
     requests: list[RunRequest] = []
 
-    def suite(request: RunRequest) -> int:
+    def suite(request: RunRequest, pool: object = None) -> int:
         requests.append(request)
         return 1
 

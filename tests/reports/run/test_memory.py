@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from reports.run import case_run, tasks
+from reports.run import case_run, kinds
 from reports.run.pool import Pool
 from tests.reports.commands.conftest import Rayproof, rayproof
 
@@ -83,7 +83,7 @@ def test_other_answers_and_runs_without_memory_are_judged_anew(
         submitted.clear()
         ran(rayproof, tmp_path / name, *options)
         assert "judge" in submitted, name
-    assert not any(kind == tasks.RECALLING for kind in submitted), "without a cache it is not asked"
+    assert not any(kind == kinds.RECALLING for kind in submitted), "without a cache it is not asked"
 
 
 def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:
