@@ -94,7 +94,7 @@ def cached(
         if found is not None:
             return found
     except DamagedEntryError as wrong:
-        notes = (f"A kept render was damaged ({wrong}) and was rendered anew.",)
+        notes = (damage(wrong),)
     start = time.perf_counter()
     answers, mean = render()
     seconds = math.inf if always else time.perf_counter() - start
@@ -102,6 +102,11 @@ def cached(
     about = question.about | _seen(question.scene, seconds)
     notes += _keep(store, _key(question.about, question.scene), about, arrays, seconds)
     return Rendered(answers=answers, mean=mean, cached=False, notes=notes)
+
+
+def damage(wrong: DamagedEntryError) -> str:
+    """Return what a case's notes say of a kept render that was damaged."""
+    return f"A kept render was damaged ({wrong}) and was rendered anew."
 
 
 class KeepingOracle:

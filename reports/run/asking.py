@@ -8,7 +8,6 @@ from cases.answers import Answers, Reference
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.cache import references as cache
-from reports.cache.entries import DamagedEntryError
 from reports.cache.references import Question, Rendered
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
@@ -24,12 +23,14 @@ def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: 
 
 
 def recalled(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness | None:
-    """Return what `heard` would, if nothing needs rendering for it; None if something does."""
+    """Return what `heard` would, if nothing needs rendering for it; None if something does.
+
+    Raises:
+        DamagedEntryError: it was kept, and is not what was written.
+
+    """
     question, unsupported = _question(name, reference, task)
-    try:
-        found = cache.recalled(question) if question.stages else Rendered(answers={}, mean=None, cached=False)
-    except DamagedEntryError:
-        return None
+    found = cache.recalled(question) if question.stages else Rendered(answers={}, mean=None, cached=False)
     return None if found is None else _witness(question, found, unsupported, independent=independent)
 
 

@@ -1,6 +1,7 @@
 """One case on its way through the pool: rendered by everyone, then judged, then recorded."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ class CaseRun:
         self._subject = subject
         self._memory = memory
         self._key: str | None = None
+        self._damaged: dict[str, str] = {}  # what is told of references whose kept render was damaged
         self._notes: tuple[str, ...] = ()
         self._full = full
         self._finished = finished
@@ -78,7 +80,7 @@ class CaseRun:
 
     def _recalled(self, reply: Reply) -> None:
         """Take what the cache knows, and ask the references for the rest; a cache that broke knows nothing."""
-        known = reply.value if reply.error is None else {}
+        known, self._damaged = reply.value if reply.error is None else ({}, {})
         self._ask(tuple(name for name in self._references if name not in known))
         for name, (witness, version) in known.items():
             self._referred(name, Reply(value=(witness, {name: version}), error=None, trace=None, seconds=0.0))
@@ -117,7 +119,10 @@ class CaseRun:
 
     def _referred(self, name: str, reply: Reply) -> None:
         if reply.error is None:
-            self._witnesses[name], versions = reply.value
+            witness, versions = reply.value
+            if name in self._damaged:
+                witness = replace(witness, mishaps=(self._damaged[name], *witness.mishaps))
+            self._witnesses[name] = witness
             self.versions |= versions
         else:
             self._witnesses[name] = Witness(

@@ -29,7 +29,10 @@ class ReferenceTask:
 
 @dataclass(frozen=True, kw_only=True)
 class RecallTask:
-    """Ask the cache what references answered before; the answer is name -> (Witness, its version) of those found."""
+    """Ask the cache what references answered before.
+
+    The answer is name -> (Witness, its version) of those found, and name -> a sentence of each entry that was damaged.
+    """
 
     names: tuple[str, ...]
     task: ReferenceTask

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+from reports.cache.entries import DamagedEntryError
+from reports.cache.references import damage
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
 from reports.judge.supersampled import finer
@@ -68,18 +70,25 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
     return refer
 
 
-def _recall(task: RecallTask) -> dict[str, tuple[Witness, str]]:
-    """Return what the cache knows; one worker asks it for all references, none of which need start for it."""
+def _recall(task: RecallTask) -> tuple[dict[str, tuple[Witness, str]], dict[str, str]]:
+    """Return what the cache knows, and what is to be told of entries that were damaged.
+
+    One worker asks it for all references, none of which need start for it.
+    """
     from reference import REFERENCES
 
-    found = {}
+    found, damaged = {}, {}
     for name in task.names:
         reference = REFERENCES[name]()
         independent = bool(REFERENCES.about(name).get("independent", False))
-        witness = recalled(name, reference, task.task, independent=independent)
+        try:
+            witness = recalled(name, reference, task.task, independent=independent)
+        except DamagedEntryError as wrong:
+            damaged[name] = damage(wrong)
+            continue
         if witness is not None:
             found[name] = (witness, reference.version())
-    return found
+    return found, damaged
 
 
 def _tested(name: str) -> Callable[[SubjectTask], tuple[Candidate, dict[str, str], tuple[str, ...]]]:

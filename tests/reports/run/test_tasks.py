@@ -1,0 +1,30 @@
+"""What workers do: the one that asks the cache tells of entries that were damaged, and does not answer from them."""
+
+from pathlib import Path
+
+import pytest
+
+from reports.cache import references
+from reports.cache.store import Store
+from reports.run.asking import heard
+from reports.run.kinds import RECALLING
+from reports.run.orders import RecallTask, ReferenceTask
+from reports.run.tasks import handler
+from tests.reports.judge.scenes import ORACLE, SCENE
+
+
+def test_a_damaged_entry_is_told_of_by_the_one_who_met_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path))
+    monkeypatch.setattr(references, "OPENING", -1.0)
+    monkeypatch.setattr(references, "READING", 1e18)
+    task = ReferenceTask(scene=SCENE, samples=1, cached=True)
+    heard("analytic", ORACLE, task, independent=True)
+    recall = handler(RECALLING)
+    assert set(recall(RecallTask(names=("analytic",), task=task))[0]) == {"analytic"}
+    for item in Store(tmp_path).items():
+        item.path.write_bytes(item.path.read_bytes()[:-1])
+
+    found, damaged = recall(RecallTask(names=("analytic",), task=task))
+
+    assert found == {}
+    assert "was damaged" in damaged["analytic"]
