@@ -1,5 +1,7 @@
 """A run's memory: which verdicts were found before of the very same answers, under the run's own demands."""
 
+import subprocess
+import uuid
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -25,9 +27,7 @@ class Memory:
     @cached_property
     def _versions(self) -> Mapping[str, str]:
         """Return the version of every reference that would be asked."""
-        from reference import REFERENCES
-
-        return {name: REFERENCES[name]().version() for name in self._references}
+        return {name: _version(name) for name in self._references}
 
     def prepare(self) -> None:
         """Ask the references for their versions, once: while the first renders are on their way it costs nothing."""
@@ -49,3 +49,13 @@ class Memory:
     def keep(self, key: str, folder: Path, record: Mapping[str, Any]) -> None:
         """Keep a record with its files."""
         judgements.keep(self._store, key, folder, record)
+
+
+def _version(reference: str) -> str:
+    """Return a reference's version; one that cannot tell it is never the same twice, and its worker says why."""
+    from reference import REFERENCES
+
+    try:
+        return REFERENCES[reference]().version()
+    except (ImportError, OSError, RuntimeError, subprocess.SubprocessError):
+        return f"not told, {uuid.uuid4()}"

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from reports.run import case_run, kinds
+from reference.analytic import Analytic
+from reports.run import case_run, kinds, memory
 from reports.run.pool import Pool
 from tests.reports.commands.conftest import Rayproof, rayproof
 
@@ -92,3 +93,14 @@ def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:
 
     assert kept._flawless({"verdict": "fail"})
     assert not kept._flawless({"verdict": "error"})
+
+
+def test_a_reference_that_cannot_tell_its_version_ends_no_run_and_is_never_taken_for_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def broken(self: Analytic) -> str:
+        raise RuntimeError("it names no version")
+
+    monkeypatch.setattr(Analytic, "version", broken)
+
+    assert memory._version("analytic") != memory._version("analytic")
