@@ -152,26 +152,30 @@ def nearest(
     """Return, per ray, distance (inf: none up to its limit) and number of the nearest item, at a tie the lower one."""
     types = walk.grove.types
     Single: Any = dr.float32_array_t(types.Float)
-    key, trail = _begin(walk, types.Bool(True), width)
+
+    def on(key: Any, trail: Any, bests: Sequence[Any]) -> tuple[Any, Any]:
+        farthest = _largest([dr.select(best < limit, best, limit) for best, limit in zip(bests, limits, strict=True)])
+        if types.precision == "float64":
+            farthest = Single(farthest) * WIDER
+        return _descend(walk, key, trail, farthest)
+
     bests = [dr.full(types.Float, dr.inf, width) for _ in limits]
     numbers = [dr.full(types.Int, NONE, width) for _ in limits]
+    # A leaf is reached before the loop and at the end of each round: where there is none, none is looked at.
+    key, trail = on(*_begin(walk, types.Bool(True), width), bests)
 
     def going(key: Any, trail: Any, bests: Any, numbers: Any) -> Any:
         return key != DONE
 
     def step(key: Any, trail: Any, bests: Any, numbers: Any) -> tuple[Any, ...]:
         bests, numbers = list(bests), list(numbers)
-        farthest = _largest([dr.select(best < limit, best, limit) for best, limit in zip(bests, limits, strict=True)])
-        if types.precision == "float64":
-            farthest = Single(farthest) * WIDER
-        key, trail = _descend(walk, key, trail, farthest)
         for item, candidate in _leaf(walk, key):
             for k, (best, number) in enumerate(zip(bests, numbers, strict=True)):
                 t = walk.meet(item, k)
                 # Where both are inf the number means nothing.
                 take = closer(t, best) | ((t == best) & (candidate < number))
                 bests[k], numbers[k] = dr.select(take, t, best), dr.select(take, candidate, number)
-        key, trail = _pop(types, key, trail)
+        key, trail = on(*_pop(types, key, trail), bests)
         return key, trail, bests, numbers
 
     *_, bests, numbers = dr.while_loop(
@@ -191,7 +195,7 @@ def any_hit(
     anyone = active[0]
     for one in active[1:]:
         anyone = anyone | one
-    key, trail = _begin(walk, anyone, width)
+    key, trail = _descend(walk, *_begin(walk, anyone, width), farthest)
     found = [dr.full(types.Float, dr.inf, width) for _ in active]
 
     def going(key: Any, trail: Any, found: Any) -> Any:
@@ -199,7 +203,6 @@ def any_hit(
 
     def step(key: Any, trail: Any, found: Any) -> tuple[Any, Any, Any]:
         found = list(found)
-        key, trail = _descend(walk, key, trail, farthest)
         for item, number in _leaf(walk, key):
             for k in range(len(found)):
                 t = walk.meet(item, k)
@@ -211,7 +214,8 @@ def any_hit(
         open_ = types.Bool(False)
         for k, one in enumerate(active):
             open_ = open_ | (one & (found[k] == dr.inf))
-        return dr.select(open_, key, DONE), trail, found
+        key, trail = _descend(walk, dr.select(open_, key, DONE), trail, farthest)
+        return key, trail, found
 
     *_, found = dr.while_loop(state=(key, trail, found), cond=going, body=step, labels=("key", "trail", "found"))
     return list(found)
