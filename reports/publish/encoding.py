@@ -14,9 +14,7 @@ from typing import Any
 import numpy as np
 
 QUICK, LEVEL = 1, 6  # to choose by, and to store by
-NEAR = (
-    2  # times the bytes of the sparsest residual: no other was ever found to deflate to less by more than a thousandth
-)
+NEAR = 2  # times the least estimate: of 1580 residuals one farther off deflated to less in 9, by a thousandth in sum
 
 
 def encode(image: np.ndarray, predictions: Iterable[tuple[Mapping[str, Any], np.ndarray]]) -> dict[str, Any]:

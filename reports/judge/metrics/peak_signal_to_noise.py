@@ -1,4 +1,7 @@
-"""PSNR: peak signal-to-noise ratio [dB], by scikit-image."""
+"""PSNR: peak signal-to-noise ratio [dB].
+
+Written out: scikit-image imports all of SciPy's statistics first, which takes longer than judging a case.
+"""
 
 import numpy as np
 
@@ -11,6 +14,4 @@ def peak_signal_to_noise(ours: np.ndarray, theirs: np.ndarray, value_range: tupl
     low, high = value_range
     if not high > low or np.array_equal(ours, theirs):
         return None
-    from skimage.metrics import peak_signal_noise_ratio
-
-    return float(peak_signal_noise_ratio(theirs, ours, data_range=high - low))
+    return float(10 * np.log10((high - low) ** 2 / np.mean((theirs - ours) ** 2, dtype=np.float64)))
