@@ -6,7 +6,7 @@ explicit operation, because a compiler that fused some of them would tear the ed
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -29,6 +29,7 @@ class Shear:
 
     x_largest: Any
     y_largest: Any
+    origin: Any  # of the ray, turned [m]
     Sx: Any
     Sy: Any
     Sz: Any
@@ -53,7 +54,8 @@ def _turn(direction: Any) -> tuple[Any, Any]:
 def _of(ray: Ray, x_largest: Any, y_largest: Any) -> Shear:
     D = _turned(ray.direction, x_largest, y_largest)
     Sz = 1 / D.z
-    return Shear(x_largest=x_largest, y_largest=y_largest, Sx=D.x * Sz, Sy=D.y * Sz, Sz=Sz)
+    origin = _turned(ray.origin, x_largest, y_largest)
+    return Shear(x_largest=x_largest, y_largest=y_largest, origin=origin, Sx=D.x * Sz, Sy=D.y * Sz, Sz=Sz)
 
 
 def prepare(rays: Sequence[Ray], *, together: bool = False) -> None:
@@ -67,12 +69,26 @@ def prepare(rays: Sequence[Ray], *, together: bool = False) -> None:
         ray.prepared["shear"] = _of(ray, *(middle if together else _turn(ray.direction)))
 
 
+def turns(rays: Sequence[Ray]) -> list[tuple[Any, Any]]:
+    """Return how prepared rays turn: where x is the largest component, and where y is."""
+    return [(own.x_largest, own.y_largest) for own in (ray.prepared["shear"] for ray in rays)]
+
+
+def turning_alike(rays: Sequence[Ray], turn: tuple[Any, Any]) -> list[Ray]:
+    """Return prepared rays, all turned in this way, as those that count are: a corner is turned once for all."""
+    return [
+        replace(ray, prepared={"shear": replace(ray.prepared["shear"], x_largest=turn[0], y_largest=turn[1])})
+        for ray in rays
+    ]
+
+
 def shear(ray: Ray, triangle: Any) -> Sheared:
     """Return the triangle in the ray's own coordinates; z is t."""
     own = ray.prepared.get("shear") or _of(ray, *_turn(ray.direction))
 
     def corner(point: Any) -> Any:
-        P = _turned(point - ray.origin, own.x_largest, own.y_largest)
+        # Turned before it is subtracted: rays that turn alike share that, wherever they start.
+        P = _turned(point, own.x_largest, own.y_largest) - own.origin
         return type(P)(dr.fma(-own.Sx, P.z, P.x), dr.fma(-own.Sy, P.z, P.y), P.z * own.Sz)
 
     return Sheared(A=corner(triangle.first), B=corner(triangle.second), C=corner(triangle.third))

@@ -25,7 +25,7 @@ from tracer.parameters import Parameters
 from tracer.placement import Placement
 from tracer.plan import Plan
 from tracer.rays import Interval, Ray
-from tracer.shear import prepare
+from tracer.shear import prepare, turning_alike, turns
 from tracer.triangles import degenerate, object_normals
 
 
@@ -227,11 +227,18 @@ class World:
             prepare(rays)
         for grove in self.groves:
             active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]
+            triangles = grove is self.forest
+
+            def walk(group: Sequence[Any], turn: Any, grove: Grove = grove, triangles: bool = triangles) -> Any:
+                beam, farthest = self._feeling(grove, rays, light, group)
+                alike = turning_alike(rays, turn) if triangles else rays
+                return Walk(grove=grove, beam=beam, meet=self._meet(grove, alike, intervals)), farthest
+
             met = any_hit_in_groups(
-                grove,
-                self._meet(grove, rays, intervals),
-                lambda group, grove=grove: self._feeling(grove, rays, light, group),
+                grove.types,
+                walk,
                 points=[ray.origin for ray in rays],
+                alike=turns(rays) if triangles else [()] * len(rays),
                 columns=self.plan.columns,
                 skips=None if feelers[0].skip is None else self._skips(grove, feelers),
                 active=active,

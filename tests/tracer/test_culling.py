@@ -1,6 +1,6 @@
 """Going through the tree loses no hit: bundles of rays against trying every triangle, and rays at edges and corners."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import drjit as dr
@@ -16,8 +16,9 @@ from tracer.arrays import ArrayTypes, array_types
 from tracer.assets import Assets
 from tracer.catalogue import FORMULAS
 from tracer.rays import Interval, Ray
+from tracer.shear import prepare, turning_alike, turns
 
-TRIANGLES = 28  # fill a tree of 16 leaves with duplicates, the same kernel for every scene
+TRIANGLES = 28  # in a tree of 32 leaves, the same kernel for every scene
 LANES, PER_LANE = 64, 4
 SCENES = 200
 FORMULA = FORMULAS["triangle/woop_kahan"].function
@@ -72,6 +73,19 @@ def tried(forest: Forest, rays: Sequence[Ray], interval: Interval, width: int) -
     return [np.array(best) for best in bests]
 
 
+def from_the_light(forest: Forest, feelers: Sequence[Ray], eye: Any, segment: Interval) -> Callable[[Any, Any], Any]:
+    """Return the way of a group of feelers and the t of its end, from the group and its turn."""
+    Single: Any = dr.float32_array_t(forest.types.Float)
+
+    def walk(active: Any, turn: Any) -> tuple[Walk, Any]:
+        beam = Beam(forest.nodes, eye, [feeler.origin - eye for feeler in feelers], active=active)
+        alike = turning_alike(feelers, turn)
+        way = Walk(grove=forest, beam=beam, meet=lambda triangle, k: FORMULA(alike[k], triangle, segment))
+        return way, Single(WIDER)
+
+    return walk
+
+
 def test_bundles_lose_no_hit_on_random_scenes(precision: str) -> None:
     types = array_types(precision)
     Single: Any = dr.float32_array_t(types.Float)
@@ -109,7 +123,6 @@ def test_bundles_lose_no_hit_on_random_scenes(precision: str) -> None:
 
 def test_feelers_that_part_lose_no_hit_either() -> None:
     types = array_types("float32")
-    Single: Any = dr.float32_array_t(types.Float)
     segment = Interval(nearest=types.Float(0), farthest=types.Float(1))
     light, hits = np.array([3.0, -2.0, 4.0], dtype=np.float32), 0
     for seed in range(40):
@@ -127,14 +140,12 @@ def test_feelers_that_part_lose_no_hit_either() -> None:
         feelers = [Ray(origin=vector(types, end), direction=vector(types, light - end)) for end in ends]
         eye = types.Vector(*map(float, light))
 
-        def beam(active: Sequence[Any], forest=forest, feelers=feelers, eye=eye) -> tuple[Beam, Any]:
-            return Beam(forest.nodes, eye, [feeler.origin - eye for feeler in feelers], active=active), Single(WIDER)
-
+        prepare(feelers)
         blocked = any_hit_in_groups(
-            forest,
-            lambda triangle, k, feelers=feelers: FORMULA(feelers[k], triangle, segment),
-            beam,
+            types,
+            from_the_light(forest, feelers, eye, segment),
             points=[feeler.origin for feeler in feelers],
+            alike=turns(feelers),
             columns=2,
             skips=None,
             active=[types.Bool(np.ascontiguousarray(asked[:, k])) for k in range(PER_LANE)],

@@ -9,8 +9,9 @@ from typing import Any
 
 import drjit as dr
 
-from tracer.acceleration.beams import Beam, larger, reduced, smaller
-from tracer.acceleration.traverse import Grove, Walk, any_hit
+from tracer.acceleration.beams import larger, reduced, smaller
+from tracer.acceleration.traverse import Walk, any_hit
+from tracer.arrays import ArrayTypes
 
 APART = 2.0  # times what a tile spans whose neighbours are all as close as the closest two; measured
 
@@ -30,22 +31,23 @@ def _span(points: Sequence[Any], active: Sequence[Any], columns: int) -> Any:
 
 
 def any_hit_in_groups(
-    grove: Grove,
-    meet: Callable[[Any, int], Any],
-    beam: Callable[[Sequence[Any]], tuple[Beam, Any]],
+    types: ArrayTypes,
+    walk: Callable[[Sequence[Any], Sequence[Any]], tuple[Walk, Any]],
     *,
     points: Sequence[Any],
+    alike: Sequence[Sequence[Any]],
     columns: int,
     skips: Callable[[Any, int], Any] | None,
     active: Sequence[Any],
     width: int,
 ) -> list[Any]:
-    """Return what `any_hit` returns for rays from `points` [m], a tile row by row; `beam` bounds those active."""
-    types = grove.types
+    """Return what `any_hit` returns for rays from `points` [m], a tile row by row.
+
+    Rays in a group have the same masks `alike`; `walk(group, alike)` is the way of one group, and the t of its end.
+    """
     if len(points) == 1:
-        bounding, farthest = beam(active)
-        walk = Walk(grove=grove, beam=bounding, meet=meet)
-        return any_hit(walk, farthest=farthest, skips=skips, active=active, width=width)
+        single, farthest = walk(active, alike[0])
+        return any_hit(single, farthest=farthest, skips=skips, active=active, width=width)
     limit = _span(points, active, columns) * APART
     found = [dr.full(types.Float, dr.inf, width) for _ in active]
     waiting = [dr.full(types.Bool, True, width) & one for one in active]
@@ -57,14 +59,19 @@ def any_hit_in_groups(
         return anyone
 
     def step(waiting: Any, found: Any) -> tuple[Any, Any]:
-        seed = points[-1]
-        for one, point in zip(waiting[-2::-1], points[-2::-1], strict=True):
+        seed, like = points[-1], list(alike[-1])
+        for one, point, masks in zip(waiting[-2::-1], points[-2::-1], alike[-2::-1], strict=True):
             seed = dr.select(one, point, seed)
-        # Compared this way around a point that is no number joins, and somebody always leaves.
-        group = [one & ~(_apart(point, seed) > limit) for one, point in zip(waiting, points, strict=True)]
-        bounding, farthest = beam(group)
-        walk = Walk(grove=grove, beam=bounding, meet=meet)
-        met = any_hit(walk, farthest=farthest, skips=skips, active=group, width=width)
+            like = [dr.select(one, mask, before) for mask, before in zip(masks, like, strict=True)]
+        group = []
+        for one, point, masks in zip(waiting, points, alike, strict=True):
+            # Compared this way around a point that is no number joins, and somebody always leaves.
+            joins = one & ~(_apart(point, seed) > limit)
+            for mask, other in zip(masks, like, strict=True):
+                joins &= ~(mask ^ other)
+            group.append(joins)
+        way, farthest = walk(group, like)
+        met = any_hit(way, farthest=farthest, skips=skips, active=group, width=width)
         found = [dr.select(one, t, before) for one, t, before in zip(group, met, found, strict=True)]
         return [one & ~other for one, other in zip(waiting, group, strict=True)], found
 
