@@ -193,6 +193,18 @@ def test_every_triangle_lies_in_a_leaf_and_in_all_boxes_above_it(count: int) -> 
                 node //= 4
 
 
+def test_a_leaf_without_a_triangle_makes_no_box_larger() -> None:
+    lower, upper = bounds(soup(5).reshape(-1, 9))
+    tree = build(lower, upper)
+    nodes = quantise(tree, lower, upper)
+    empty = np.flatnonzero(np.diff(tree.first(np.arange(tree.leaves + 1))) == 0)
+
+    assert len(empty) == 3
+    for leaf in empty.tolist():
+        low, high = on_grid(nodes, tree.leaves + leaf)
+        assert (low > high).all()
+
+
 def test_siblings_part_at_the_median_of_the_longest_axis() -> None:
     corners = soup(64) * np.array([1, 10, 1], dtype=np.float32)
     lower, upper = bounds(corners.reshape(-1, 9))

@@ -2,8 +2,8 @@
 
 Every node is split at the median of its items' centres along its longest axis, which np.partition finds without
 sorting; all nodes of a level that fit into the processor's cache are split together. Leaves are numbered as in a
-binary heap, `leaves` .. 2 leaves - 1. Above the last two levels all nodes of a level have the same size, to which some
-items stand in two slots; that changes no answer.
+binary heap, `leaves` .. 2 leaves - 1, and hold one item or none. Above the last three levels all nodes of a level have
+the same size, to which some items stand in two slots; that changes no answer.
 """
 
 import os
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-LEAF_SIZE = 2
+LEAF_SIZE = 1  # measured against 2; an empty leaf costs its box, another item all rays
 MOST_LEAVES = 2**21  # what the trail of a traversal has bits for; a larger tree has larger leaves
-GROUP = 4  # leaves that are filled together
+GROUP = 8  # leaves that are filled together
 BLOCK = 2**14  # items that are split together: what stays in the cache
 THREADS = min(8, os.cpu_count() or 1)  # numpy lets go of the interpreter in all that takes long
 LARGEST = float(np.finfo(np.float32).max)
@@ -102,24 +102,22 @@ def _grow(items: np.ndarray, keys: np.ndarray, groups: int, leaves: int) -> None
     while len(rows) < groups:
         _split(rows, keys, rows.shape[1] // 2)
         rows = rows.reshape(2 * len(rows), -1)
-    _fill(rows, keys, leaves // groups)
+    each = leaves // groups
+    _fill(rows, keys, [leaf * rows.shape[1] // each for leaf in range(each + 1)])
 
 
-def _fill(rows: np.ndarray, keys: np.ndarray, leaves: int) -> None:
-    """Put each row's items into the order of its leaves, whose sizes differ by one at most."""
-    if leaves == 1:
+def _fill(rows: np.ndarray, keys: np.ndarray, first: list[int]) -> None:
+    """Put each row's items into the order of its leaves, which begin at the places `first`; its last is the end."""
+    middle = len(first) // 2
+    if len(first) == 2 or rows.shape[1] < 2:
         return
-    at = rows.shape[1] // 2
-    if leaves == 2:
-        _split(rows, keys, at)
-        return
-    _split(rows, keys, at)
-    quarters = rows.shape[1] // 4, 3 * rows.shape[1] // 4
-    for side, where in ((rows[:, :at], quarters[0]), (rows[:, at:], quarters[1] - at)):
-        if 0 < where < side.shape[1]:
-            part = side.copy()
-            _split(part, keys, where)
-            side[...] = part
+    at = first[middle]
+    if 0 < at < rows.shape[1]:
+        part = rows.copy()
+        _split(part, keys, at)
+        rows[...] = part
+    _fill(rows[:, :at], keys, first[: middle + 1])
+    _fill(rows[:, at:], keys, [place - at for place in first[middle:]])
 
 
 def build(lower: np.ndarray, upper: np.ndarray) -> Tree:
