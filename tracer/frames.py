@@ -53,7 +53,7 @@ def _mean(traces: Traces, lanes: Lanes, per_side: int, types: ArrayTypes) -> lis
 
     def step(index: Any, total: Any) -> tuple[Any, Any]:
         row = index // per_side
-        radiance = traces(index - row * per_side, row).radiance
+        radiance = traces(index - row * per_side, row).radiance_alone
         return index + 1, [before + one for before, one in zip(total, radiance, strict=True)]
 
     _, total = dr.while_loop(
@@ -103,9 +103,10 @@ def _image(recipe: _Recipe, arrays: dict[str, Any]) -> Any:
     assets, samples = Assets(dict(arrays)), recipe.samples
     trace = recipe.trace(0, 0, assets)
     lanes, types = trace.lanes, trace.types
-    radiance = trace.radiance
     if samples > 1:
         radiance = _mean(lambda column, row: recipe.trace(column, row, assets), lanes, samples, types)
+    else:
+        radiance = trace.radiance_alone
     image = dr.empty(types.Float, lanes.width * lanes.height * CHANNELS)
     _write(image, lanes.numbers(lanes.positions(types.UInt)), radiance, lanes, types)
     dr.eval(image)
@@ -129,7 +130,7 @@ class Frames:
         assets, recipe = Assets(), _Recipe(scene, configuration, samples, self.plan)
         first = recipe.trace(0, 0, assets)
         # Tracing uploads what the kernel will read; nothing is launched for the pixels yet.
-        _ = first.radiance
+        _ = first.radiance_alone
         self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.types.UInt, 0), **assets.arrays}
         dr.eval(self._arrays)
 

@@ -1,6 +1,8 @@
 """From pixel to radiance: every stage computed when it is first asked for, and not before."""
 
 import math
+import operator
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -9,6 +11,7 @@ import drjit as dr
 
 from cases.scene import Scene
 from cases.stages import Stage
+from tracer.acceleration.beams import reduced
 from tracer.arrays import array_types
 from tracer.assets import Assets
 from tracer.configuration import Configuration
@@ -188,6 +191,16 @@ class Trace:
         formula = self.configuration["radiance_simplified" if self.scene.shading == "simplified" else "radiance"]
         pairs = zip(self.surfaces, self.exitance, strict=True)
         return [dr.select(surfaces.hidden, 0, formula(exitance)) for surfaces, exitance in pairs]
+
+    @property
+    def radiance_alone(self) -> list[Any]:
+        """Return L [W/(m^2 sr)] for who asks for nothing else; packets that hit nothing are not shaded."""
+        if self._dark or not self.plan.trees:
+            return self.radiance
+        some = reduced(operator.or_, [hit.distance < dr.inf for hit in self.hits])
+        # What is computed inside is of no use outside: a copy keeps it.
+        inside, nothing = copy(self), [self.types.Vector(0)] * self.lanes.tile
+        return dr.if_stmt(args=(), cond=some, true_fn=lambda: inside.radiance, false_fn=lambda: nothing)
 
     def channels(self, stage: Stage) -> list[tuple[Any, ...]]:
         """Return the channels of an image stage, with the specification's values where nothing was hit."""

@@ -102,3 +102,15 @@ def test_samples_of_a_mesh_stay_in_one_kernel_though_hits_would_go_through_memor
         assert not frames.plan.split
         expected = averaged(what, configuration, 2, plan(what, configuration, samples=2))
         np.testing.assert_allclose(frames.pixels(), expected, rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize("lights", [LIGHTS[:2], LIGHTS], ids=["two", "many"])
+def test_leaving_out_what_shows_nothing_changes_no_pixel(lights: tuple[PointLight, ...]) -> None:
+    black_in_red = dataclasses.replace(octahedron(), albedo=(0.0, 0.5, 0.3))
+    what = scene(black_in_red, lights=lights, camera=camera(width=64, height=48))
+    chosen = dataclasses.replace(plan(what, Configuration()), split=False, columns=4, rows=2)
+
+    expected = render(what, (Stage.RADIANCE,), Configuration(), chosen=chosen)[Stage.RADIANCE]
+
+    assert 0.05 < (expected[..., 1] > 0).mean() < 0.6
+    np.testing.assert_array_equal(Frames(what, Configuration(), chosen=chosen).pixels(), expected)
