@@ -73,7 +73,7 @@ class Bench:
         unlit = np.zeros_like(self.classes.outline)
         epsilon = self.candidate.shadow_epsilon + self.witness.shadow_epsilon
         if self.scene.lights and np.any(epsilon > 0):
-            unlit = self.classes.light.any(axis=-1) & ~self._classes(0.0).light.any(axis=-1)
+            unlit = self.classes.undecided & ~self._classes(0.0).undecided
         return self._near | (unlit & ~self.classes.outline)
 
     @cached_property
@@ -128,7 +128,11 @@ class Bench:
         asked = {Stage.OBJECT, *self.candidate.answers}
         stages = tuple(stage for stage in GEOMETRY if stage in asked and stage in self.truth)
         oracle, classes = self.ground.oracle, self.classes
-        around = sides(oracle, self.scene, stages, classes.outline, classes.reach)
+        around = self.ground.once(
+            ("sides", stages),
+            (classes.outline, classes.reach),
+            lambda: sides(oracle, self.scene, stages, classes.outline, classes.reach),
+        )
         if Stage.OBJECT not in self.candidate.answers:
             return around
         return with_twins(around, oracle, self.scene, self.truth, self.candidate.answers, classes.depth)
@@ -138,9 +142,12 @@ class Bench:
     ) -> np.ndarray:
         """Return the edge pixels that have a side's value; the oracle is asked only if an edge pixel differs at all."""
         assert self.candidate.answers is not None
-        over = ratios(stage, self.candidate.answers[stage], np.asarray(theirs, dtype=np.float64), limit)[0]
-        if not np.any((over > 1) & edge):
-            return np.zeros(edge.shape, dtype=bool)
+        nobody = np.zeros(edge.shape, dtype=bool)
+        ours, theirs = np.asarray(self.candidate.answers[stage]), np.asarray(theirs, dtype=np.float64)
+        if not edge.any() or ours.shape != theirs.shape:  # measuring refuses those
+            return nobody
+        if not np.any(ratios(stage, ours[edge], theirs[edge], limit[edge])[0] > 1):
+            return nobody
         if Stage.OBJECT not in self.candidate.answers:
             return excused_anyhow(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
         return excused(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
@@ -179,7 +186,8 @@ class Bench:
         if stage in GEOMETRY:
             good = self._excused(stage, theirs, limit, edge, continued=False)
         else:
-            good = np.isfinite(self.candidate.answers[stage]).all(axis=-1)
+            finite = np.isfinite(self.candidate.answers[stage])
+            good = np.ones(shape, dtype=bool) if finite.all() else finite.all(axis=-1)
         return self._measure(stage, theirs, limit, edge, good)
 
     def inside(self, stage: Stage) -> np.ndarray:

@@ -8,6 +8,7 @@ Everything else is interior and judged strictly.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -58,7 +59,83 @@ class Classes:
             return np.zeros_like(self.outline)
         if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
             return self.outline
-        return self.outline | self.flagged | self.light.any(axis=-1)
+        return self._lit_edge
+
+    @cached_property
+    def undecided(self) -> np.ndarray:
+        """Return the pixels (height, width) of which some light is undecided."""
+        return np.any(self.light, axis=-1)
+
+    @cached_property
+    def _lit_edge(self) -> np.ndarray:
+        return self.outline | self.flagged | self.undecided
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unlit:
+    """What one precision leaves undecided whatever the parties' shadow epsilons are: most of what classes need."""
+
+    outline: np.ndarray  # (height, width)
+    reach: np.ndarray  # (height, width) px
+    depth: np.ndarray  # (height, width) m
+    flagged: np.ndarray  # (height, width)
+    lights: tuple["_Lit", ...]  # none where no light is asked about
+    ends: tuple[np.ndarray, ...]  # (height, width) m for each of the edges' light ends: how far off it may seem
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Lit:
+    """One light at every pixel (height, width)."""
+
+    cosine: np.ndarray  # |n.l|
+    shift: np.ndarray  # m: how far rounding moves a shadow across the light
+    shadow: np.ndarray  # px to the nearest shadow's edge
+    pixel: np.ndarray  # m that a pixel spans
+    undecided: np.ndarray  # bool: the terminator is too near
+
+
+def unlit(scene: Scene, truth: Answers, edges: Edges, conditioning: Conditioning, limits: Limits, g: Roundoff) -> Unlit:
+    """Return what one precision leaves undecided before any shadow epsilon is counted."""
+    c = conditioning
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # An outline shifts by its rays' error and by its points' error seen from the eye. Of the surfaces that meet
+        # there the worst counts: what is seen within two pixels, or for something thinner the scene's middling one.
+        seen = widest_near(np.where(c.hit, c.point / c.distance, 0.0))
+        seen = np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
+        reach = (limits.end_to_end[Stage.RAY] + g(HIT) * seen) / c.pixel_angle
+    depth = _indistinct_depth(scene, truth, edges, c, limits, g)
+    flagged = np.zeros(c.hit.shape, dtype=bool)
+    lights, ends = [], []
+    if scene.lights and Stage.VISIBILITY in truth:
+        blocker = _typical_point(truth, c)
+        for index, one in enumerate(scene.lights):
+            toward = np.asarray(one.position) - truth[Stage.POSITION]
+            r = np.linalg.norm(toward, axis=-1)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                cosine = np.abs(np.sum(toward * truth[Stage.NORMAL], axis=-1)) / r
+                # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
+                throw = np.maximum(1.0, r / np.min(r[c.hit], initial=np.inf))
+                lit = _Lit(
+                    cosine=cosine,
+                    shift=limits.position + g(HIT) * blocker * throw,
+                    shadow=edges.shadow[..., index],
+                    pixel=c.distance * c.pixel_angle,
+                    undecided=(cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach),
+                )
+            lights.append(lit)
+            flagged |= c.hit & (r <= 4 * limits.position)
+        for end in edges.light_ends:
+            position = np.asarray(scene.lights[end.light].position, dtype=np.float64)
+            shape = scene.shapes[end.shape]
+            ends.append(g(HIT) * surface_error(shape, truth[Stage.POSITION], position, face=end.face))
+    return Unlit(
+        outline=(edges.silhouette <= reach) | (edges.gap <= depth),
+        reach=reach,
+        depth=depth,
+        flagged=flagged,
+        lights=tuple(lights),
+        ends=tuple(ends),
+    )
 
 
 def classify(
@@ -70,50 +147,39 @@ def classify(
     g: Roundoff,
     *,
     shadow_epsilon: float | np.ndarray,
+    before: Unlit | None = None,
 ) -> Classes:
     """Return the classes for one precision.
 
     `shadow_epsilon` [m] is how far the renderer under test itself admits to move or ignore things near a feeler's
-    start; a shadow's edge may shift by as much, seen at the light's angle.
+    start; a shadow's edge may shift by as much, seen at the light's angle. `before` is the `unlit` of the same, if
+    it is known.
     """
+    before = before or unlit(scene, truth, edges, conditioning, limits, g)
     c = conditioning
-    lights = len(scene.lights)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # An outline shifts by its rays' error and by its points' error seen from the eye. Of the surfaces that meet
-        # there the worst counts: what is seen within two pixels, or for something thinner the scene's middling one.
-        seen = widest_near(np.where(c.hit, c.point / c.distance, 0.0))
-        seen = np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
-        reach = (limits.end_to_end[Stage.RAY] + g(HIT) * seen) / c.pixel_angle
-    depth = _indistinct_depth(scene, truth, edges, c, limits, g)
-    outline = (edges.silhouette <= reach) | (edges.gap <= depth)
-    light = np.zeros((*c.hit.shape, lights), dtype=bool)
-    flagged = np.zeros(c.hit.shape, dtype=bool)
+    light = np.zeros((*c.hit.shape, len(scene.lights)), dtype=bool)
     notes = []
-    if lights and Stage.VISIBILITY in truth:
-        blocker = _typical_point(truth, c)
+    if before.lights:
         # A surface that close to the hit a strategy may leave out, or start its feelers beyond.
-        touching = edges.gap <= depth + 2 * shadow_epsilon / c.cosine
-        for index, one in enumerate(scene.lights):
-            toward = np.asarray(one.position) - truth[Stage.POSITION]
-            r = np.linalg.norm(toward, axis=-1)
+        touching = edges.gap <= before.depth + 2 * shadow_epsilon / c.cosine
+        for index, one in enumerate(before.lights):
             with np.errstate(divide="ignore", invalid="ignore"):
-                cosine = np.abs(np.sum(toward * truth[Stage.NORMAL], axis=-1)) / r
-                # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
-                throw = np.maximum(1.0, r / np.min(r[c.hit], initial=np.inf))
-                shift = (limits.position + g(HIT) * blocker * throw + 2 * shadow_epsilon) / cosine
-                shadow = edges.shadow[..., index]
-                near = np.isfinite(shadow) & (shadow <= shift / (c.distance * c.pixel_angle))
-                undecided = (cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach)
-            light[..., index] = c.hit & (near | undecided | touching)
-            flagged |= c.hit & (r <= 4 * limits.position)
-        for end in edges.light_ends:
-            position = np.asarray(scene.lights[end.light].position, dtype=np.float64)
-            error = g(HIT) * surface_error(scene.shapes[end.shape], truth[Stage.POSITION], position, face=end.face)
+                shift = (one.shift + 2 * shadow_epsilon) / one.cosine
+                near = np.isfinite(one.shadow) & (one.shadow <= shift / one.pixel)
+            light[..., index] = c.hit & (near | one.undecided | touching)
+        for end, error in zip(edges.light_ends, before.ends, strict=True):
             undecided = end.pixels & (end.gap <= error + 2 * shadow_epsilon)
             light[..., end.light] |= undecided
             if np.any(undecided):
                 notes.append(f"light {end.light} lies on shape {end.shape}, within rounding: either it blocks or not")
-    return Classes(outline=outline, light=light, reach=reach, depth=depth, flagged=flagged, notes=tuple(notes))
+    return Classes(
+        outline=before.outline,
+        light=light,
+        reach=before.reach,
+        depth=before.depth,
+        flagged=before.flagged,
+        notes=tuple(notes),
+    )
 
 
 def _indistinct_depth(

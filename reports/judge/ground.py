@@ -9,7 +9,7 @@ import numpy as np
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.classes import Classes, Edges, classify
+from reports.judge.classes import Classes, Edges, Unlit, classify, unlit
 from reports.judge.conditioning import Conditioning, condition
 from reports.judge.limits import Limits, Roundoff, limits
 from reports.judge.oracle import FullOracle
@@ -28,6 +28,7 @@ class Ground:
     oracle: FullOracle
     _limits: dict[tuple, Limits] = field(default_factory=dict)
     _classes: dict[tuple, Classes] = field(default_factory=dict)
+    _unlit: dict[tuple, Unlit] = field(default_factory=dict)
     _known: dict[tuple, tuple[tuple, Any]] = field(default_factory=dict)
 
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
@@ -66,9 +67,13 @@ class Ground:
         whole = None if key is None else (*key, epsilon.tobytes())
         found = None if whole is None else self._classes.get(whole)
         if found is None:
-            found = classify(
-                self.scene, self.truth, self.edges, self.conditioning, limits, g, shadow_epsilon=shadow_epsilon
-            )
+            about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
+            before = None if key is None else self._unlit.get(key)
+            if before is None:
+                before = unlit(*about)
+                if key is not None:
+                    self._unlit[key] = before
+            found = classify(*about, shadow_epsilon=shadow_epsilon, before=before)
             if whole is not None:
                 self._classes[whole] = found
         return found

@@ -43,6 +43,8 @@ class Measurement:
 
 def jsonable(value: Any) -> Any:
     """Return `value` with numbers that JSON cannot carry written as strings."""
+    if type(value) is int or type(value) is str:
+        return value
     if isinstance(value, float) and not math.isfinite(value):
         return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
     if isinstance(value, tuple | list):
@@ -66,7 +68,7 @@ def error(stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
             difference = np.where(ours == theirs, 0.0, difference)
         if stage in DIRECTIONS:
             distance = _length(difference)
-            angle = np.arctan2(_length(_cross(ours, theirs)), _dot(ours, theirs))
+            angle = np.arctan2(_crossed(ours, theirs), _dot(ours, theirs))
             return np.where(distance == 0, 0.0, np.maximum(angle, distance))
         if stage is Stage.POSITION:
             return _length(difference)
@@ -82,14 +84,18 @@ def _length(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(_dot(vectors, vectors))
 
 
-def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _crossed(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the lengths of cross products."""
     x, y, z = (one[..., channel] for channel in range(3))
     u, v, w = (other[..., channel] for channel in range(3))
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+    across, down, along = y * w - z * v, z * u - x * w, x * v - y * u
+    return np.sqrt(across * across + down * down + along * along)
 
 
 def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return error / limit and error per pixel (height, width): the worst channel's; NaN counts as inf.
+    """Return error / limit per pixel (height, width), the worst channel's, and the `error`; NaN counts as inf.
+
+    `limit` has the error's shape, or that shape without the channels.
 
     Raises:
         ValueError: the images differ in shape; nothing is ever broadcast.
@@ -97,33 +103,29 @@ def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray
     """
     if ours.shape != theirs.shape:
         raise ValueError(f"{stage} images differ in shape: {ours.shape} against {theirs.shape}")
-    return over(stage, error(stage, ours, theirs), limit)
+    wrong = error(stage, ours, theirs)
+    ratio = _over(wrong, limit)
+    if wrong.ndim < ours.ndim:
+        return ratio, wrong
+    worst = ratio[..., 0]
+    for channel in range(1, ratio.shape[-1]):
+        worst = np.maximum(worst, ratio[..., channel])
+    return worst, wrong
 
 
-def over(stage: Stage, wrong: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return error / limit and error (..., height, width), the worst channel's; NaN counts as inf.
-
-    `wrong` is an `error` of that stage; `limit` has its shape, or that shape without the channels.
-    """
-    if stage in VECTORS:
-        return _over(wrong, limit)
-    channelled = limit.ndim == wrong.ndim
-    bounds = [limit[..., channel] if channelled else limit for channel in range(wrong.shape[-1])]
-    worst_ratio, worst_error = _over(wrong[..., 0], bounds[0])
-    for channel, bound in enumerate(bounds[1:], 1):
-        ratio, one = _over(wrong[..., channel], bound)
-        larger = ratio > worst_ratio
-        worst_ratio, worst_error = np.where(larger, ratio, worst_ratio), np.where(larger, one, worst_error)
-    return worst_ratio, worst_error
-
-
-def _over(wrong: np.ndarray, bound: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return one channel's error over its limit, 0 without an error and inf for NaN, and the error."""
+def _over(wrong: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """Return errors over their limits, 0 without an error and inf for NaN."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = wrong / bound
-    ratio[wrong <= 0] = 0.0
-    ratio[np.isnan(ratio)] = np.inf
-    return ratio, np.where(ratio > 0, wrong, 0.0)
+        ratio = wrong / (limit if limit.ndim == wrong.ndim else limit[..., np.newaxis])
+    usual = ratio >= 0
+    return ratio if usual.all() else np.where(usual, ratio, np.where(wrong <= 0, 0.0, np.inf))
+
+
+def _worst_channel(wrong: np.ndarray, limit: np.ndarray) -> float:
+    """Return one pixel's error: that of the channel that is farthest over its limit, 0 where none is off."""
+    ratio = _over(np.atleast_1d(wrong), np.atleast_1d(limit))
+    worst = int(ratio.argmax())
+    return float(np.atleast_1d(wrong)[worst]) if ratio[worst] > 0 else 0.0
 
 
 def measure(
@@ -146,11 +148,11 @@ def measure(
     """
     ratio, wrong = ratios(stage, ours, theirs, limit)
     forgiven = edge & excused
-    judged = np.where(forgiven, 0.0, ratio)
-    row, column = np.unravel_index(int(judged.argmax()), judged.shape)
+    judged = np.where(forgiven, 0.0, ratio) if forgiven.any() else ratio
+    row, column = divmod(int(judged.argmax()), judged.shape[1])
     there = judged[row, column]
-    inside = np.where(edge, 0.0, ratio)
-    worst_inside = float(inside.max())
+    # The worst of all is the worst inside, unless it lies at an edge.
+    worst_inside = float(np.where(edge, 0.0, ratio).max() if edge[row, column] else there)
     differ = ratio > 1
     at_edge = differ & edge
     some = bool(at_edge.any())
@@ -162,16 +164,17 @@ def measure(
     everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
     finite = bool(np.isfinite(ours).all())
     within = None if window is None or stage is Stage.RAY else window & edge
+    worst_error = _worst_channel(wrong[row, column], limit[row, column])
     return Measurement(
         worst_ratio=float(there),
         worst_inside=worst_inside,
-        worst_error=float(wrong[row, column]),
-        limit=float(wrong[row, column] / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
-        pixel=(int(column), int(row)),
+        worst_error=worst_error,
+        limit=float(worst_error / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
+        pixel=(column, row),
         ours=tuple(map(float, ours[row, column])),
         theirs=tuple(map(float, theirs[row, column])),
         interior=int(np.count_nonzero(everywhere & ~edge)),
-        over_inside=int(np.count_nonzero(inside > 1)) if worst_inside > 1 else 0,
+        over_inside=int(np.count_nonzero(differ & ~edge)) if worst_inside > 1 else 0,
         edge=int(np.count_nonzero(edge)),
         differ_at_edge=int(np.count_nonzero(at_edge)) if some else 0,
         wrong_at_edge=int(np.count_nonzero(at_edge & ~excused)) if some else 0,

@@ -83,9 +83,18 @@ def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours
 
 def widest_near(image: np.ndarray) -> np.ndarray:
     """Return each pixel's largest value within two pixels, (height, width)."""
-    height, width = image.shape
-    padded = np.pad(image, 2, mode="edge")
-    return np.max([padded[y : y + height, x : x + width] for y in range(5) for x in range(5)], axis=0)
+    return _widest_of_five(_widest_of_five(image, axis=0), axis=1)
+
+
+def _widest_of_five(image: np.ndarray, *, axis: int) -> np.ndarray:
+    """Return each pixel's largest value within two pixels along one axis."""
+    length = image.shape[axis]
+    padded = np.take(image, np.clip(np.arange(-2, length + 2), 0, length - 1), axis=axis)
+    near = [padded[first : first + length] if axis == 0 else padded[:, first : first + length] for first in range(5)]
+    found = near[0]
+    for other in near[1:]:
+        found = np.maximum(found, other)
+    return found
 
 
 def excused(
