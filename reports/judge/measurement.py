@@ -38,13 +38,14 @@ class Measurement:
 
     def as_json(self) -> dict[str, Any]:
         """Return plain JSON data; inf and nan become the strings "inf" and "nan"."""
-        return {name: jsonable(value) for name, value in vars(self).items()}
+        return {
+            name: value if type(value) is int or (type(value) is float and math.isfinite(value)) else jsonable(value)
+            for name, value in vars(self).items()
+        }
 
 
 def jsonable(value: Any) -> Any:
     """Return `value` with numbers that JSON cannot carry written as strings."""
-    if type(value) is int or type(value) is str:
-        return value
     if isinstance(value, float) and not math.isfinite(value):
         return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
     if isinstance(value, tuple | list):

@@ -10,7 +10,7 @@ from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.run.kinds import JUDGE, RECALLING, UNDER_TEST
 from reports.run.memory import Memory
-from reports.run.orders import JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
+from reports.run.orders import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from reports.run.plan import PlannedCase
 from reports.run.pool import Pool
 from reports.run.reproducing import reproduce, write_scene
@@ -66,7 +66,8 @@ class CaseRun:
             if record is not None:
                 self._recognised(record)
                 return
-        self._pool.prepare(JUDGE)
+        # While the references render: a second judge then finds the sentinels judged.
+        self._pool.prepare(JUDGE, GuardTask(cached=self._memory is not None))
         if self._memory is None:
             self._ask(self._references)
         else:

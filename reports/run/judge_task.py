@@ -16,7 +16,7 @@ from reports.judge.remembering import Remembering
 from reports.judge.sentinels import stand_guard
 from reports.judge.summing_up import Judged
 from reports.run.keeping import keep_images, masks
-from reports.run.orders import JudgeTask
+from reports.run.orders import GuardTask, JudgeTask
 from reports.run.reproducing import reproduce, write_scene
 from reports.run.said import said
 from reports.run.supported import count_what_is_supported
@@ -38,9 +38,11 @@ def _excused(witness: Witness) -> bool:
     return witness.error is None and bool(REFERENCES.about(witness.name).get("optional", False))
 
 
-def judge(task: JudgeTask) -> dict[str, Any]:
-    """Judge one case and return its record."""
+def judge(task: JudgeTask | GuardTask) -> dict[str, Any]:
+    """Judge one case and return its record; of sentinels there is none."""
     _guarded(cached=task.cached)
+    if isinstance(task, GuardTask):
+        return {}
     oracle = Remembering(KeepingOracle(_ORACLE) if task.cached else _ORACLE)
     judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions)
     count_what_is_supported(judged, task.candidates)

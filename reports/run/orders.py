@@ -57,6 +57,13 @@ class QuestionTask:
 
 
 @dataclass(frozen=True, kw_only=True)
+class GuardTask:
+    """Judge the sentinels; who judges a case does so first, if nobody did."""
+
+    cached: bool  # that they were judged well may be kept, and taken from the cache
+
+
+@dataclass(frozen=True, kw_only=True)
 class JudgeTask:
     """Judge a case and write its images and scene below `folder`; the answer is the case's record."""
 

@@ -60,12 +60,18 @@ class Pool:
         """Queue a task for a worker of `kind`; `done` gets its reply. `first` puts it before what already waits."""
         (self._waiting.appendleft if first else self._waiting.append)((kind, task, done))
 
-    def prepare(self, kind: str) -> None:
-        """Start a worker of `kind` before its first task, which then finds its imports made."""
+    def prepare(self, kind: str, task: Any = None) -> None:
+        """Start a worker of `kind` before its first task, which then finds its imports made.
+
+        So is `task` done, if there is one, before whatever waits; nobody hears its reply.
+        """
         place = (kind, 0)
-        if place not in self._workers:
-            with contextlib.suppress(OSError):  # it died; its first task will tell
-                self._spawn(place).connection.send(PREPARE)
+        if place in self._workers:
+            return
+        with contextlib.suppress(OSError):  # it died; its first task will tell
+            self._spawn(place).connection.send(PREPARE)
+        if task is not None:
+            self.submit(kind, task, lambda _: None, first=True)
 
     @property
     def idle(self) -> bool:

@@ -1,5 +1,7 @@
 """A worker may abort, leave or hang; it costs one task, never the run."""
 
+import time
+
 import pytest
 
 from reports.run.pool import Pool
@@ -67,3 +69,20 @@ def test_nothing_is_left_of_a_worker_s_temporary_files_however_it_ends(how, tmp_
 @pytest.mark.parametrize("timeout", [1e300, float("inf")])
 def test_a_time_limit_beyond_what_systems_count_is_no_limit(timeout):
     assert replies([("a", "one")], timeout=timeout)["a", "one"].error is None
+
+
+def test_a_prepared_worker_s_own_task_comes_first_and_costs_the_others_nothing():
+    pool, heard = Pool(jobs=1, timeout=5.0, target=obey), []
+    pool.submit("a", "one", lambda reply: heard.append((reply.value, time.monotonic() - start)))
+    pool.prepare("a", "hang")
+    pool.prepare("a", "hang")  # it is prepared already
+    start = time.monotonic()
+    try:
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+
+    [(value, seconds)] = heard
+    assert value == ("a", "one")
+    assert seconds >= 5.0
