@@ -93,6 +93,7 @@ class Illumination:
                     distance=dr.select(exact.mask, hit.distance, types.Float(surfaces.hit.distance)),
                 )
             )
+        world.parameters.store([(hit.position, hit.normal, hit.clearance, hit.distance) for hit in hits])
         return world, hits
 
     def _feeler(self, world: World, hit: Hit, towards: Towards, active: Any) -> Feeler:
@@ -115,7 +116,10 @@ class Illumination:
 
     @cached_property
     def _above(self) -> list[list[Any]]:
-        return [self._above_horizon(towards) for towards in self.towards]
+        above = [self._above_horizon(towards) for towards in self.towards]
+        # Then what follows is the same code for each light.
+        self.world.parameters.store(above)
+        return above
 
     def _unblocked(self, towards: Sequence[Towards], above: Sequence[Any]) -> list[Any]:
         """Return where nothing is in one light's way; below the horizon nobody asks."""
@@ -126,8 +130,10 @@ class Illumination:
         feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
         self._next_step()
         blocked = world.blocked(feelers, world.types.Vector(towards[0].light))
+        free = [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
+        world.parameters.store(free)
         self._next_step()
-        return [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
+        return free
 
     def _next_step(self) -> None:
         if len(self.surfaces) > 1:

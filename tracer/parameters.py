@@ -2,7 +2,9 @@
 
 As literals they save a load each and fold where they can, and every scene compiles a kernel of its own. In memory, the
 scenes of one structure share a kernel: what a scene does not need, such as a transform that is the identity or a
-coefficient that is 0, is left out either way. docs/performance.md has what either costs.
+coefficient that is 0, is left out either way. Where several stages are asked for, and written to memory, each may begin
+from there: its kernel is then shared by scenes and configurations that differ in another stage. docs/performance.md has
+what all of this costs.
 """
 
 from typing import Any, Protocol
@@ -17,6 +19,10 @@ class Parameters(Protocol):
         """Return the Dr.Jit literal `value`, a number, vector or matrix; `name` is its own and says what it is."""
         ...
 
+    def store(self, *values: Any) -> None:
+        """Let a kernel end here, if kernels are to be shared, with `values` (any tree of arrays) in memory."""
+        ...
+
 
 class Literals:
     """Numbers that are part of the code."""
@@ -24,6 +30,9 @@ class Literals:
     def __call__(self, name: str, value: Any) -> Any:
         """Return the value as it is."""
         return value
+
+    def store(self, *values: Any) -> None:
+        """Let the kernel go on."""
 
 
 class Numbers:
@@ -42,6 +51,18 @@ class Numbers:
             dr.make_opaque(copied)
             self._kept[key] = copied
         return self._kept[key]
+
+    def store(self, *values: Any) -> None:
+        """Let the kernel go on."""
+
+
+class Stages(Numbers):
+    """Numbers that are read from memory, and what a stage hands to the next as well."""
+
+    def store(self, *values: Any) -> None:
+        """Let a kernel end here, with the values in memory; inside a loop of the kernel nothing can end."""
+        if not dr.flag(dr.JitFlag.SymbolicScope):
+            dr.eval(*values)
 
 
 LITERALS = Literals()

@@ -1,4 +1,8 @@
-"""Render a scene: the stages that were asked for, in one fused kernel."""
+"""Render a scene: one stage in one fused kernel, several in kernels that begin where the one before ended.
+
+The numbers are the same to the last bit. What is rendered once is mostly compiling, and scenes of different structure
+share most of the shorter kernels.
+"""
 
 from collections.abc import Collection
 from typing import Any
@@ -10,7 +14,7 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from tracer.configuration import Configuration
-from tracer.parameters import Numbers
+from tracer.parameters import Numbers, Stages
 from tracer.plan import Plan
 from tracer.reach import beyond
 from tracer.trace import Trace
@@ -77,10 +81,13 @@ def render(
     refusal = beyond(scene, configuration.precision)
     if refusal is not None:
         raise ValueError(refusal)
-    trace = Trace(scene, configuration, per_side=samples, chosen=chosen, parameters=Numbers())
-    images = {stage: trace.channels(stage) for stage in wanted if stage is not Stage.CAMERA}
+    # What is asked for is written to memory anyway, and the next stage may begin from there.
+    parameters = Stages() if len(wanted) > 1 else Numbers()
+    trace = Trace(scene, configuration, per_side=samples, chosen=chosen, parameters=parameters)
     pixels = _pixels(trace) if Stage.CAMERA in wanted else []
     ndc = trace.ndc if Stage.CAMERA in wanted else []
+    parameters.store(pixels, ndc)
+    images = {stage: trace.channels(stage) for stage in wanted if stage is not Stage.CAMERA}
     dr.eval(list(images.values()), pixels, ndc)
     answers: Answers = {}
     for stage in wanted:

@@ -209,6 +209,12 @@ class Surfaces:
         one_sided = self.constant("one-sided", lambda shape: not shape.two_sided, self.types.Bool)
         return self.configuration["hidden"](self.normal, self.ray.direction) & one_sided
 
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """Return all that light needs to know of them."""
+        needed = (self.mask, self.position, self.normal)
+        return (*needed, self.hidden, self.albedo) if self.shapes else needed
+
     @cached_property
     def albedo(self) -> Any:
         """Return the albedo per channel."""

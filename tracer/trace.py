@@ -85,12 +85,17 @@ class Trace:
         """Return the camera rays, with unit directions."""
         formula = self.configuration["ray"]
         found = [Ray(origin=self._seen_from.eye, direction=formula(self._seen_from, *ndc)) for ndc in self.ndc]
-        self._next_step()
+        self._end([ray.direction for ray in found])
         return found
 
     def _next_step(self) -> None:
         if self.lanes.tile > 1:
             next_step(self.types)
+
+    def _end(self, *values: Any) -> None:
+        """End a stage, which has made `values`."""
+        self._parameters.store(*values)
+        self._next_step()
 
     @property
     def _narrow(self) -> bool:
@@ -100,22 +105,31 @@ class Trace:
         return max(lanes.columns, lanes.rows) * pixel < WIDEST and camera.fovy < 90
 
     @cached_property
-    def hits(self) -> list[Nearest]:
-        """Return the nearest hits of the camera rays."""
-        if self.plan.split:
-            return [self._apart()]
+    def _intervals(self) -> list[Interval]:
+        """Return the part of each camera ray that counts."""
         clip, seen = self.configuration[f"clip_{self.scene.clip}"], self._seen_from
         intervals = []
         for ray in self.rays:
             near, far = clip(ray.direction, seen.forward, seen.near, seen.far)
             intervals.append(Interval(nearest=near, farthest=far))
         self._next_step()
-        found = self.world.nearest(self.rays, intervals, narrow=self._narrow)
-        self._next_step()
+        return intervals
+
+    @cached_property
+    def hits(self) -> list[Nearest]:
+        """Return the nearest hits of the camera rays."""
+        if self.plan.split:
+            (hit,) = self.world.nearest_bodies(self.rays, self._intervals)
+            for grove, met in zip(self.world.groves, self._met_apart(), strict=True):
+                hit = self.world.nearer(grove, hit, *met)
+            found = [hit]
+        else:
+            found = self.world.nearest(self.rays, self._intervals, narrow=self._narrow)
+        self._end([(one.distance, one.shape, one.face, one.number) for one in found])
         return found
 
-    def _apart(self) -> Nearest:
-        """Return the hits of tiles of rays, one per lane, by way of memory."""
+    def _met_apart(self) -> list[tuple[Any, Any]]:
+        """Return t [m] and number of what each ray meets in each tree: by tiles of rays, one per lane, and memory."""
         tiles = Trace(
             self.scene,
             self.configuration,
@@ -124,16 +138,20 @@ class Trace:
             assets=self.assets,
             parameters=self._parameters,
         )
-        Float, Int = self.types.Float, self.types.Int
         count = self.lanes.width * self.lanes.height
-        distance, words = dr.empty(Float, count), [dr.empty(Int, count) for _ in range(3)]
-        for number, hit in zip(tiles.lanes.numbers(tiles.positions), tiles.hits, strict=True):
-            dr.scatter(distance, hit.distance, number, mode=dr.ReduceMode.Permute)
-            for target, value in zip(words, (hit.shape, hit.face, hit.number), strict=True):
-                dr.scatter(target, Int(-1) if value is None else value, number, mode=dr.ReduceMode.Permute)
-        dr.eval(distance, words)
-        shape, face, number = words
-        return Nearest(distance=distance, shape=shape, face=face, number=number)
+        numbers = tiles.lanes.numbers(tiles.positions)
+        rays, intervals = tiles.rays, tiles._intervals
+        self._parameters.store(numbers, [(interval.nearest, interval.farthest) for interval in intervals])
+        found = []
+        for grove in tiles.world.groves:
+            distance, item = dr.empty(self.types.Float, count), dr.empty(self.types.Int, count)
+            met = tiles.world.met(grove, rays, intervals, narrow=tiles._narrow)
+            for number, one in zip(numbers, met, strict=True):
+                for target, value in zip((distance, item), one, strict=True):
+                    dr.scatter(target, value, number, mode=dr.ReduceMode.Permute)
+            found.append((distance, item))
+        dr.eval(found)
+        return found
 
     @cached_property
     def surfaces(self) -> list[Surfaces]:
@@ -149,7 +167,7 @@ class Trace:
         self._next_step()
         for one in self.surfaces:
             _ = one.normal
-        self._next_step()
+        self._end([one.arrays for one in self.surfaces])
         return self.surfaces
 
     @cached_property

@@ -58,6 +58,12 @@ class Feeler:
     skip: Any
     active: Any  # where it is asked for
 
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """Return all that it is made of."""
+        ray, interval = self.ray, self.interval
+        return ray.origin, ray.direction, interval.nearest, interval.farthest, self.skip, self.active
+
 
 def can_shadow_itself(shape: Shape) -> bool:
     """Return whether a shape may stand between a point of its own and a light above that point's horizon.
@@ -137,7 +143,7 @@ class World:
         """Return the tree over all triangles, or None without any."""
         members = tuple((i, shape) for i, shape in enumerate(self.scene.shapes) if self._in_tree(shape) and flat(shape))
         host = host_forest(members) if members else None
-        return None if host is None else Forest(host, self.types, self.assets)
+        return None if host is None else Forest(host, self.types, self.assets, self.parameters)
 
     @cached_property
     def groves(self) -> tuple[Grove, ...]:
@@ -150,7 +156,13 @@ class World:
                 sheared = slot == "square" and not square_vectors(Placement(to_world=shape.to_world))[3]
                 members.setdefault((slot, sheared), []).append((index, shape))
         crowds = [
-            Crowd(host_crowd(tuple(found)), self.types, self.assets, name=f"sheared {slot}" if sheared else slot)
+            Crowd(
+                host_crowd(tuple(found)),
+                self.types,
+                self.assets,
+                name=f"sheared {slot}" if sheared else slot,
+                parameters=self.parameters,
+            )
             for (slot, sheared), found in members.items()
         ]
         return (*crowds, *([] if self.forest is None else [self.forest]))
@@ -177,18 +189,35 @@ class World:
 
         `narrow` says that their directions hardly differ.
         """
-        hits = [self._nearest_body(ray, interval) for ray, interval in zip(rays, intervals, strict=True)]
-        if not self.groves:
-            return hits
+        hits = self.nearest_bodies(rays, intervals)
+        for grove in self.groves:
+            limits = [smaller(hit.distance, interval.farthest) for hit, interval in zip(hits, intervals, strict=True)]
+            met = self.met(grove, rays, intervals, limits=limits, narrow=narrow)
+            self.parameters.store(met)
+            hits = [self.nearer(grove, before, *hit) for before, hit in zip(hits, met, strict=True)]
+        return hits
+
+    def nearest_bodies(self, rays: Sequence[Ray], intervals: Sequence[Interval]) -> list[Nearest]:
+        """Return the nearest hits among the shapes that are unrolled."""
+        return [self._nearest_body(ray, interval) for ray, interval in zip(rays, intervals, strict=True)]
+
+    def met(
+        self,
+        grove: Grove,
+        rays: Sequence[Ray],
+        intervals: Sequence[Interval],
+        *,
+        limits: Sequence[Any] | None = None,
+        narrow: bool = False,
+    ) -> list[tuple[Any, Any]]:
+        """Return t [m] and number of what rays from one point meet first in a tree, within `limits` at least."""
+        limits = [interval.farthest for interval in intervals] if limits is None else limits
+        self.parameters.store(limits)
         width = max(dr.width(ray.direction) for ray in rays)
         prepare(rays, together=narrow)
-        for grove in self.groves:
-            beam = Beam(grove.nodes, rays[0].origin, [ray.direction for ray in rays])
-            walk = Walk(grove=grove, beam=beam, meet=self._meet(grove, rays, intervals))
-            limits = [smaller(hit.distance, interval.farthest) for hit, interval in zip(hits, intervals, strict=True)]
-            met = nearest(walk, closer=self.configuration["nearest"], limits=limits, width=width)
-            hits = [self._nearer(grove, before, *hit) for before, hit in zip(hits, met, strict=True)]
-        return hits
+        beam = Beam(grove.nodes, rays[0].origin, [ray.direction for ray in rays])
+        walk = Walk(grove=grove, beam=beam, meet=self._meet(grove, rays, intervals))
+        return nearest(walk, closer=self.configuration["nearest"], limits=limits, width=width)
 
     def _nearest_body(self, ray: Ray, interval: Interval) -> Nearest:
         closer = self.configuration["nearest"]
@@ -201,7 +230,7 @@ class World:
             face = dr.select(take, 0, face)
         return Nearest(distance=best, shape=shape, face=face, number=None)
 
-    def _nearer(self, grove: Grove, before: Nearest, distance: Any, number: Any) -> Nearest:
+    def nearer(self, grove: Grove, before: Nearest, distance: Any, number: Any) -> Nearest:
         """Return what is nearer, what was hit before or a hit in a tree."""
         met = distance < dr.inf
         index = grove.shape(number, met)
@@ -224,6 +253,7 @@ class World:
         blocked = [self._blocked_by_bodies(feeler) for feeler in feelers]
         rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
         if self.groves:
+            self.parameters.store(blocked, [feeler.arrays for feeler in feelers], light)
             prepare(rays)
         for grove in self.groves:
             active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]

@@ -59,16 +59,60 @@ def kernels() -> set[str]:
 
 def test_fifty_scenes_of_one_structure_compile_one_kernel(precision: str) -> None:
     for seed in range(FAMILY):
-        render(member(seed), IMAGE_STAGES, Configuration(precision=precision))
+        render(member(seed), (Stage.RADIANCE,), Configuration(precision=precision))
 
     assert len(kernels()) == 1
 
 
 def test_scenes_with_a_mesh_share_the_two_kernels_of_their_plan() -> None:
     for seed in range(4):
-        render(member(seed, mesh=True), IMAGE_STAGES, Configuration())
+        render(member(seed, mesh=True), (Stage.RADIANCE,), Configuration())
 
     assert len(kernels()) == 2
+
+
+@pytest.mark.parametrize("mesh", [False, True])
+def test_scenes_of_one_structure_share_the_kernels_of_all_stages(mesh: bool) -> None:
+    render(member(0, mesh=mesh), tuple(Stage), Configuration())
+    one = kernels()
+    for seed in range(1, 8):
+        render(member(seed, mesh=mesh), tuple(Stage), Configuration())
+
+    assert len(one) > 2
+    assert kernels() <= one
+
+
+def test_another_formula_compiles_the_kernel_of_its_stage() -> None:
+    render(member(0, mesh=True), tuple(Stage), Configuration())
+    usual = kernels()
+
+    render(member(0, mesh=True), tuple(Stage), Configuration(formulas={"ray": "inverse_matrices"}))
+
+    # By each of the samples of a tile, and one by one.
+    assert len(kernels() - usual) == 2
+
+
+def test_meshes_of_any_size_share_the_kernels_of_the_tree() -> None:
+    def meshes(times: int) -> set[str]:
+        small = octahedron()
+        mesh = dataclasses.replace(small, faces=[tuple(face) for face in small.faces for _ in range(times)])
+        render(scene(mesh, FLOOR), tuple(Stage), Configuration())
+        return kernels()
+
+    # Trees of an odd number of levels begin with one more choice.
+    assert meshes(4) == meshes(16)
+    assert meshes(4) != meshes(8)
+
+
+@pytest.mark.parametrize("what", [member(3), member(3, mesh=True), everything()], ids=["unrolled", "mesh", "all"])
+def test_stages_by_kernels_of_their_own_are_those_of_one_kernel(what: Scene, precision: str) -> None:
+    configuration = Configuration(precision=precision)
+
+    together = render(what, IMAGE_STAGES, configuration)
+
+    for stage in IMAGE_STAGES:
+        (alone,) = render(what, (stage,), configuration).values()
+        np.testing.assert_array_equal(together[stage], alone)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +150,7 @@ def test_numbers_in_memory_give_what_literals_give(
     configuration = Configuration(precision=precision)
 
     in_memory = render(what, tuple(Stage), configuration)
-    monkeypatch.setattr(rendering, "Numbers", Literals)
+    monkeypatch.setattr(rendering, "Stages", Literals)
     literal = render(what, tuple(Stage), configuration)
 
     for stage in (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.VISIBILITY):

@@ -15,6 +15,7 @@ from tracer.assets import Assets, packets
 from tracer.configuration import Configuration
 from tracer.gathered import GatheredPlacement
 from tracer.geometry import HALF, SLOTS, CubeArrays, SphereArrays, SquareArrays, square_vectors
+from tracer.parameters import Parameters
 from tracer.placement import Placement
 from tracer.rays import Interval, Ray
 
@@ -81,9 +82,11 @@ def host_crowd(members: Members) -> HostCrowd:
 class Crowd:
     """The tree and its shapes as Dr.Jit arrays."""
 
-    def __init__(self, host: HostCrowd, types: ArrayTypes, assets: Assets, *, name: str) -> None:
+    def __init__(
+        self, host: HostCrowd, types: ArrayTypes, assets: Assets, *, name: str, parameters: Parameters
+    ) -> None:
         self.host, self.types, self._assets, self._name = host, types, assets, name
-        self.nodes = Nodes(host.nodes, types, assets, name=name)
+        self.nodes = Nodes(host.nodes, types, assets, name=name, parameters=parameters)
 
     def item(self, slot: Any) -> tuple[Any, Any]:
         """Return (placement or None, what the formula is given) of the shape in a slot, and its index in the scene."""

@@ -14,6 +14,7 @@ from tracer.arrays import ArrayTypes
 from tracer.assets import Assets, aligned, packets
 from tracer.configuration import Configuration
 from tracer.geometry import TriangleArrays
+from tracer.parameters import LITERALS, Parameters
 from tracer.rays import Interval, Ray
 from tracer.triangles import baked, degenerate, in_pieces, object_normals, slenderness
 
@@ -125,9 +126,9 @@ def host_forest(meshes: Meshes) -> HostForest | None:
 class Forest:
     """The tree and its triangles as Dr.Jit arrays."""
 
-    def __init__(self, host: HostForest, types: ArrayTypes, assets: Assets) -> None:
+    def __init__(self, host: HostForest, types: ArrayTypes, assets: Assets, parameters: Parameters = LITERALS) -> None:
         self.types, self.host, self._assets = types, host, assets
-        self.nodes = Nodes(host.nodes, types, assets, name="forest")
+        self.nodes = Nodes(host.nodes, types, assets, name="forest", parameters=parameters)
 
     @property
     def _kind(self) -> Any:

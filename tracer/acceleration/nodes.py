@@ -16,6 +16,7 @@ import numpy as np
 from tracer.acceleration.build import Tree
 from tracer.arrays import ArrayTypes
 from tracer.assets import Assets, aligned, packets
+from tracer.parameters import Parameters
 
 STEPS = 65535
 CHILDREN, AXES = 4, 3
@@ -120,8 +121,13 @@ def _high(word: Any) -> Any:
 class Nodes:
     """The boxes as Dr.Jit arrays. Base and step are numbers in memory, so that meshes of one size share a kernel."""
 
-    def __init__(self, host: HostNodes, types: ArrayTypes, assets: Assets, *, name: str) -> None:
-        self.host, self.leaves, self.size, self.types = host, host.leaves, host.size, types
+    def __init__(
+        self, host: HostNodes, types: ArrayTypes, assets: Assets, *, name: str, parameters: Parameters
+    ) -> None:
+        self.host, self.size, self.types = host, host.size, types
+        # A scene that is rendered once shares its kernels with trees of any number of leaves.
+        self.leaves = parameters(f"{name} leaves", types.UInt(host.leaves))
+        self._shift = parameters(f"{name} shift", types.UInt(33 - host.leaves.bit_length()))
         self.words = assets.upload(f"{name} nodes", types.UInt, lambda: host.words)
         self._total = assets.upload(f"{name} slots", types.UInt, lambda: host.total)
         self._grid = assets.floats(f"{name} grid", types, lambda: np.concatenate([host.base, host.step]))
@@ -148,13 +154,13 @@ class Nodes:
     @property
     def halves(self) -> bool:
         """Return whether there are two roots, the nodes 2 and 3, instead of one, node 1."""
-        return self.leaves.bit_length() % 2 == 0
+        return self.host.leaves.bit_length() % 2 == 0
 
     def slots(self, leaf: Any) -> list[Any]:
         """Return the slots of a leaf, counted from 0; where it is a smaller one, the last is the next leaf's first."""
-        if self.leaves == 1:
+        if self.host.leaves == 1:
             return [self.types.UInt(place) for place in range(self.size)]
         total = dr.gather(self.types.UInt, self._total, self.types.UInt(0))
         # leaf total / leaves, rounded down: the product has more bits than a word.
-        first: Any = dr.mul_hi(leaf << (33 - self.leaves.bit_length()), total)
+        first: Any = dr.mul_hi(leaf << self._shift, total)
         return [first + place for place in range(self.size)]
