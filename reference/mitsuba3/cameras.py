@@ -4,6 +4,7 @@ Mitsuba's camera space has x to the left; its projection ends on the film, where
 to 1.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,12 @@ from reference.mitsuba3.worlds import World
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
 FILM_TO_CLIP = np.array([[2.0, 0, 0, -1], [0, -2.0, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1]])
 # Where the frustum's edges meet the film, in the order that the answer keeps.
-FILM_CORNERS = ((0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0))
+FILM_CORNERS = np.array([(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)])
+
+Ends = Callable[[World, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
-def camera_answer(world: World, camera: Camera) -> dict[str, np.ndarray]:
+def camera_answer(world: World, camera: Camera, ends: Ends) -> dict[str, np.ndarray]:
     """Return the matrices, the frustum's corners [m] and the pixels' coordinates, as `cases.answers` orders them."""
     to_world, to_film = world.sensor.world_transform(), world.sensor.projection_transform()
     # The film coordinates that Mitsuba is handed, in the precision that it takes.
@@ -29,22 +32,11 @@ def camera_answer(world: World, camera: Camera) -> dict[str, np.ndarray]:
         "view_inverse": _matrix(to_world) @ MIRROR,
         "projection": FILM_TO_CLIP @ _matrix(to_film) @ MIRROR,
         "projection_inverse": MIRROR @ _matrix(to_film.inverse()) @ np.linalg.inv(FILM_TO_CLIP),
-        "frustum_corners": _corners(world),
+        "frustum_corners": np.concatenate(ends(world, FILM_CORNERS)),
         "ndc": (film * (2.0, -2.0) + (-1.0, 1.0)).reshape(*size[::-1], 2),
         "pixel": (film * size).reshape(*size[::-1], 2),
     }
 
 
-def _corners(world: World) -> np.ndarray:
-    """Return the ends of the rays through the film's corners, which lie on the near and on the far plane."""
-    mi = world.mi
-    rays = [world.sensor.sample_ray(0.0, 0.0, mi.Point2f(x, y), mi.Point2f(0.5, 0.5))[0] for x, y in FILM_CORNERS]
-    return np.array([_point(ray.o) for ray in rays] + [_point(ray(ray.maxt)) for ray in rays])
-
-
 def _matrix(transform: Any) -> np.ndarray:
     return np.asarray(transform.matrix, dtype=np.float64).reshape(4, 4)
-
-
-def _point(point: Any) -> np.ndarray:
-    return np.asarray(point, dtype=np.float64).ravel()

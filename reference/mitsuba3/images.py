@@ -1,13 +1,17 @@
 """Radiance as an image from Mitsuba's own `direct` integrator through its own camera."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from cases.scene import Camera, Scene
 from reference.mitsuba3.tracing import Hits
 from reference.mitsuba3.worlds import World
 
+Image = Callable[[World, int], np.ndarray]
 
-def radiance(world: World, scene: Scene, samples: int) -> np.ndarray:
+
+def radiance(world: World, scene: Scene, image: Image, samples: int) -> np.ndarray:
     """Return the mean radiance [W/(m^2 sr)] over samples x samples points per pixel, (height, width, 3).
 
     One pass per light, summed here in float64.
@@ -15,7 +19,7 @@ def radiance(world: World, scene: Scene, samples: int) -> np.ndarray:
     total = np.zeros((scene.camera.height, scene.camera.width, 3))
     for light in scene.lights:
         world.place(light)
-        total += np.asarray(world.mi.render(world.loaded, spp=samples * samples, seed=0), dtype=np.float64)
+        total += image(world, samples)
     return total
 
 

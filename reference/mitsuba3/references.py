@@ -25,7 +25,7 @@ class _Mitsuba:
 
     precision = "float32"
     variant: ClassVar[str]
-    tracing: ClassVar[Any]  # a module with `trace` and `feel`
+    tracing: ClassVar[Any]  # a module with `trace`, `feel`, `ends` and `image`
 
     def version(self) -> str:
         """Return program, version and variant."""
@@ -49,11 +49,12 @@ class _Mitsuba:
             hits = self.tracing.trace(world, camera, own_interval(scene))
             found = answers(scene, world, hits, self.tracing.feel, traced)
             if Stage.CAMERA in traced:
-                found[Stage.CAMERA] = camera_answer(world, camera)
+                found[Stage.CAMERA] = camera_answer(world, camera, self.tracing.ends)
             if scene.clip != "depth":
                 near, far = clip_planes_beyond(camera, hits)
         if Stage.RADIANCE in stages:
-            found[Stage.RADIANCE] = radiance(build(mi, scene, near=near, far=far, samples=samples), scene, samples)
+            world = build(mi, scene, near=near, far=far, samples=samples)
+            found[Stage.RADIANCE] = radiance(world, scene, self.tracing.image, samples)
         return found
 
     def epsilon(self, scene: Scene) -> float:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from cases.scene import Camera, PointLight
+from reference.mitsuba3.compiling import apart
 from reference.mitsuba3.tracing import Feelers, Hits, Interval, pixel_centers
 from reference.mitsuba3.worlds import World
 
@@ -14,8 +15,7 @@ def trace(world: World, camera: Camera, interval: Interval | None) -> Hits:
     import drjit as dr
 
     mi = world.mi
-    x, y = pixel_centers(camera).astype(np.float32).T
-    ray, _ = world.sensor.sample_ray(0.0, 0.0, mi.Point2f(mi.Float(x), mi.Float(y)), mi.Point2f(0.5, 0.5))
+    ray, _ = _rays(world, pixel_centers(camera))
     if interval is not None:
         # Opaque, so that one kernel serves every camera.
         start, end = dr.opaque(mi.Float, interval.start), dr.opaque(mi.Float, interval.end - interval.start)
@@ -43,12 +43,36 @@ def feel(world: World, hits: Hits, light: PointLight, asked: np.ndarray) -> Feel
 
     mi = world.mi
     world.place(light)
-    active = mi.Bool(asked)
+    active = mi.Bool(asked.tolist())
     feeler = hits.interactions.spawn_ray_to(dr.opaque(mi.Point3f, light.position))
     free = ~world.loaded.ray_test(feeler, active) & active
     arriving = world.emitter.sample_direction(hits.interactions, mi.Point2f(0.5, 0.5), active)[1]
     dr.eval(free, arriving)
     return Feelers(free=free.numpy(), arriving=np.where(asked[:, np.newaxis], _rows(arriving), 0.0))
+
+
+def ends(world: World, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the rays through points of the film (n, 2) start and where they end [m], (n, 3) each."""
+    ray, end = _rays(world, film)
+    return _rows(ray.o), _rows(end)
+
+
+def image(world: World, samples: int) -> np.ndarray:
+    """Return what Mitsuba's integrator makes of the light in place, (height, width, 3)."""
+    integrator = apart(world.mi, world.loaded.integrator())
+    return np.asarray(world.mi.render(world.loaded, integrator=integrator, spp=samples * samples, seed=0))
+
+
+def _rays(world: World, film: np.ndarray) -> tuple[Any, Any]:
+    """Return the rays through points of the film (n, 2) and where they end, by one short kernel for a camera."""
+    import drjit as dr
+
+    mi = world.mi
+    x, y = (_float(mi, column) for column in film.T)
+    ray, _ = world.sensor.sample_ray(0.0, 0.0, mi.Point2f(x, y), mi.Point2f(0.5, 0.5))
+    end = ray(ray.maxt)
+    dr.eval(ray, end)
+    return ray, end
 
 
 def _shape_indices(world: World, identity: Any, valid: Any) -> np.ndarray:
@@ -62,5 +86,11 @@ def _shape_indices(world: World, identity: Any, valid: Any) -> np.ndarray:
     return np.where(hit, table[np.where(hit, np.asarray(identity), 0)], -1)
 
 
+def _float(mi: Any, numbers: np.ndarray) -> Any:
+    """Return numbers in Dr.Jit's own memory: numpy's it would use in place, and how that is aligned is compiled in."""
+    return mi.Float(numbers.astype(np.float32).tolist())
+
+
 def _rows(vector: Any) -> np.ndarray:
-    return np.asarray(vector, dtype=np.float64).T
+    """Return the vectors, (n, 3), component by component: to interleave them, Dr.Jit compiles a kernel for every n."""
+    return np.stack([np.asarray(component, dtype=np.float64) for component in vector]).T

@@ -4,6 +4,7 @@ Source: the manual pages oconv(1) and rtrace(1) of Radiance 6.0, and the package
 """
 
 import os
+import re
 import subprocess
 import sys
 from functools import lru_cache
@@ -20,8 +21,11 @@ OPTIONS = (
     *("-dj", "0", "-dt", "0", "-dc", "1", "-ds", "0", "-dr", "0", "-lr", "0", "-lw", "0", "-st", "0"),
 )
 NUMBER = 8  # bytes
+# Text amid binary: a name ends at a tab, its ten numbers follow.
+HIT = re.compile(rb"([^\t]+)\t(.{%d})" % (10 * NUMBER), re.DOTALL)
 
 
+@lru_cache(maxsize=1)
 def folder() -> Path | None:
     """Return where pyradiance keeps its programs and their library, or None where it is not installed."""
     found = find_spec("pyradiance")
@@ -70,20 +74,12 @@ def first_hits(place: Path, name: str, rays: np.ndarray, limited: bool) -> tuple
     These are the ray's unit direction, the distance to the hit (1e10 for none), its position and its normal.
     """
     data = _trace(place, name, rays, "-osdLpN", limited=limited)
-    size = 10 * NUMBER
-    names, starts, end = [], [], 0
-    for _ in range(len(rays)):
-        # Text amid binary: a name ends at a tab, its numbers follow.
-        tab = data.find(b"\t", end)
-        if tab < 0:
-            break
-        names.append(data[end:tab])
-        starts.append(tab + 1)
-        end = tab + 1 + size
-    if len(names) != len(rays) or end != len(data):
-        raise RuntimeError(f"rtrace's answer to {len(rays)} rays ends after {len(names)}")
-    places = np.array(starts, dtype=int)[:, np.newaxis] + np.arange(size)
-    return names, np.frombuffer(data, dtype=np.uint8)[places].view("<f8").reshape(-1, 10)
+    found = HIT.findall(data)
+    names, numbers = [name for name, _ in found], b"".join([ten for _, ten in found])
+    # Whatever lies between two records is missing in the sum.
+    if len(found) != len(rays) or len(found) + len(b"".join(names)) + len(numbers) != len(data):
+        raise RuntimeError(f"rtrace's answer to {len(rays)} rays holds {len(found)} hits in {len(data)} bytes")
+    return names, np.frombuffer(numbers, dtype="<f8").reshape(-1, 10)
 
 
 def _trace(place: Path, name: str, rays: np.ndarray, output: str, *, limited: bool) -> bytes:

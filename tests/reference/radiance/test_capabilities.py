@@ -81,6 +81,7 @@ def test_it_is_an_independent_witness_that_is_always_asked(radiance):
 
 def test_it_says_how_to_install_what_is_missing(monkeypatch):
     monkeypatch.setattr(programs, "find_spec", lambda name: None)
+    monkeypatch.setattr(programs, "folder", programs.folder.__wrapped__)  # nothing was found before
 
     assert "pip install pyradiance" in str(Radiance.missing())
     assert importlib.util.find_spec is not programs.find_spec
