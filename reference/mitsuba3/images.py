@@ -1,6 +1,6 @@
 """Radiance as an image from Mitsuba's own `direct` integrator through its own camera."""
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -8,10 +8,8 @@ from cases.scene import Camera, Scene
 from reference.mitsuba3.tracing import Hits
 from reference.mitsuba3.worlds import World
 
-Image = Callable[[World, int], np.ndarray]
 
-
-def radiance(world: World, scene: Scene, image: Image, samples: int) -> np.ndarray:
+def radiance(world: World, scene: Scene, integrator: Any, samples: int) -> np.ndarray:
     """Return the mean radiance [W/(m^2 sr)] over samples x samples points per pixel, (height, width, 3).
 
     One pass per light, summed here in float64.
@@ -19,7 +17,8 @@ def radiance(world: World, scene: Scene, image: Image, samples: int) -> np.ndarr
     total = np.zeros((scene.camera.height, scene.camera.width, 3))
     for light in scene.lights:
         world.place(light)
-        total += image(world, samples)
+        image = world.mi.render(world.loaded, integrator=integrator, spp=samples * samples, seed=0)
+        total += np.asarray(image, dtype=np.float64)
     return total
 
 

@@ -25,7 +25,7 @@ class _Mitsuba:
 
     precision = "float32"
     variant: ClassVar[str]
-    tracing: ClassVar[Any]  # a module with `trace`, `feel`, `ends` and `image`
+    tracing: ClassVar[Any]  # a module with `trace`, `feel`, `ends` and `integrator`
 
     def version(self) -> str:
         """Return program, version and variant."""
@@ -54,7 +54,7 @@ class _Mitsuba:
                 near, far = clip_planes_beyond(camera, hits)
         if Stage.RADIANCE in stages:
             world = build(mi, scene, near=near, far=far, samples=samples)
-            found[Stage.RADIANCE] = radiance(world, scene, self.tracing.image, samples)
+            found[Stage.RADIANCE] = radiance(world, scene, self.tracing.integrator(world), samples)
         return found
 
     def epsilon(self, scene: Scene) -> float:

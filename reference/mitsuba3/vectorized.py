@@ -57,10 +57,9 @@ def ends(world: World, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return _rows(ray.o), _rows(end)
 
 
-def image(world: World, samples: int) -> np.ndarray:
-    """Return what Mitsuba's integrator makes of the light in place, (height, width, 3)."""
-    integrator = apart(world.mi, world.loaded.integrator())
-    return np.asarray(world.mi.render(world.loaded, integrator=integrator, spp=samples * samples, seed=0))
+def integrator(world: World) -> Any:
+    """Return the scene's own, compiled apart from camera and film."""
+    return apart(world.mi, world.loaded.integrator())
 
 
 def _rays(world: World, film: np.ndarray) -> tuple[Any, Any]:

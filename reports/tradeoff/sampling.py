@@ -114,6 +114,6 @@ def _mitsuba(variant: str, scene: Scene, per_side: int, clock: str) -> Launch:
     def once() -> float:
         variants.load(variant)
         seconds = kernel_seconds if clock == "kernels" else wall_seconds
-        return seconds(lambda: radiance(world, scene, per_side))
+        return seconds(lambda: radiance(world, scene, world.loaded.integrator(), per_side))
 
     return once
