@@ -9,6 +9,7 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage, upto
 from reports.judge.calibration import calibration
+from reports.judge.channels import all_of, largest, length
 from reports.judge.classes import Classes
 from reports.judge.conditioning import Conditioning
 from reports.judge.ground import Ground
@@ -51,6 +52,10 @@ class Bench:
         rounding = self.ground.together(*self._roundoffs, by_matrices=self._by_matrices)
         if not self._coarse:
             return rounding
+        return self.ground.once(("coarse", self.rounding), (), lambda: self._coarsened(rounding))
+
+    def _coarsened(self, rounding: Limits) -> Limits:
+        """Return limits with the parties' output steps added."""
         truth, whole = self.truth, dict(rounding.end_to_end)
         for stage in whole:
             whole[stage] = whole[stage] + sum(one.step(stage, truth[stage]) for one in self._coarseness)
@@ -58,7 +63,7 @@ class Bench:
         moved, turned = (self._coarseness[0].step(stage, truth[stage]) for stage in (Stage.POSITION, Stage.NORMAL))
         cosine = rounding.cosine.copy()
         for index, light in enumerate(self.scene.lights):
-            r = np.linalg.norm(np.asarray(light.position) - truth[Stage.POSITION], axis=-1)
+            r = length(np.asarray(light.position) - truth[Stage.POSITION])
             cosine[..., index] += np.divide(moved, r, out=np.zeros_like(r), where=r > 0) + turned
         return replace(rounding, end_to_end=whole, cosine=cosine, position=rounding.position + moved)
 
@@ -86,13 +91,12 @@ class Bench:
 
     def _largest(self, stage: Stage) -> np.ndarray:
         limit = self.limits.end_to_end[stage]
-        return limit.max(axis=-1) if limit.ndim == 3 else limit
+        return largest(limit) if limit.ndim == 3 else limit
 
     def _classes(self, shadow_epsilon: float | np.ndarray) -> Classes:
         """Return the classes for one epsilon; kept on the ground, since many parties round and step alike."""
         g = max(self._roundoffs, key=lambda each: each(1))
-        key = None if self._coarse else (*(each.key for each in self._roundoffs), self._by_matrices)
-        return self.ground.classes(self.limits, g, shadow_epsilon, key=key)
+        return self.ground.classes(self.limits, g, shadow_epsilon, key=self.rounding)
 
     @cached_property
     def _coarseness(self) -> tuple[Coarseness, Coarseness]:
@@ -165,10 +169,8 @@ class Bench:
     @cached_property
     def rounding(self) -> tuple:
         """Return what the limits of this bench depend on beside the ground."""
-        parties = (self.candidate, self.witness)
-        steps = tuple((stage, one) for party in parties for stage, one in party.resolutions.items())
-        names = tuple(party.name for party in parties) if steps else ()
-        return tuple(each.key for each in self._roundoffs), self._by_matrices, steps, names
+        steps = tuple(tuple(party.resolutions.items()) for party in (self.candidate, self.witness))
+        return tuple(each.key for each in self._roundoffs), self._by_matrices, steps
 
     @cached_property
     def _rules(self) -> tuple:
@@ -187,7 +189,7 @@ class Bench:
             good = self._excused(stage, theirs, limit, edge, continued=False)
         else:
             finite = np.isfinite(self.candidate.answers[stage])
-            good = np.ones(shape, dtype=bool) if finite.all() else finite.all(axis=-1)
+            good = np.ones(shape, dtype=bool) if finite.all() else all_of(finite)
         return self._measure(stage, theirs, limit, edge, good)
 
     def inside(self, stage: Stage) -> np.ndarray:
@@ -247,7 +249,7 @@ class Bench:
             either = (self.classes.light | self.classes.outline[..., np.newaxis]) & np.isin(ours, (0.0, 1.0))
             theirs = np.where(either, ours, theirs)
             edge = edge | self.classes.edge(stage)
-            good = np.all(ours == theirs, axis=-1)
+            good = all_of(ours == theirs)
         return measure(
             stage,
             ours,

@@ -16,6 +16,7 @@ import numpy as np
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
+from reports.judge.channels import any_of, dot, length
 from reports.judge.conditioning import Conditioning, surface_error
 from reports.judge.limits import HIT, Limits, Roundoff
 from reports.judge.sides import widest_near
@@ -64,7 +65,7 @@ class Classes:
     @cached_property
     def undecided(self) -> np.ndarray:
         """Return the pixels (height, width) of which some light is undecided."""
-        return np.any(self.light, axis=-1)
+        return any_of(self.light)
 
     @cached_property
     def _lit_edge(self) -> np.ndarray:
@@ -110,9 +111,9 @@ def unlit(scene: Scene, truth: Answers, edges: Edges, conditioning: Conditioning
         blocker = _typical_point(truth, c)
         for index, one in enumerate(scene.lights):
             toward = np.asarray(one.position) - truth[Stage.POSITION]
-            r = np.linalg.norm(toward, axis=-1)
+            r = length(toward)
             with np.errstate(divide="ignore", invalid="ignore"):
-                cosine = np.abs(np.sum(toward * truth[Stage.NORMAL], axis=-1)) / r
+                cosine = np.abs(dot(toward, truth[Stage.NORMAL])) / r
                 # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
                 throw = np.maximum(1.0, r / np.min(r[c.hit], initial=np.inf))
                 lit = _Lit(

@@ -7,6 +7,7 @@ import numpy as np
 from cases.case import Case
 from cases.stages import Stage
 from reports.judge.bench import Bench
+from reports.judge.channels import largest
 from reports.judge.expectations import judge
 from reports.judge.limits import Roundoff
 from reports.judge.measurement import jsonable
@@ -55,7 +56,7 @@ def _slack(bench: Bench, stage: Stage) -> float:
     """Return the candidate's own rounding relative to the image's typical value: the median of limit over value."""
     if stage is Stage.VISIBILITY:
         return Roundoff(bench.candidate.precision)(64)
-    value, limit = np.abs(bench.truth[stage]).max(axis=-1), bench.limits.end_to_end[stage]
-    limit = limit.max(axis=-1) if limit.ndim == 3 else limit
+    value, limit = largest(np.abs(bench.truth[stage])), bench.limits.end_to_end[stage]
+    limit = largest(limit) if limit.ndim == 3 else limit
     good = bench.conditioning.hit & (value > 0) & np.isfinite(value)
     return float(np.median(limit[good] / value[good])) if np.any(good) else 0.0

@@ -15,6 +15,7 @@ from cases.answers import Answers
 from cases.baking import world_triangles
 from cases.scene import IDENTITY, Camera, Mesh, Scene, Shape, Sphere, Triangle
 from cases.stages import Stage
+from reports.judge.channels import crossed, dot, largest, length
 
 # A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
 LEAST_COSINE = 1e-9
@@ -75,7 +76,7 @@ def condition(scene: Scene, truth: Answers) -> Conditioning:
     shape = objects.shape[:2]
     hit = objects[..., 0] >= 0
     cosine = np.ones(shape)
-    cosine[hit] = np.abs(np.sum(truth[Stage.NORMAL][hit] * directions[hit], axis=-1)).clip(LEAST_COSINE)
+    cosine[hit] = np.abs(dot(truth[Stage.NORMAL][hit], directions[hit])).clip(LEAST_COSINE)
     distance = np.where(hit, truth[Stage.DISTANCE][..., 0], 0.0)
     fields = {name: np.zeros(shape) for name in ("surface", "point", "local", "curvature", "baking")} | {
         "matrix": np.ones(shape)
@@ -108,16 +109,16 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
         corners = world_triangles(shape).astype(np.float64)
         faces = corners[truth[Stage.OBJECT][mask][:, 1].astype(int)]
         reach = distance[mask] + _longest_edge(faces)
-        surface = np.sum(normal * (eye + position), axis=-1) + reach * _aspect(faces)
-        point = np.linalg.norm(eye + position, axis=-1) + reach
-        moved = 0.0 if shape.to_world == IDENTITY else np.linalg.norm(position, axis=-1) / _least_height(faces)
+        surface = dot(normal, eye + position) + reach * _aspect(faces)
+        point = length(eye + position) + reach
+        moved = 0.0 if shape.to_world == IDENTITY else length(position) / _least_height(faces)
         return {"surface": surface, "point": point, "matrix": number * _aspect(faces), "baking": moved}
     carried = _carried(shape, eye, position)
-    factors = {"surface": np.sum(normal * carried, axis=-1), "point": np.linalg.norm(carried, axis=-1)}
+    factors = {"surface": dot(normal, carried), "point": length(carried)}
     factors["matrix"] = np.full(len(normal), number)
     if isinstance(shape, Sphere):
         arrived = (position + shift) @ np.abs(inverse).T + np.abs(np.asarray(shape.center))
-        factors["local"] = np.linalg.norm(arrived, axis=-1) / shape.radius
+        factors["local"] = length(arrived) / shape.radius
         factors["curvature"] = singular[0] / (singular[2] ** 2 * shape.radius)
     return factors
 
@@ -139,20 +140,19 @@ def surface_error(shape: Shape, start: np.ndarray, end: np.ndarray, *, face: int
     if isinstance(shape, Triangle | Mesh):
         corners = world_triangles(shape).astype(np.float64)
         faces = corners if face is None else corners[face : face + 1]
-        reach = np.linalg.norm(end - start, axis=-1) + float(np.median(_longest_edge(faces)))
-        aspect = float(np.median(_aspect(faces)))
-        return np.linalg.norm(np.abs(start) + np.abs(end), axis=-1) + reach * aspect
-    return np.linalg.norm(_carried(shape, start, end), axis=-1)
+        edge, aspect = float(np.median(_longest_edge(faces))), float(np.median(_aspect(faces)))
+        return length(np.abs(start) + np.abs(end)) + (length(end - start) + edge) * aspect
+    return length(_carried(shape, start, end))
 
 
 def _longest_edge(faces: np.ndarray) -> np.ndarray:
     """Return the longest edge of triangles (n, 3, 3) [m]."""
-    return np.linalg.norm(faces - np.roll(faces, 1, axis=1), axis=-1).max(axis=1)
+    return largest(length(faces - np.roll(faces, 1, axis=1)))
 
 
 def _least_height(faces: np.ndarray) -> np.ndarray:
     """Return the least height of triangles (n, 3, 3) [m], 0 where they have no area."""
-    twice_area = np.linalg.norm(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]), axis=-1)
+    twice_area = crossed(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     longest = _longest_edge(faces)
     return np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
 
@@ -160,7 +160,7 @@ def _least_height(faces: np.ndarray) -> np.ndarray:
 def _aspect(faces: np.ndarray) -> np.ndarray:
     """Return |E1||E2| / |E1 x E2| of triangles (n, 3, 3), the largest of the three corners'."""
     first, second = np.roll(faces, -1, axis=1) - faces, np.roll(faces, 1, axis=1) - faces
-    products = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
-    twice_area = np.linalg.norm(np.cross(first, second), axis=-1)
+    products = length(first) * length(second)
+    twice_area = crossed(first, second)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.nan_to_num(products / twice_area, nan=np.inf).max(axis=1)
+        return largest(np.nan_to_num(products / twice_area, nan=np.inf))

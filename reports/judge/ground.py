@@ -61,22 +61,15 @@ class Ground:
             self._known[whole] = (objects, found())
         return self._known[whole][1]
 
-    def classes(self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, *, key: tuple | None) -> Classes:
-        """Return the pixel classes under limits; `key` says which ones these are, None that they are not kept."""
-        epsilon = np.asarray(shadow_epsilon, dtype=np.float64)
-        whole = None if key is None else (*key, epsilon.tobytes())
-        found = None if whole is None else self._classes.get(whole)
-        if found is None:
+    def classes(self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, *, key: tuple) -> Classes:
+        """Return the pixel classes under limits; `key` says which ones these are."""
+        whole = (*key, np.asarray(shadow_epsilon, dtype=np.float64).tobytes())
+        if whole not in self._classes:
             about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
-            before = None if key is None else self._unlit.get(key)
-            if before is None:
-                before = unlit(*about)
-                if key is not None:
-                    self._unlit[key] = before
-            found = classify(*about, shadow_epsilon=shadow_epsilon, before=before)
-            if whole is not None:
-                self._classes[whole] = found
-        return found
+            if key not in self._unlit:
+                self._unlit[key] = unlit(*about)
+            self._classes[whole] = classify(*about, shadow_epsilon=shadow_epsilon, before=self._unlit[key])
+        return self._classes[whole]
 
 
 def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known: Answers) -> Ground:

@@ -16,6 +16,7 @@ from cases.answers import Answers
 from cases.rounding import gamma
 from cases.scene import Scene
 from cases.stages import Stage
+from reports.judge.channels import length
 from reports.judge.conditioning import Conditioning
 
 RAY = 16  # axes 8 (difference, two normalisations, cross product), combination 4, normalisation 4
@@ -128,7 +129,7 @@ def _light(scene: Scene, answers: Answers, g: Roundoff, position_error, normal_e
     power = 3 if scene.shading == "inverse_square" else 1
     for index, light in enumerate(scene.lights):
         place = np.asarray(light.position, dtype=np.float64)
-        r = np.linalg.norm(place - position, axis=-1)
+        r = length(place - position)
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             relative = g(LIGHT) + g(2) * power * (np.linalg.norm(place) + r) / r
             relative = relative + power * position_error / r + normal_error

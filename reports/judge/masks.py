@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from reports.judge.channels import any_of
 from reports.judge.classes import Classes, Edges
 
 # Bits of a mask; a pixel may be several things.
@@ -19,6 +20,6 @@ def mask(classes: Classes, edges: Edges) -> np.ndarray:
     found[classes.flagged] |= FLAGGED
     if classes.light.shape[-1]:
         shadow = edges.shadow < edges.terminator
-        found[(classes.light & shadow).any(axis=-1)] |= SHADOW
-        found[(classes.light & ~shadow).any(axis=-1)] |= TERMINATOR
+        found[any_of(classes.light & shadow)] |= SHADOW
+        found[any_of(classes.light & ~shadow)] |= TERMINATOR
     return found

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from cases.stages import Stage
+from reports.judge.channels import any_of, crossed, dot, largest, length
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
 VECTORS = (*DIRECTIONS, Stage.POSITION)
@@ -68,29 +69,12 @@ def error(stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
         if not np.isfinite(difference).all():
             difference = np.where(ours == theirs, 0.0, difference)
         if stage in DIRECTIONS:
-            distance = _length(difference)
-            angle = np.arctan2(_crossed(ours, theirs), _dot(ours, theirs))
+            distance = length(difference)
+            angle = np.arctan2(crossed(ours, theirs), dot(ours, theirs))
             return np.where(distance == 0, 0.0, np.maximum(angle, distance))
         if stage is Stage.POSITION:
-            return _length(difference)
+            return length(difference)
     return difference
-
-
-def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return dot products over the last axis; by channel, since NumPy reduces short axes slowly."""
-    return one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1] + one[..., 2] * other[..., 2]
-
-
-def _length(vectors: np.ndarray) -> np.ndarray:
-    return np.sqrt(_dot(vectors, vectors))
-
-
-def _crossed(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the lengths of cross products."""
-    x, y, z = (one[..., channel] for channel in range(3))
-    u, v, w = (other[..., channel] for channel in range(3))
-    across, down, along = y * w - z * v, z * u - x * w, x * v - y * u
-    return np.sqrt(across * across + down * down + along * along)
 
 
 def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -108,10 +92,7 @@ def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray
     ratio = _over(wrong, limit)
     if wrong.ndim < ours.ndim:
         return ratio, wrong
-    worst = ratio[..., 0]
-    for channel in range(1, ratio.shape[-1]):
-        worst = np.maximum(worst, ratio[..., channel])
-    return worst, wrong
+    return largest(ratio), wrong
 
 
 def _over(wrong: np.ndarray, limit: np.ndarray) -> np.ndarray:
@@ -182,7 +163,7 @@ def measure(
         in_window=int(np.count_nonzero(within)) if within is not None else 0,
         differ_in_window=int(np.count_nonzero(within & differ)) if within is not None and some else 0,
         hit_miss=int(np.count_nonzero(misses & ~edge)) if misses is not None else 0,
-        nan=0 if finite else int(np.count_nonzero(np.isnan(ours).any(axis=-1))),
+        nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(ours)))),
         inf=0 if finite else _new_infinities(ours, theirs, forgiven),
         flagged=int(np.count_nonzero(flagged)),
         ulp=_ulp(ours[row, column], theirs[row, column], precision),
@@ -191,7 +172,7 @@ def measure(
 
 def _new_infinities(ours: np.ndarray, theirs: np.ndarray, forgiven: np.ndarray) -> int:
     """Return how many pixels are infinite where the reference is finite."""
-    return int(np.count_nonzero((np.isinf(ours) & ~np.isinf(theirs)).any(axis=-1) & ~forgiven))
+    return int(np.count_nonzero(any_of(np.isinf(ours) & ~np.isinf(theirs)) & ~forgiven))
 
 
 def _ulp(ours: np.ndarray, theirs: np.ndarray, precision: str) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from cases.answers import Answers, Resolution
 from cases.scene import Scene
 from cases.stages import Stage
+from reports.judge.channels import length
 from reports.judge.conditioning import Conditioning
 
 VECTORS = (Stage.RAY, Stage.POSITION, Stage.NORMAL)
@@ -38,7 +39,7 @@ class Coarseness:
         if one is None or stage in WHOLE:
             return 0.0
         if stage in VECTORS:
-            size, steps = np.sqrt(np.sum(np.square(value), axis=-1)), math.sqrt(3.0)
+            size, steps = length(np.asarray(value)), math.sqrt(3.0)
         else:
             size, steps = np.abs(value[..., 0] if stage is Stage.DISTANCE else value), 1.0
         finite = np.isfinite(size)
@@ -77,7 +78,7 @@ class Coarseness:
         inverse_square = scene.shading == "inverse_square"
         total = np.zeros((*given[Stage.POSITION].shape[:2], 3))
         for index, light in enumerate(scene.lights):
-            r = np.linalg.norm(np.asarray(light.position, dtype=np.float64) - given[Stage.POSITION], axis=-1)
+            r = length(np.asarray(light.position, dtype=np.float64) - given[Stage.POSITION])
             with np.errstate(divide="ignore", invalid="ignore"):
                 relative = (3 if inverse_square else 1) * moved / r + turned
                 scale = relative / (4 * math.pi * r**2) if inverse_square else relative

@@ -14,6 +14,7 @@ import numpy as np
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
+from reports.judge.channels import all_of, any_of, largest, length
 
 DIRECTIONS = 12
 # Just beyond the reach, at it and at half of it: an edge within reach is crossed by at least one of the circles.
@@ -65,7 +66,7 @@ def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours
     Of surfaces that coincide the oracle names one and rounding another. What the oracle says of that other one is
     another value that an edge pixel may have, if the two are no farther apart than `depth` [m].
     """
-    differ = np.any(ours[Stage.OBJECT] != truth[Stage.OBJECT], axis=-1)
+    differ = any_of(ours[Stage.OBJECT] != truth[Stage.OBJECT])
     if not np.any(differ[around.rows, around.columns]):
         return around
     given = {Stage.RAY: truth[Stage.RAY], Stage.OBJECT: ours[Stage.OBJECT]}
@@ -110,7 +111,7 @@ def excused(
         return good
     rows, columns = around.rows, around.columns
     own = ours[Stage.OBJECT][rows, columns][:, np.newaxis]
-    same = np.all(around.answers[Stage.OBJECT] == own, axis=-1)
+    same = all_of(around.answers[Stage.OBJECT] == own)
     if stage is Stage.OBJECT:
         good[rows, columns] = same.any(axis=1)
         return good
@@ -120,16 +121,16 @@ def excused(
         low = np.where(mask, theirs, np.inf).min(axis=1)
         high = np.where(mask, theirs, -np.inf).max(axis=1)
         # The pixel's own limit may be that of the other side, a miss's for example: the largest nearby holds.
-        bound = widest_near(limit.max(axis=-1) if limit.ndim == 3 else limit)[rows, columns][:, np.newaxis]
+        bound = widest_near(largest(limit) if limit.ndim == 3 else limit)[rows, columns][:, np.newaxis]
         # A centre that lies on the edge itself lies just outside the samples of one side: by no more than they span.
         span = np.where(np.isfinite(high - low), high - low, 0.0)
         low, high = low - span, high + span
         value = ours[stage][rows, columns]
         if continued and stage is Stage.NORMAL:
-            near = np.linalg.norm(value[:, np.newaxis] - theirs, axis=-1) <= bound
+            near = length(value[:, np.newaxis] - theirs) <= bound
             good[rows, columns] = np.any(near & same, axis=1)
             return good
-        good[rows, columns] = np.all((value >= low - bound) & (value <= high + bound), axis=-1) & same.any(axis=1)
+        good[rows, columns] = all_of((value >= low - bound) & (value <= high + bound)) & same.any(axis=1)
     return good
 
 
