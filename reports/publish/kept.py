@@ -1,5 +1,6 @@
 """The images that a results folder keeps of a case: EXR files, or one script where the case passed."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -7,19 +8,24 @@ from reports.publish.exr import read_answers
 from reports.publish.pixels import Renders, read_pixels
 
 
-def kept_images(folder: Path, case: dict[str, Any]) -> tuple[Renders, list[str]]:
-    """Return a case's images by renderer, float32 (height, width, channels), a note for each unreadable."""
+def kept_images(
+    folder: Path, case: dict[str, Any], *, only: Collection[str | None] | None = None
+) -> tuple[Renders, list[str]]:
+    """Return a case's images by renderer, float32 (height, width, channels), a note for each unreadable.
+
+    With `only`, no more than what those renderers answered is read.
+    """
     renders: Renders = {}
     notes = []
     pixels = case.get("pixels")
     if isinstance(pixels, str):
         try:
-            renders |= read_pixels(_within(folder, pixels))
+            renders |= read_pixels(_within(folder, pixels), only=only)
         except (OSError, ValueError) as error:
             notes.append(str(error))
     for render in case.get("renders", []):
         name, image = str(render.get("renderer")), render.get("image")
-        if not image:
+        if not image or (only is not None and name not in only):
             continue
         try:
             renders[name] = read_answers(_within(folder, image))

@@ -1,5 +1,6 @@
 """Where things are in a picture of a scene: what is framed, the camera's frustum, which rays are drawn and how far."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ def framing(scene: Scene, points: np.ndarray) -> tuple[np.ndarray, float]:
     return (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0
 
 
+@lru_cache(maxsize=64)  # asked for by the picture and by the 3-D view
 def _corners(shape: Any) -> np.ndarray | None:
     mesh = surface(shape, patch=None)
     return None if mesh is None else np.asarray(mesh.bounds).reshape(3, 2).T.astype(np.float64)

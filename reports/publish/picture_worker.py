@@ -25,7 +25,7 @@ def main() -> None:
         try:
             scene = load_scene(Path(job["scene"]))
             folder = Path(job["folder"])
-            images, _ = kept_images(folder, job["case"])
+            images, _ = kept_images(folder, job["case"], only=(job["ours"], job["theirs"]))
             ours, theirs = images.get(job["ours"]), images.get(job["theirs"])
             shown = {"ours": ours, "theirs": theirs, "stage": job["stage"]}
             if job["picture"] is not None:

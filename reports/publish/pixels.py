@@ -4,7 +4,7 @@ Browsers refuse fetch() on file://, so this is a call with JSON in it: the first
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -54,8 +54,8 @@ def write_pixels(
     return write_text(path, script(name, {"base": base, "renderers": encoded}))
 
 
-def read_pixels(path: Path) -> Renders:
-    """Return what `write_pixels` wrote.
+def read_pixels(path: Path, *, only: Collection[str | None] | None = None) -> Renders:
+    """Return what `write_pixels` wrote, of all renderers or only of some.
 
     Raises:
         OSError: there is no such file.
@@ -65,7 +65,9 @@ def read_pixels(path: Path) -> Renders:
     try:
         stored = json.loads(path.read_text(encoding="utf-8").splitlines()[1])
         base, renderers = stored["base"], stored["renderers"]
-        order = sorted(renderers, key=lambda name: name != base)
+        wanted = [name for name in renderers if only is None or name in only]
+        # What the others are foretold from comes first.
+        order = sorted({*wanted, base} & {*renderers}, key=lambda name: name != base)
         renders: Renders = {}
         for name in order:
             own = renders[name] = {}
@@ -76,7 +78,7 @@ def read_pixels(path: Path) -> Renders:
                     own[stage] = decode(one, one["height"], one["width"], foretold)
     except (IndexError, KeyError, TypeError, AttributeError, UnicodeDecodeError, ValueError) as error:
         raise ValueError(f"{path} holds no images: {error!r}") from error
-    return {name: renders[name] for name in renderers}
+    return {name: renders[name] for name in wanted}
 
 
 def script(name: str, content: Any) -> str:

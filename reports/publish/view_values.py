@@ -32,7 +32,8 @@ def point_values(hits: Hits, ours: Any, theirs: Any) -> dict[str, Any]:
 
 
 def _hundredths(values: np.ndarray, *, exact: float) -> list[int | str | None]:
-    return [
-        None if value == exact else round(HUNDREDTHS * value) if np.isfinite(value) else "nan"
-        for value in values.tolist()
-    ]
+    known = np.isfinite(values)
+    rounded: list[int | str | None] = np.rint(HUNDREDTHS * np.where(known, values, 0)).astype(int).tolist()
+    for place in np.flatnonzero(~known).tolist():
+        rounded[place] = None if values[place] == exact else "nan"
+    return rounded

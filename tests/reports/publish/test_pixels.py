@@ -31,6 +31,17 @@ def test_every_bit_of_every_stage_comes_back(tmp_path, renders):
                 assert back[name][stage].tobytes() == image.astype(np.float32).tobytes(), (name, stage)
 
 
+def test_one_renderer_is_read_as_it_is_among_all(tmp_path, renders):
+    write_pixels(tmp_path / "a.js", "a.js", renders, SCENE["camera"])
+
+    images, _ = kept_images(tmp_path, {"pixels": "a.js"}, only=("tracer-float32", "nobody", None))
+
+    assert list(images) == ["tracer-float32"]
+    everything, _ = kept_images(tmp_path, {"pixels": "a.js"})
+    for stage, image in everything["tracer-float32"].items():
+        assert images["tracer-float32"][stage].tobytes() == image.tobytes()
+
+
 def test_a_renderer_a_few_roundings_away_adds_little(tmp_path):
     one = {"analytic": answers(width=80, height=60)}
     two = one | {"tracer-float32": answers(width=80, height=60, rounding=6e-8)}
