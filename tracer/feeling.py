@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from tracer.rays import Ray
+from tracer.rays import Interval, Ray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,3 +26,19 @@ class Start:
     nearest: Any = 0.0  # t below which nothing counts
     skip: Any = None  # index of the shape that is left out, or None
     shorter: float = 0.0  # share of the way, at the light's end, that is not tested either
+
+
+@dataclass(frozen=True, kw_only=True)
+class Feeler:
+    """A light feeler: t in the interval is tested, the shape `skip` (or None) is left out."""
+
+    ray: Ray
+    interval: Interval
+    skip: Any
+    active: Any  # where it is asked for
+
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """Return all that it is made of."""
+        ray, interval = self.ray, self.interval
+        return ray.origin, ray.direction, interval.nearest, interval.farthest, self.skip, self.active

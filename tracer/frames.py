@@ -19,6 +19,7 @@ import numpy as np
 from cases.scene import Scene
 from tracer.arrays import ArrayTypes
 from tracer.assets import Assets
+from tracer.branches import asked
 from tracer.configuration import Configuration
 from tracer.interleaving import next_step
 from tracer.lanes import Lanes
@@ -134,6 +135,8 @@ class Frames:
         self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.types.UInt, 0), **assets.arrays}
         dr.eval(self._arrays)
 
+        self._recipe = recipe
+
         # It knows nothing of `self`: Dr.Jit looks through everything that a frozen function refers to at every call.
         def image(arrays: dict[str, Any]) -> Any:
             return _image(recipe, arrays)
@@ -150,6 +153,13 @@ class Frames:
         finally:
             if collecting:
                 gc.enable()
+
+    def asked(self) -> list[np.ndarray]:
+        """Return, for each branch in the order of the code, which lanes ask for it: (lanes,) bool, or (1,) for all."""
+        trace = self._recipe.trace(0, 0, Assets(dict(self._arrays)))
+        with asked() as conditions:
+            _ = trace.radiance_alone
+        return [np.array(condition) for condition in conditions]
 
     def pixels(self) -> np.ndarray:
         """Return the image [W/(m^2 sr)], (height, width, 3), in the configuration's precision."""

@@ -7,13 +7,14 @@ from typing import Any
 
 import drjit as dr
 
+from cases.scene import Vector
 from tracer.arrays import array_types
-from tracer.feeling import Hit
+from tracer.feeling import Feeler, Hit
 from tracer.interleaving import next_step
 from tracer.lights import InTurn
 from tracer.rays import Interval, Ray
 from tracer.surfaces import Surfaces
-from tracer.world import Feeler, World
+from tracer.world import World
 
 MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
 
@@ -23,6 +24,7 @@ class Towards:
     """The way from the hit points to one light."""
 
     light: Any  # m
+    place: Vector | None  # the same on the host, None where the kernel reads it from memory [m]
     away: Any  # m, from the point to the light
     squared_distance: Any  # m^2
     distance: Any  # m
@@ -50,17 +52,28 @@ class Illumination:
     def _of_light(self, index: int, what: str, value: tuple[float, float, float]) -> Any:
         return self.world.parameters(f"light {index} {what}", self.types.Vector(*value))
 
-    def _towards(self, position: Any, surfaces: Surfaces) -> Towards:
+    def _towards(self, position: Any, surfaces: Surfaces, place: Vector | None = None) -> Towards:
         away = position - surfaces.position
         squared = dr.squared_norm(away)
         cosine = self.configuration["cosine"](surfaces.normal, away)
-        return Towards(light=position, away=away, squared_distance=squared, distance=dr.sqrt(squared), cosine=cosine)
+        return Towards(
+            light=position,
+            place=place,
+            away=away,
+            squared_distance=squared,
+            distance=dr.sqrt(squared),
+            cosine=cosine,
+        )
 
     @cached_property
     def towards(self) -> list[list[Towards]]:
         """Return, per light, the ways to it."""
-        positions = [self._of_light(k, "position", light.position) for k, light in enumerate(self.scene.lights)]
-        return [[self._towards(position, surfaces) for surfaces in self.surfaces] for position in positions]
+        places = [light.position for light in self.scene.lights]
+        positions = [self._of_light(k, "position", place) for k, place in enumerate(places)]
+        return [
+            [self._towards(position, surfaces, place) for surfaces in self.surfaces]
+            for position, place in zip(positions, places, strict=True)
+        ]
 
     @cached_property
     def _feeling(self) -> tuple[World, list[Hit]]:
@@ -129,7 +142,7 @@ class Illumination:
         world, hits = self._feeling
         feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
         self._next_step()
-        blocked = world.blocked(feelers, world.types.Vector(towards[0].light))
+        blocked = world.blocked(feelers, world.types.Vector(towards[0].light), place=towards[0].place)
         free = [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
         world.parameters.store(free)
         self._next_step()

@@ -1,7 +1,8 @@
 """How a scene is traced: chosen from the scene and the configuration, never by hand.
 
-Few primitives are unrolled, one sample to a lane: nothing is cheaper than a formula whose numbers are constants. More
-go into trees, and a lane takes a whole tile of samples through them. Fused into one kernel the feelers of a tile go
+Few primitives are unrolled: nothing is cheaper than a formula whose numbers are constants, but to go past it. In a
+large image a lane takes several samples in a row, so that asking what they may meet costs little. More primitives go
+into trees, and a lane takes a whole tile of samples through them. Fused into one kernel the feelers of a tile go
 together as well, in fewer rows where triangles are nearly as small as pixels; where the image is small, a second kernel
 takes feelers one by one.
 """
@@ -13,10 +14,12 @@ from tracer.configuration import Configuration
 from tracer.geometry import SLOTS
 
 HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
+SEVERAL = 24  # shapes in all that are, where a lane takes several samples and goes past those that it cannot meet
 FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
 MANY = 2**20  # samples from which on a long kernel of several kinds pays
 SIMPLE = 3  # shapes
 STRIP = 8  # samples in a row that a lane of a simple scene takes; measured against 1, 4 and 16
+SHORT = 4  # and of others, where the kernel would be long
 SMALL = 0.5  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
 DUST = 2.5  # and from which on only two by two go together
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
@@ -56,16 +59,16 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     """Return how to trace a scene with samples x samples points per pixel."""
     plain = all(configuration.formula(slot).default for slot in PLACING)
     counts = _kinds(scene.shapes)
-    trees = {kind for kind, count in counts.items() if count > HANDFUL and (plain or kind == "triangle")}
     triangles = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
+    count = scene.camera.width * scene.camera.height * samples * samples
+    strip = count >= FEW and not triangles and len(scene.shapes) <= SEVERAL
+    tables = plain and sum(counts.values()) > HANDFUL
+    trees = {kind for kind, count in counts.items() if count > HANDFUL and (plain or kind == "triangle")}
     if triangles:
         trees.add("triangle")
-    tables = plain and sum(counts.values()) > HANDFUL
-    count = scene.camera.width * scene.camera.height * samples * samples
-    if not trees:
-        # More shapes than these make a kernel long that takes several samples, and gain less by it.
-        strip = count >= FEW and len(scene.shapes) <= SIMPLE
-        return Plan(columns=STRIP if strip else 1, tables=tables)
+    if strip or not trees:
+        columns = STRIP if len(scene.shapes) <= SIMPLE else SHORT
+        return Plan(columns=columns if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
     split = count < FEW or not bounded
     # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.

@@ -1,4 +1,4 @@
-"""A ray, and the part of it in which an intersection counts."""
+"""A ray, the part of it in which an intersection counts, and what it meets there."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -35,3 +35,13 @@ class Interval:
         """Return the smaller of two ordered roots that lies inside, or inf."""
         t = dr.select(near > self.nearest, near, far)
         return dr.select(self.contains(t), t, dr.inf)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nearest:
+    """The nearest hit per ray: t [m] or inf, shape and face index or -1, and the triangle's number in the tree."""
+
+    distance: Any
+    shape: Any
+    face: Any
+    number: Any  # None without triangles in a tree

@@ -13,8 +13,8 @@ from cases.scene import Cube, Mesh, Shape, Sphere, Triangle
 from tracer.clearance import clearance, extent, spread
 from tracer.gathered import GatheredPlacement
 from tracer.placement import Placement
-from tracer.rays import Ray
-from tracer.world import Nearest, World, flat_normal
+from tracer.rays import Nearest, Ray
+from tracer.world import World, flat_normal
 
 Value = TypeVar("Value", bound=Hashable)
 

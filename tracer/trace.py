@@ -14,6 +14,7 @@ from cases.stages import Stage
 from tracer.acceleration.beams import reduced
 from tracer.arrays import array_types
 from tracer.assets import Assets
+from tracer.branches import where
 from tracer.configuration import Configuration
 from tracer.frame import Frame, Viewpoint
 from tracer.illumination import Illumination
@@ -21,9 +22,9 @@ from tracer.interleaving import next_step
 from tracer.lanes import Lanes
 from tracer.parameters import LITERALS, Parameters
 from tracer.plan import Plan, plan
-from tracer.rays import Interval, Ray
+from tracer.rays import Interval, Nearest, Ray
 from tracer.surfaces import Surfaces
-from tracer.world import Nearest, World
+from tracer.world import World
 
 WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and that of its neighbour 0.3
 
@@ -119,7 +120,7 @@ class Trace:
     def hits(self) -> list[Nearest]:
         """Return the nearest hits of the camera rays."""
         if self.plan.split:
-            (hit,) = self.world.nearest_bodies(self.rays, self._intervals)
+            (hit,) = self.world.bodies.nearest(self.rays, self._intervals)
             for grove, met in zip(self.world.groves, self._met_apart(), strict=True):
                 hit = self.world.nearer(grove, hit, *met)
             found = [hit]
@@ -213,12 +214,12 @@ class Trace:
     @property
     def radiance_alone(self) -> list[Any]:
         """Return L [W/(m^2 sr)] for who asks for nothing else; packets that hit nothing are not shaded."""
-        if self._dark or not self.plan.trees:
+        if self._dark:
             return self.radiance
         some = reduced(operator.or_, [hit.distance < dr.inf for hit in self.hits])
         # What is computed inside is of no use outside: a copy keeps it.
         inside, nothing = copy(self), [self.types.Vector(0)] * self.lanes.tile
-        return dr.if_stmt(args=(), cond=some, true_fn=lambda: inside.radiance, false_fn=lambda: nothing)
+        return where(some, lambda: inside.radiance, nothing)
 
     def channels(self, stage: Stage) -> list[tuple[Any, ...]]:
         """Return the channels of an image stage, with the specification's values where nothing was hit."""

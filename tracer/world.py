@@ -5,13 +5,12 @@ tree (`tracer.plan`). A scene without spheres leaves no sphere code behind, and 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
 import drjit as dr
 
-from cases.scene import Mesh, Scene, Shape, Triangle
+from cases.scene import Mesh, Scene, Shape, Triangle, Vector
 from tracer.acceleration.beams import Beam, smaller
 from tracer.acceleration.crowds import Crowd, host_crowd
 from tracer.acceleration.forest import Forest, host_forest
@@ -19,50 +18,16 @@ from tracer.acceleration.parting import any_hit_in_groups
 from tracer.acceleration.traverse import WIDER, Grove, Walk, nearest
 from tracer.arrays import ArrayTypes
 from tracer.assets import Assets
+from tracer.bodies import Bodies
 from tracer.configuration import Configuration
-from tracer.geometry import SLOTS, square_vectors, upload
+from tracer.feeling import Feeler
+from tracer.geometry import SLOTS, square_vectors
 from tracer.parameters import Parameters
 from tracer.placement import Placement
 from tracer.plan import Plan
-from tracer.rays import Interval, Ray
+from tracer.rays import Interval, Nearest, Ray
 from tracer.shear import prepare, turning_alike, turns
-from tracer.triangles import degenerate, object_normals
-
-
-@dataclass(frozen=True, kw_only=True)
-class Body:
-    """A shape that has a formula of its own."""
-
-    index: int
-    slot: str
-    placement: Placement
-    arrays: Any
-
-
-@dataclass(frozen=True, kw_only=True)
-class Nearest:
-    """The nearest hit per ray: t [m] or inf, shape and face index or -1, and the triangle's number in the tree."""
-
-    distance: Any
-    shape: Any
-    face: Any
-    number: Any  # None without triangles in a tree
-
-
-@dataclass(frozen=True, kw_only=True)
-class Feeler:
-    """A light feeler: t in the interval is tested, the shape `skip` (or None) is left out."""
-
-    ray: Ray
-    interval: Interval
-    skip: Any
-    active: Any  # where it is asked for
-
-    @property
-    def arrays(self) -> tuple[Any, ...]:
-        """Return all that it is made of."""
-        ray, interval = self.ray, self.interval
-        return ray.origin, ray.direction, interval.nearest, interval.farthest, self.skip, self.active
+from tracer.triangles import object_normals
 
 
 def can_shadow_itself(shape: Shape) -> bool:
@@ -110,12 +75,6 @@ class World:
         """Return a number or vector that belongs to a shape, as a parameter of the kernel."""
         return self.parameters(f"shape {index} {what}", value)
 
-    def _kept(self, index: int, record: Any) -> Any:
-        """Return a shape's device record with its arrays as parameters."""
-        arrays = {one.name: getattr(record, one.name) for one in fields(record)}
-        kept = {name: self.parameter(index, name, value) for name, value in arrays.items() if dr.is_array_v(value)}
-        return replace(record, **kept)
-
     @cached_property
     def placements(self) -> tuple[Placement, ...]:
         """Return where each shape stands."""
@@ -125,17 +84,15 @@ class World:
         )
 
     @cached_property
-    def bodies(self) -> tuple[Body, ...]:
-        """Return the shapes that are unrolled, without degenerate triangles."""
-        return tuple(
-            Body(
-                index=index,
-                arrays=self._kept(index, upload(shape, self.types)),
-                slot=SLOTS[type(shape)],
-                placement=self.placements[index],
-            )
-            for index, shape in enumerate(self.scene.shapes)
-            if not self._in_tree(shape) and not (SLOTS.get(type(shape)) == "triangle" and degenerate(shape)[0])
+    def bodies(self) -> Bodies:
+        """Return the shapes that are unrolled."""
+        return Bodies(
+            self.scene,
+            self.configuration,
+            self.types,
+            placements=self.placements,
+            trees=self.plan.trees,
+            parameters=self.parameters,
         )
 
     @cached_property
@@ -172,15 +129,6 @@ class World:
         """Return whether any shape may stand between a point of the scene and a light above its horizon."""
         return len(self.scene.shapes) > 1 or any(can_shadow_itself(shape) for shape in self.scene.shapes)
 
-    def object_ray(self, body: Body, ray: Ray) -> Ray:
-        """Return the ray in a body's object space, the ray itself where that is world space."""
-        return ray if body.placement.identity else self.configuration["to_object"](ray, body.placement)
-
-    def _distance(self, body: Body, ray: Ray, interval: Interval) -> Any:
-        formula = self.configuration.formula(body.slot)
-        seen = self.object_ray(body, ray) if formula.facts["space"] == "object" else ray
-        return formula.function(seen, body.arrays, interval)
-
     def _meet(self, grove: Grove, rays: Sequence[Ray], intervals: Sequence[Interval]) -> Callable[[Any, int], Any]:
         return lambda item, k: grove.meet(self.configuration, rays[k], item, intervals[k])
 
@@ -189,17 +137,13 @@ class World:
 
         `narrow` says that their directions hardly differ.
         """
-        hits = self.nearest_bodies(rays, intervals)
+        hits = self.bodies.nearest(rays, intervals)
         for grove in self.groves:
             limits = [smaller(hit.distance, interval.farthest) for hit, interval in zip(hits, intervals, strict=True)]
             met = self.met(grove, rays, intervals, limits=limits, narrow=narrow)
             self.parameters.store(met)
             hits = [self.nearer(grove, before, *hit) for before, hit in zip(hits, met, strict=True)]
         return hits
-
-    def nearest_bodies(self, rays: Sequence[Ray], intervals: Sequence[Interval]) -> list[Nearest]:
-        """Return the nearest hits among the shapes that are unrolled."""
-        return [self._nearest_body(ray, interval) for ray, interval in zip(rays, intervals, strict=True)]
 
     def met(
         self,
@@ -219,17 +163,6 @@ class World:
         walk = Walk(grove=grove, beam=beam, meet=self._meet(grove, rays, intervals))
         return nearest(walk, closer=self.configuration["nearest"], limits=limits, width=width)
 
-    def _nearest_body(self, ray: Ray, interval: Interval) -> Nearest:
-        closer = self.configuration["nearest"]
-        best, shape, face = self.types.Float(dr.inf), self.types.Int(-1), self.types.Int(-1)
-        for body in self.bodies:
-            distance = self._distance(body, ray, interval)
-            take = closer(distance, best)
-            best = dr.select(take, distance, best)
-            shape = dr.select(take, body.index, shape)
-            face = dr.select(take, 0, face)
-        return Nearest(distance=best, shape=shape, face=face, number=None)
-
     def nearer(self, grove: Grove, before: Nearest, distance: Any, number: Any) -> Nearest:
         """Return what is nearer, what was hit before or a hit in a tree."""
         met = distance < dr.inf
@@ -243,14 +176,15 @@ class World:
             number=number if grove is self.forest else before.number,
         )
 
-    def blocked(self, feelers: Sequence[Feeler], light: Any) -> list[Any]:
+    def blocked(self, feelers: Sequence[Feeler], light: Any, *, place: Vector | None) -> list[Any]:
         """Return where something other than the shape that it leaves out is met inside a feeler's interval.
 
-        The feelers all end at `light` [m]. Through a tree they go as one beam from there; the formulas are asked about
-        the feelers as they are, so that a strategy against acne means the same either way.
+        The feelers all end at `light` [m], `place` on the host if it is known there. Through a tree they go as one beam
+        from there; the formulas are asked about the feelers as they are, so that a strategy against acne means the
+        same either way.
         """
         obstructed = self.configuration["obstructed"]
-        blocked = [self._blocked_by_bodies(feeler) for feeler in feelers]
+        blocked = self.bodies.blocked(feelers, place)
         rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
         if self.groves:
             self.parameters.store(blocked, [feeler.arrays for feeler in feelers], light)
@@ -289,13 +223,3 @@ class World:
 
     def _skips(self, grove: Grove, feelers: Sequence[Feeler]) -> Callable[[Any, int], Any]:
         return lambda number, k: grove.shape(number, self.types.Bool(True)) == feelers[k].skip
-
-    def _blocked_by_bodies(self, feeler: Feeler) -> Any:
-        obstructed = self.configuration["obstructed"]
-        blocked = self.types.Bool(False)
-        for body in self.bodies:
-            distance = self._distance(body, feeler.ray, feeler.interval)
-            if feeler.skip is not None:
-                distance = dr.select(feeler.skip == body.index, dr.inf, distance)
-            blocked |= obstructed(distance)
-        return blocked

@@ -14,6 +14,7 @@ class Kernel:
     lanes: int  # how often its code runs
     operations: int  # in its code, as Dr.Jit counts them: literals and memory too
     code: str  # as the backend's compiler gets it
+    shares: tuple[float, ...] = ()  # of its packets that take each branch, where it was counted
 
 
 def kernels(run: Callable[[], None]) -> tuple[Kernel, ...]:

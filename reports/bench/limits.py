@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from cases.scene import Scene
+from reports.bench.branches import count
 from reports.bench.kernels import Kernel
 from reports.bench.work import loops, work
 
@@ -19,14 +20,14 @@ BYTES = 12  # a pixel's three float32 channels
 def limit(scene: Scene, kernels: Sequence[Kernel], machine: dict[str, Any]) -> dict[str, Any] | None:
     """Return `limit_fraction`, at most about 1, and `limit_by`, what sets it: "operations", "divisions" or "writes".
 
-    None without a kernel, or with one that loops: how often its code runs is not known from its text.
+    None without a kernel, or with one that loops or whose branches nobody counted: how often its code runs is unknown.
     """
     seconds = sum(kernel.seconds for kernel in kernels)
-    if not seconds > 0 or any(loops(kernel.code) for kernel in kernels):
+    if not seconds > 0 or any(loops(kernel.code) or count(kernel.code) != len(kernel.shares) for kernel in kernels):
         return None
     least = {"operations": 0.0, "divisions": 0.0}
     for kernel in kernels:
-        for precision, of in work(kernel.code).items():
+        for precision, of in work(kernel.code, kernel.shares).items():
             rates = machine[precision]
             least["operations"] += kernel.lanes * of.operations / rates["operations_per_second"]
             least["divisions"] += kernel.lanes * of.divisions / rates["divisions_per_second"]

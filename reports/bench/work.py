@@ -6,7 +6,10 @@ other instructions; a comparison vanishes in a choice of one of its own operands
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from reports.bench.branches import parts
 
 LOOP = re.compile(r"^l_\d+_cond:", re.MULTILINE)
 VALUE = r"<\d+ x (float|double)> "
@@ -22,20 +25,20 @@ PRECISIONS = {"float": "float32", "double": "float64"}
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """Instructions of one precision in the code of one kernel."""
+    """Instructions of one precision in the code of one kernel, per lane."""
 
-    operations: int  # sums, products, fused ones, comparisons and choices
-    divisions: int
-    roots: int
+    operations: float  # sums, products, fused ones, comparisons and choices
+    divisions: float
+    roots: float
 
 
 def loops(code: str) -> bool:
-    """Return whether some of the code may run more than once a lane, or not at all."""
+    """Return whether some of the code may run more than once a lane."""
     return LOOP.search(code) is not None
 
 
-def work(code: str) -> dict[str, Work]:
-    """Return the instructions of each precision in the code."""
+def _counts(code: str) -> tuple[Counter[str], Counter[str], Counter[str]]:
+    """Return the operations, divisions and roots of each kind of number in some code without branches."""
     operations = Counter(OPERATION.findall(code))
     compared = {name: (kind, {one, other}) for name, kind, one, other in COMPARISON.findall(code)}
     absorbed = set()
@@ -44,8 +47,17 @@ def work(code: str) -> dict[str, Work]:
         if name in compared and compared[name][1] == {one, other}:
             absorbed.add(name)
     operations.update(kind for name, (kind, _) in compared.items() if name not in absorbed)
-    divisions, roots = Counter(DIVISION.findall(code)), Counter(ROOT.findall(code))
+    return operations, Counter(DIVISION.findall(code)), Counter(ROOT.findall(code))
+
+
+def work(code: str, shares: Sequence[float] = ()) -> dict[str, Work]:
+    """Return the instructions of each precision in the code; what stands in a branch counts by the share that runs."""
+    found = {kind: [0.0, 0.0, 0.0] for kind in PRECISIONS}
+    for share, part in parts(code, shares):
+        for place, counts in enumerate(_counts(part)):
+            for kind in PRECISIONS:
+                found[kind][place] += share * counts[kind]
     return {
-        name: Work(operations=operations[kind], divisions=divisions[kind], roots=roots[kind])
+        name: Work(operations=found[kind][0], divisions=found[kind][1], roots=found[kind][2])
         for kind, name in PRECISIONS.items()
     }

@@ -4,8 +4,10 @@ import dataclasses
 from typing import Any
 
 import drjit as dr
+import numpy as np
 import pytest
 
+from reports.bench.branches import shared
 from reports.bench.kernels import Kernel, kernels
 from reports.bench.limits import limit
 from reports.bench.machine import CHAIN, WIDTH, _add, _chained, _divide, _multiply_add, _root
@@ -29,7 +31,8 @@ def scene(name: str = "sphere_and_floor"):
 
 def frame(precision: str, *, columns: int = 1) -> tuple[Kernel, ...]:
     """Return the kernels of one frame."""
-    return kernels(Frames(scene(), Configuration(precision=precision), chosen=Plan(columns=columns)))
+    frames = Frames(scene(), Configuration(precision=precision), chosen=Plan(columns=columns))
+    return shared(kernels(frames), frames.asked())
 
 
 def in_line(found: tuple[Kernel, ...]) -> float:
@@ -37,7 +40,7 @@ def in_line(found: tuple[Kernel, ...]) -> float:
     return sum(
         kernel.lanes * (of.operations / 4e9 + of.divisions / 1e9 + of.roots / 5e8)
         for kernel in found
-        for of in work(kernel.code).values()
+        for of in work(kernel.code, kernel.shares).values()
     )
 
 
@@ -78,7 +81,7 @@ def test_a_kernel_at_the_measured_rate_is_at_the_limit() -> None:
 def test_no_frame_is_faster_than_its_limit(columns: int, precision: str) -> None:
     found = frame(precision, columns=columns)
     # A processor that does everything side by side needs at least as long as the slowest of its units.
-    work_of_each = [(kernel.lanes, of) for kernel in found for of in work(kernel.code).values()]
+    work_of_each = [(kernel.lanes, of) for kernel in found for of in work(kernel.code, kernel.shares).values()]
     operations = sum(lanes * of.operations for lanes, of in work_of_each) / 4e9
     dividing = sum(lanes * (of.divisions / 1e9 + of.roots / 5e8) for lanes, of in work_of_each)
     ideal = _lasting(found, max(operations, dividing))
@@ -99,17 +102,37 @@ def test_pixels_count_once_however_many_a_lane_takes(precision: str) -> None:
     def per_pixel(columns: int) -> float:
         return in_line(frame(precision, columns=columns)) / SIDE**2
 
-    assert per_pixel(4) == pytest.approx(per_pixel(1), rel=0.1)
+    # One by one every pixel is asked about everything; four by four most pass over the sphere.
+    assert per_pixel(4) < per_pixel(1)
+    assert per_pixel(8) == pytest.approx(per_pixel(4), rel=0.1)
+
+
+def test_code_in_a_branch_counts_by_the_packets_that_run_it() -> None:
+    Float, size = array_types("float32").Float, 64 * WIDTH
+    x = dr.arange(Float, size)
+    dr.eval(x)
+    rare = dr.arange(Float, size) < size / 4
+
+    def run() -> None:
+        dr.eval(dr.if_stmt((), rare, lambda: x / (x + 3), lambda: x))
+
+    (kernel,) = kernels(run)
+    (counted,) = shared((kernel,), [np.array(rare)])
+
+    assert counted.shares == (0.25,)
+    assert work(counted.code, counted.shares)["float32"].divisions == 0.25
+    assert limit(scene(), (kernel,), MACHINE) is None  # nobody counted
+    assert limit(scene(), (counted,), MACHINE) is not None
 
 
 def test_a_pixel_of_the_sphere_takes_the_divisions_that_its_formulas_have() -> None:
     (kernel,) = frame("float32")
 
-    found = work(kernel.code)["float32"]
+    found = work(kernel.code, kernel.shares)["float32"]
     # A ray, a normal and the light's falloff; clipping; plane and sphere, for the ray and for the feeler; a cosine.
     assert found.divisions <= 10
     assert found.roots <= 5
-    assert work(kernel.code)["float64"] == Work(operations=0, divisions=0, roots=0)
+    assert work(kernel.code, kernel.shares)["float64"] == Work(operations=0, divisions=0, roots=0)
 
 
 def test_the_slowest_of_the_three_is_the_limit() -> None:

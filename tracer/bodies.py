@@ -1,0 +1,170 @@
+"""The shapes that are unrolled into the kernel: one formula each, passed over where no ray of a packet can meet it.
+
+A lane of one ray asks every formula. Where a lane takes several, asking for the cone about a shape (`tracer.cones`)
+costs little beside as many formulas, and most packets can meet few of the shapes.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+import drjit as dr
+
+from cases.scene import Plane, Scene, Shape, Triangle, Vector
+from tracer.arrays import ArrayTypes
+from tracer.branches import where
+from tracer.cones import Directions, cone
+from tracer.configuration import Configuration
+from tracer.feeling import Feeler
+from tracer.geometry import SLOTS, upload
+from tracer.parameters import Parameters
+from tracer.placement import Placement
+from tracer.rays import Interval, Nearest, Ray
+from tracer.triangles import degenerate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """A shape that has a formula of its own."""
+
+    index: int
+    shape: Shape
+    placement: Placement
+    arrays: Any
+
+
+class Bodies:
+    """The unrolled shapes of a scene, in one precision."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        configuration: Configuration,
+        types: ArrayTypes,
+        *,
+        placements: Sequence[Placement],
+        trees: frozenset[str],
+        parameters: Parameters,
+    ) -> None:
+        """Take the shapes of a scene that are not of the kinds in `trees`."""
+        self.scene, self.configuration, self.types, self.parameters = scene, configuration, types, parameters
+        self._placements, self._trees = placements, trees
+
+    def _unrolled(self, shape: Shape) -> bool:
+        slot = SLOTS.get(type(shape))
+        return (
+            slot is not None and slot not in self._trees and not (isinstance(shape, Triangle) and degenerate(shape)[0])
+        )
+
+    def _kept(self, index: int, record: Any) -> Any:
+        """Return a shape's device record with its arrays as parameters."""
+        arrays = {one.name: getattr(record, one.name) for one in fields(record)}
+        kept = {
+            name: self.parameters(f"shape {index} {name}", value)
+            for name, value in arrays.items()
+            if dr.is_array_v(value)
+        }
+        return replace(record, **kept)
+
+    @cached_property
+    def each(self) -> tuple[Body, ...]:
+        """Return the bodies, without degenerate triangles."""
+        return tuple(
+            Body(
+                index=index,
+                shape=shape,
+                placement=self._placements[index],
+                arrays=self._kept(index, upload(shape, self.types)),
+            )
+            for index, shape in enumerate(self.scene.shapes)
+            if self._unrolled(shape)
+        )
+
+    def _object_ray(self, body: Body, ray: Ray) -> Ray:
+        """Return the ray in a body's object space, the ray itself where that is world space."""
+        return ray if body.placement.identity else self.configuration["to_object"](ray, body.placement)
+
+    def _distance(self, body: Body, ray: Ray, interval: Interval) -> Any:
+        formula = self.configuration.formula(SLOTS[type(body.shape)])
+        seen = self._object_ray(body, ray) if formula.facts["space"] == "object" else ray
+        return formula.function(seen, body.arrays, interval)
+
+    def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval]) -> list[Nearest]:
+        """Return the nearest hits of rays from the eye; at a tie the lower shape index."""
+        closer, Float, Int = self.configuration["nearest"], self.types.Float, self.types.Int
+        best, shape, face = [Float(dr.inf)] * len(rays), [Int(-1)] * len(rays), [Int(-1)] * len(rays)
+        asked = self._seen(rays)
+        for body in self.each:
+
+            def meet(body: Body = body) -> list[Any]:
+                return [self._distance(body, *one) for one in zip(rays, intervals, strict=True)]
+
+            some = asked(body)
+            for k, distance in enumerate(meet() if some is None else where(some, meet, [Float(dr.inf)] * len(rays))):
+                take = closer(distance, best[k])
+                best[k] = dr.select(take, distance, best[k])
+                shape[k] = dr.select(take, body.index, shape[k])
+                face[k] = dr.select(take, 0, face[k])
+        found = zip(best, shape, face, strict=True)
+        return [Nearest(distance=t, shape=index, face=side, number=None) for t, index, side in found]
+
+    def blocked(self, feelers: Sequence[Feeler], light: Vector | None) -> list[Any]:
+        """Return where a body other than the one that it leaves out is met inside a feeler's interval.
+
+        `light` [m] is where they end, None where the kernel reads it from memory.
+        """
+        obstructed, blocked = self.configuration["obstructed"], [self.types.Bool(False)] * len(feelers)
+        asked = self._felt(feelers, light)
+        for body in self.each:
+
+            def meet(body: Body = body) -> list[Any]:
+                distances = [self._distance(body, one.ray, one.interval) for one in feelers]
+                return [
+                    obstructed(t if one.skip is None else dr.select(one.skip == body.index, dr.inf, t))
+                    for one, t in zip(feelers, distances, strict=True)
+                ]
+
+            some = asked(body)
+            found = meet() if some is None else where(some, meet, [self.types.Bool(False)] * len(feelers))
+            blocked = [there | one for there, one in zip(blocked, found, strict=True)]
+        return blocked
+
+    def _seen(self, rays: Sequence[Ray]) -> Callable[[Body], Any]:
+        """Return what says in which lanes a body may be met by rays from the eye; None where nobody knows."""
+        if len(rays) == 1:
+            return lambda body: None
+        directions = Directions([ray.direction for ray in rays], self.types)
+
+        def asked(body: Body) -> Any:
+            about = cone(body.shape, self.scene.camera.eye, self.types.precision)
+            name = f"shape {body.index} from the eye"
+            return about and about.may_meet(directions, self.types, self.parameters, name=name)
+
+        return asked
+
+    def _felt(self, feelers: Sequence[Feeler], light: Vector | None) -> Callable[[Body], Any]:
+        """Return what says in which lanes a body may be met by feelers; None where nobody knows."""
+        # A feeler that does not end at the light meets what stands behind it, too.
+        bounded = self.configuration.formula("segment").facts.get("bounded", False)
+        if len(feelers) == 1 or light is None or not bounded:
+            return lambda body: None
+        active = [feeler.active for feeler in feelers]
+        directions = Directions([feeler.ray.direction for feeler in feelers], self.types, active=active)
+
+        def asked(body: Body) -> Any:
+            if isinstance(body.shape, Plane):
+                return self._crossing(body, feelers)
+            about = cone(body.shape, light, self.types.precision)
+            name = f"shape {body.index} from {light}"
+            return about and about.reversed.may_meet(directions, self.types, self.parameters, name=name)
+
+        return asked
+
+    def _crossing(self, plane: Body, feelers: Sequence[Feeler]) -> Any:
+        """Return in which lanes a feeler goes towards the plane: only then t is not negative."""
+        some = self.types.Bool(False)
+        for feeler in feelers:
+            ray = self._object_ray(plane, feeler.ray)
+            some |= feeler.active & ~(ray.origin.z * ray.direction.z > 0)
+        return some

@@ -1,0 +1,112 @@
+"""Which of the rays from one point may meet a shape at all: those inside the cone about its bounding ball.
+
+Of a lane's rays only the box of their directions is asked, with middle m and half its diagonal h. They lie within
+asin(h / norm(m)) of m, and those that meet a ball of half-angle a within a of the unit vector w to its centre. So where
+dot(m, w) < cos(a) sqrt(norm(m)^2 - h^2) - sin(a) h no ray meets the ball, and a packet all of whose lanes say so goes
+past the shape's formula.
+
+No ray is kept from a shape that it would meet. The ball is larger than the shape by a thousandth, for formulas that
+round at its rim; the sine of the half-angle by ROUNDINGS u of all that was subtracted to find the axis; the box by
+ROUNDINGS u of its largest coordinate and the cosine smaller by as much: together at least 18 u norm(m), and the
+products, roots and sums that are asked round by less than 12 u norm(m).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from cases.baking import world_triangles
+from cases.rounding import UNIT_ROUNDOFF
+from cases.scene import Cube, Shape, Sphere, Square, Triangle
+from tracer.acceleration.beams import larger, smaller
+from tracer.arrays import ArrayTypes
+from tracer.geometry import HALF
+from tracer.parameters import Parameters
+from tracer.placement import Placement
+
+WIDER = 1 + 2.0**-10
+ROUNDINGS = 32.0
+CORNERS = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-HALF, HALF) for z in (-HALF, HALF)])
+
+
+def ball(shape: Shape) -> tuple[np.ndarray, float] | None:
+    """Return the centre and the radius [m] of a ball about a shape, float64; None where the shape has no end."""
+    placement = Placement(to_world=shape.to_world)
+    match shape:
+        case Sphere():
+            center = placement.linear @ np.asarray(shape.center) + placement.translation
+            return center, float(np.linalg.norm(placement.linear, 2) * shape.radius)
+        case Cube() | Square():
+            corners = CORNERS if isinstance(shape, Cube) else CORNERS * (1, 1, 0)
+            return placement.translation, float(np.linalg.norm(corners @ placement.linear.T, axis=1).max())
+        case Triangle():
+            corners = world_triangles(shape)[0].astype(np.float64)
+            center = corners.mean(axis=0)
+            return center, float(np.linalg.norm(corners - center, axis=1).max())
+        case _:
+            return None
+
+
+class Directions:
+    """The box of the directions of each lane's rays, all or those that are active."""
+
+    def __init__(self, directions: Sequence[Any], types: ArrayTypes, *, active: Sequence[Any] | None = None) -> None:
+        """Bound `directions`. One that is no number bounds nothing, and its ray meets nothing."""
+        Float, rounded = types.Float, ROUNDINGS * UNIT_ROUNDOFF[types.precision]
+        middle, half = [], []
+        for axis in range(3):
+            low, high = Float(dr.inf), Float(-dr.inf)
+            for k, direction in enumerate(directions):
+                one = direction[axis]
+                low = smaller(one if active is None else dr.select(active[k], one, dr.inf), low)
+                high = larger(one if active is None else dr.select(active[k], one, -dr.inf), high)
+            middle.append((low + high) * 0.5)
+            half.append((high - low) * 0.5 + larger(abs(low), abs(high)) * rounded)
+        self.middle = types.Vector(*middle)
+        across = dr.squared_norm(types.Vector(*half))
+        along = dr.squared_norm(self.middle) - across
+        self.along = dr.sqrt(larger(along, 0))
+        # A box about the point itself holds all directions.
+        self.across = dr.select(along > 0, dr.sqrt(across), dr.inf)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cone:
+    """A shape's bounding ball as it is seen from a point."""
+
+    axis: tuple[float, float, float]  # unit vector from the point to the centre
+    cosine: float  # of the half-angle
+    sine: float
+
+    def may_meet(self, rays: Directions, types: ArrayTypes, parameters: Parameters, *, name: str) -> Any:
+        """Return in which lanes a ray from the point may meet the ball."""
+        axis = parameters(f"{name} axis", types.Vector(*self.axis))
+        cosine, sine = (parameters(f"{name} {of}", types.Float(getattr(self, of))) for of in ("cosine", "sine"))
+        return dr.dot(rays.middle, axis) >= cosine * rays.along - sine * rays.across
+
+    @property
+    def reversed(self) -> "Cone":
+        """Return the cone of the directions that lead back to the point."""
+        x, y, z = self.axis
+        return Cone(axis=(-x, -y, -z), cosine=self.cosine, sine=self.sine)
+
+
+def cone(shape: Shape, origin: Sequence[float], precision: str) -> Cone | None:
+    """Return the cone about a shape as seen from `origin` [m]; None where it has half of all directions or more."""
+    found = ball(shape)
+    if found is None:
+        return None
+    center, radius = found
+    way = center - np.asarray(origin, dtype=np.float64)
+    distance = float(np.linalg.norm(way))
+    rounded = ROUNDINGS * UNIT_ROUNDOFF[precision]
+    off = rounded * float(np.linalg.norm(origin) + np.linalg.norm(center) + distance)
+    if not radius * WIDER + off < distance:
+        return None
+    sine = (radius * WIDER + off) / distance
+    x, y, z = (way / distance).tolist()
+    return Cone(axis=(x, y, z), cosine=math.sqrt(1 - sine * sine) * (1 - rounded), sine=sine)
