@@ -55,7 +55,8 @@ class CaseRun:
         """Submit the renders of the one under test; what else is needed, what they are tells."""
         for name in self.planned.configurations:
             kind, task = self._task(name)
-            self._pool.submit(kind, task, lambda reply, name=name: self._traced(name, reply))
+            # Before what others are asked: all else waits for the one under test, which has one worker.
+            self._pool.submit(kind, task, lambda reply, name=name: self._traced(name, reply), first=True)
 
     def _compare(self) -> None:
         """Take up what was found of these very answers before, or have them judged."""

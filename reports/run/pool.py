@@ -31,6 +31,9 @@ class _Worker:
     started: float = 0.0
 
 
+_Waiting = tuple[str, Any, Callable[[Reply], None]]  # the kind of worker, its task, who gets the reply
+
+
 class Pool:
     """Run tasks in workers by kind; `step` waits for something to happen and calls back.
 
@@ -54,16 +57,17 @@ class Pool:
         self._target = target
         self._context = multiprocessing.get_context("spawn")
         self._workers: dict[tuple[str, int], _Worker] = {}
-        self._waiting: deque[tuple[str, Any, Callable[[Reply], None]]] = deque()
+        self._urgent: deque[_Waiting] = deque()
+        self._waiting: deque[_Waiting] = deque()
 
     def submit(self, kind: str, task: Any, done: Callable[[Reply], None], *, first: bool = False) -> None:
-        """Queue a task for a worker of `kind`; `done` gets its reply. `first` puts it before what already waits."""
-        (self._waiting.appendleft if first else self._waiting.append)((kind, task, done))
+        """Queue a task for a worker of `kind`; `done` gets its reply. All `first` ones go, in turn, before others."""
+        (self._urgent if first else self._waiting).append((kind, task, done))
 
     def prepare(self, kind: str, task: Any = None) -> None:
         """Start a worker of `kind` before its first task, which then finds its imports made.
 
-        So is `task` done, if there is one, before whatever waits; nobody hears its reply.
+        So is `task` done, if there is one, before whatever is not first; nobody hears its reply.
         """
         place = (kind, 0)
         if place in self._workers:
@@ -76,7 +80,7 @@ class Pool:
     @property
     def idle(self) -> bool:
         """Say whether nothing runs and nothing waits."""
-        return not self._waiting and not self._busy()
+        return not self._urgent and not self._waiting and not self._busy()
 
     def step(self) -> None:
         """Start what can start, then wait for one worker at least to answer, die or overrun."""
@@ -110,9 +114,13 @@ class Pool:
 
     def start(self) -> None:
         """Give waiting tasks, in order, to idle workers of their kind, and wait for nobody."""
-        postponed: list[tuple[str, Any, Callable[[Reply], None]]] = []
-        while self._waiting and len(self._busy()) < self._jobs:
-            kind, task, done = self._waiting.popleft()
+        for queue in (self._urgent, self._waiting):
+            self._start_from(queue)
+
+    def _start_from(self, queue: deque[_Waiting]) -> None:
+        postponed: list[_Waiting] = []
+        while queue and len(self._busy()) < self._jobs:
+            kind, task, done = queue.popleft()
             place = self._free_place(kind)
             if place is None:
                 postponed.append((kind, task, done))
@@ -125,7 +133,7 @@ class Pool:
                 worker.connection.send(task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
-        self._waiting.extendleft(reversed(postponed))
+        queue.extendleft(reversed(postponed))
 
     def _free_place(self, kind: str) -> tuple[str, int] | None:
         """Return where a task of `kind` can go now: to an idle worker, else to a new one, else nowhere."""

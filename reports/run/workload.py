@@ -1,9 +1,11 @@
 """The work between plan and results: a few cases at once through the pool, each recorded as it finishes."""
 
+from collections.abc import Collection
 from typing import Any
 
 from rich.console import Console
 
+from cases.case import Case
 from reports.cache.store import Store
 from reports.publish.pictures import Drawing
 from reports.run.case_run import CaseRun
@@ -14,7 +16,10 @@ from reports.run.pool import Pool
 from reports.run.progress import CaseProgress
 from reports.run.request import RunRequest
 
-AHEAD = 3  # cases on their way at once: enough to keep every worker busy, few enough to stay small in memory
+# Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
+# to judge for the other processors, so few pixels that what they were answered, up to 2 KB each, is small in memory.
+AT_LEAST = 3
+PIXELS = 2**17
 
 
 def render_and_judge(
@@ -38,11 +43,13 @@ def render_and_judge(
     if store is not None:
         memory = Memory(store, references, subject=subject, require=request.require, full=request.full)
     interrupted = False
+    under_way: dict[str, int] = {}  # name -> pixels
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
 
         def finished(case_run: CaseRun, record: dict[str, Any]) -> None:
             name = case_run.planned.case.name
             records[name] = record
+            del under_way[name]
             record["key"] = keys[name]
             drawing.submit(record)
             journal.append(keys[name], record)
@@ -59,9 +66,9 @@ def render_and_judge(
                 else:
                     todo.append(one)
             pending = iter(todo)
-            started, before = 0, len(records)
             while len(records) < len(planned):
-                while started - (len(records) - before) < AHEAD and (one := next(pending, None)) is not None:
+                while has_room(under_way.values()) and (one := next(pending, None)) is not None:
+                    under_way[one.case.name] = _pixels(one.case)
                     case_run = CaseRun(
                         one,
                         references,
@@ -74,7 +81,6 @@ def render_and_judge(
                         finished=finished,
                     )
                     case_run.start()
-                    started += 1
                 pool.start()
                 if memory is not None:
                     memory.prepare()
@@ -84,3 +90,13 @@ def render_and_judge(
         finally:
             pool.close()
     return [records[one.case.name] for one in planned if one.case.name in records], interrupted
+
+
+def has_room(pixels: Collection[int]) -> bool:
+    """Say whether another case may start beside those under way, which have so many pixels each."""
+    return len(pixels) < AT_LEAST or sum(pixels) < PIXELS
+
+
+def _pixels(case: Case) -> int:
+    """Return how many pixels a case's largest image has, samples included."""
+    return case.scene.camera.width * case.scene.camera.height * case.samples**2

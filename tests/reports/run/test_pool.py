@@ -50,6 +50,20 @@ def test_a_worker_that_hangs_is_stopped_at_its_deadline():
     assert found["b", "other"].error is None
 
 
+def test_what_is_first_is_done_in_turn_before_all_else():
+    pool = Pool(jobs=1, timeout=20.0, target=obey)
+    heard: list[str] = []
+    for task, first in (("third", False), ("first", True), ("second", True)):
+        pool.submit("a", task, lambda reply: heard.append(reply.value[1]), first=first)
+    try:
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+
+    assert heard == ["first", "second", "third"]
+
+
 def test_a_kind_with_copies_goes_on_while_one_of_them_hangs():
     found = replies([("a", "hang"), ("a", "one"), ("a", "two")], timeout=3.0, copies={"a": 2})
 
