@@ -20,7 +20,7 @@ MANY = 2**20  # samples from which on a long kernel of several kinds pays
 SIMPLE = 3  # shapes
 STRIP = 8  # samples in a row that a lane of a simple scene takes; measured against 1, 4 and 16
 SHORT = 4  # and of others, where the kernel would be long
-SMALL = 0.5  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
+SMALL = 1.0  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
 DUST = 2.5  # and from which on only two by two go together
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
 PLACING = ("to_object", "world_normal")

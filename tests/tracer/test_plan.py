@@ -101,7 +101,7 @@ def test_the_scene_decides() -> None:
     assert plan(scene(octahedron()), default).split
     assert not plan(large(scene(octahedron())), default).split
     # Triangles nearly as small as pixels, and smaller ones.
-    for times, tile in ((20_000, (4, 2)), (100_000, (2, 2))):
+    for times, tile in ((40_000, (4, 2)), (100_000, (2, 2))):
         mesh = dataclasses.replace(octahedron(), faces=np.repeat(octahedron().faces, times, axis=0))
         chosen = plan(large(scene(mesh)), default)
         assert (chosen.columns, chosen.rows, chosen.split) == (*tile, False)
