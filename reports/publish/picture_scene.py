@@ -12,6 +12,7 @@ from cases.scene import Camera, Scene
 from cases.stages import Stage
 from reports.publish.atomic import replacing
 from reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage, title_of
+from reports.publish.picture_lines import add_lines
 from reports.publish.picture_places import basis, few, framing, frustum, ray_ends
 from reports.publish.picture_shapes import surface
 
@@ -60,7 +61,7 @@ def _fill(plotter: Any, scene: Scene, *, ours: Any, theirs: Any, stage: str | No
     _add_camera(plotter, scene.camera, extent)
     rays = ray_ends(eye, few(points), extent)
     if len(rays):
-        _add(plotter, pyvista.line_segments_from_points(rays), color="#b8860b", line_width=1, opacity=0.6)
+        _add_lines(plotter, pyvista.line_segments_from_points(rays), color="#b8860b", line_width=1, opacity=0.6)
     if hits is not None:
         shown = None if errors is None else hits.of(errors)
         _add_hits(plotter, points, hits.normals, shown, title_of(colored) if colored else "", extent)
@@ -85,6 +86,10 @@ def _add(plotter: Any, mesh: Any, **style: Any) -> None:
     By default PyVista names an actor after its mesh's address, which the next mesh may get: it would replace it.
     """
     plotter.add_mesh(mesh, name=f"part {len(plotter.renderer.actors)}", render=False, **style)
+
+
+def _add_lines(plotter: Any, mesh: Any, **style: Any) -> None:
+    add_lines(plotter, mesh, name=f"part {len(plotter.renderer.actors)}", **style)
 
 
 def _add_shapes(plotter: Any, scene: Scene, points: np.ndarray, eye: np.ndarray, extent: float) -> None:
@@ -113,8 +118,8 @@ def _add_camera(plotter: Any, camera: Camera, extent: float) -> None:
     import pyvista
 
     segments, tick = frustum(camera, extent)
-    _add(plotter, pyvista.line_segments_from_points(segments), color="#1d4e89", line_width=2)
-    _add(plotter, pyvista.Line(*tick), color="#1d4e89", line_width=3)
+    _add_lines(plotter, pyvista.line_segments_from_points(segments), color="#1d4e89", line_width=2)
+    _add_lines(plotter, pyvista.Line(*tick), color="#1d4e89", line_width=3)
 
 
 def _add_hits(plotter: Any, points: np.ndarray, normals: np.ndarray, errors: Any, title: str, extent: float) -> None:
@@ -145,7 +150,7 @@ def _add_hits(plotter: Any, points: np.ndarray, normals: np.ndarray, errors: Any
     if len(unit):
         ends = points[unit] + 0.05 * extent * normals[unit]
         segments = np.stack([points[unit], ends], axis=1).reshape(-1, 3)
-        _add(plotter, pyvista.line_segments_from_points(segments), color="#c0392b", line_width=1.5)
+        _add_lines(plotter, pyvista.line_segments_from_points(segments), color="#c0392b", line_width=1.5)
 
 
 def aim(plotter: Any, camera: Camera, focus: np.ndarray, extent: float) -> None:

@@ -11,6 +11,7 @@ from cases.scene import Scene
 from reports.plain import as_json
 from reports.publish.atomic import write_text
 from reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage
+from reports.publish.picture_lines import add_lines
 from reports.publish.picture_places import framing
 from reports.publish.picture_scene import aim
 from reports.publish.pixels import script
@@ -35,7 +36,10 @@ def write_view(
     for part in shown:
         # The browser draws in float32, and float64 would be stored as such.
         part.mesh.points = part.mesh.points.astype(np.float32)
-        plotter.add_mesh(part.mesh, name=part.name, render=False, **part.style)
+        if part.plain:
+            add_lines(plotter, part.mesh, name=part.name, **part.style)
+        else:
+            plotter.add_mesh(part.mesh, name=part.name, render=False, **part.style)
     aim(plotter, scene.camera, np.zeros(3), 1.0)
     recorded, arrays = state(plotter)
     about = {

@@ -32,6 +32,7 @@ class Part:
     layer: str
     mesh: Any  # pyvista.PolyData
     style: dict[str, Any] = field(default_factory=dict)  # of Plotter.add_mesh
+    plain: bool = False  # whether it is lines or points of one colour
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,10 +153,16 @@ def _hands(lights: int) -> Iterator[Part]:
     for name, (count, color) in wanted.items():
         if count:
             mesh = pyvista.line_segments_from_points(np.zeros((2 * count, 3), dtype=np.float32))
-            yield Part(name=f"pixel {name}", layer="pixel", mesh=mesh, style={"color": color, "line_width": 3})
+            yield Part(
+                name=f"pixel {name}", layer="pixel", mesh=mesh, style={"color": color, "line_width": 3}, plain=True
+            )
     point = pyvista.PolyData(np.zeros((1, 3), dtype=np.float32))
     yield Part(
-        name="pixel point", layer="pixel", mesh=point, style={"color": "#e6007e", "point_size": 11, "lighting": False}
+        name="pixel point",
+        layer="pixel",
+        mesh=point,
+        style={"color": "#e6007e", "point_size": 11, "lighting": False},
+        plain=True,
     )
 
 
@@ -166,7 +173,8 @@ def _near(point: np.ndarray, frame: Frame) -> bool:
 def _lines(name: str, layer: str, ends: np.ndarray, frame: Frame, **style: Any) -> Part:
     import pyvista
 
-    return Part(name=name, layer=layer, mesh=pyvista.line_segments_from_points(frame.inside(ends)), style=style)
+    mesh = pyvista.line_segments_from_points(frame.inside(ends))
+    return Part(name=name, layer=layer, mesh=mesh, style=style, plain=True)
 
 
 def _bulbs(lights: list[np.ndarray], frame: Frame) -> Any:
