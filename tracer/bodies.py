@@ -11,7 +11,7 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Plane, Scene, Shape, Triangle, Vector
+from cases.scene import Mesh, Plane, Scene, Shape, Triangle, Vector
 from tracer.arrays import ArrayTypes
 from tracer.branches import where
 from tracer.cones import Directions, cone
@@ -52,10 +52,9 @@ class Bodies:
         self._placements, self._trees = placements, trees
 
     def _unrolled(self, shape: Shape) -> bool:
-        slot = SLOTS.get(type(shape))
-        return (
-            slot is not None and slot not in self._trees and not (isinstance(shape, Triangle) and degenerate(shape)[0])
-        )
+        # One that nobody knows is kept, so that `upload` names it.
+        in_tree = isinstance(shape, Mesh) or SLOTS.get(type(shape)) in self._trees
+        return not in_tree and not (isinstance(shape, Triangle) and degenerate(shape)[0])
 
     def _kept(self, index: int, record: Any) -> Any:
         """Return a shape's device record with its arrays as parameters."""
