@@ -33,7 +33,7 @@ def show(case: str, *, json: Path | None = None) -> int:
     say(f"covers {', '.join(found.covers)}")
     show_table("Requirements", ["what", "must hold", "because"], requirements(found))
     show_table("Scene", ["what", "values"], contents(found.scene))
-    say(f"traced with: {traced(found.scene)}")
+    say(f"traced with: {traced(found.scene)} (for one stage; where several are asked for, they have kernels each)")
     say("Reproduce:")
     for line in commands:
         say(f"  {line}")
