@@ -16,7 +16,7 @@ from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from reports.run.worker import PREPARE, Reply, serve
+from reports.run.worker import PREPARE, Reply, send, serve
 
 LONGEST_WAIT = 3600.0  # s; operating systems count milliseconds in 32 bits, and a deadline may be infinite
 
@@ -73,7 +73,7 @@ class Pool:
         if place in self._workers:
             return
         with contextlib.suppress(OSError):  # it died; its first task will tell
-            self._spawn(place).connection.send(PREPARE)
+            send(self._spawn(place).connection, PREPARE)
         if task is not None:
             self.submit(kind, task, lambda _: None, first=True)
 
@@ -130,7 +130,7 @@ class Pool:
             worker.started = time.monotonic()
             worker.deadline = worker.started + self._limit(kind)
             try:
-                worker.connection.send(task)
+                send(worker.connection, task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
         queue.extendleft(reversed(postponed))
