@@ -22,6 +22,7 @@ DIRECT = ("mitsuba_direct",)
 DIFFERS = 1e-3  # of the brightest value: what float32 never explains off an edge
 ROUNDS = (5, 31)  # odd, so that the median is one of the values
 WARMING = 2  # runs that do not count: compiling, freezing, caches
+BRIEF = 0.05  # s; what takes less is run once, uncounted, right before: it would pay for what others left in the caches
 SLOWEST = 10.0  # s; a contender that takes longer for one run is left out
 
 
@@ -35,6 +36,7 @@ class Timed:
     seconds: list[float] = field(default_factory=list)  # one a round
     does: str = ""
     left_out: str | None = None
+    brief: bool = False
     prepared: Prepared | None = None
 
     @property
@@ -54,6 +56,8 @@ def timed(scene: Scene, names: tuple[str, ...], *, budget: float, tell: Callable
         for index in generator.permutation(len(running)):
             one = running[index]
             assert one.prepared is not None
+            if one.brief:
+                _once(one.prepared)
             one.seconds.append(_once(one.prepared))
         done += 1
         spent = time.perf_counter() - start
@@ -77,7 +81,9 @@ def _prepared(name: str, scene: Scene, tell: Callable[[str], None]) -> Timed:
         one.left_out = f"one run takes {one.first_seconds:.0f} s"
         return one
     for _ in range(WARMING):
-        if _once(prepared) > SLOWEST / 2:
+        seconds = _once(prepared)
+        one.brief = seconds < BRIEF
+        if seconds > SLOWEST / 2:
             break
     one.prepared = prepared
     return one

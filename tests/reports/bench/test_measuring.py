@@ -76,6 +76,33 @@ def test_the_ratio_is_theirs_over_ours_by_the_better_of_them(rivals) -> None:
     assert len(found["ours"].seconds) == len(found["mitsuba_minimal"].seconds)
 
 
+def test_what_is_brief_runs_once_uncounted_before_it_is_timed(rivals) -> None:
+    runs = {"ours": 0, "mitsuba_minimal": 0}
+    costs = {"ours": (0.001, 0.002), "mitsuba_minimal": (0.1, 0.2)}  # after itself, and after another
+
+    def counted(name: str):
+        class Counted(contender(0.0)):
+            def prepare(self, scene: Scene) -> Prepared:
+                def run() -> None:
+                    runs[name] += 1
+                    own, other = costs[name]
+                    CLOCK.pass_by(own if last[0] == name else other)
+                    last[0] = name
+
+                return Prepared(build_seconds=0.0, run=run, image=None, does="nothing")
+
+        return Counted
+
+    last = [""]
+    names = rivals(**{name: counted(name) for name in runs})
+
+    found = timed(scene(), names, budget=1.0, tell=lambda _: None)
+
+    assert {round(seconds, 9) for seconds in found["ours"].seconds} == {0.001}
+    rounds = len(found["ours"].seconds)
+    assert runs["ours"] - runs["mitsuba_minimal"] == rounds
+
+
 def test_what_refuses_a_scene_is_left_out_with_its_reason(rivals) -> None:
     names = rivals(ours=contender(0.1), embree=contender(0.1, refuses="it traces triangles only"))
 
