@@ -12,6 +12,7 @@ products, roots and sums that are asked round by less than 12 u norm(m).
 """
 
 import math
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +23,7 @@ import numpy as np
 from cases.baking import world_triangles
 from cases.rounding import UNIT_ROUNDOFF
 from cases.scene import Cube, Shape, Sphere, Square, Triangle
-from tracer.acceleration.beams import larger, smaller
+from tracer.acceleration.beams import larger, reduced, smaller
 from tracer.arrays import ArrayTypes
 from tracer.geometry import HALF
 from tracer.parameters import Parameters
@@ -57,16 +58,22 @@ class Directions:
     def __init__(self, directions: Sequence[Any], types: ArrayTypes, *, active: Sequence[Any] | None = None) -> None:
         """Bound `directions`. One that is no number bounds nothing, and its ray meets nothing."""
         Float, rounded = types.Float, ROUNDINGS * UNIT_ROUNDOFF[types.precision]
+        if active is not None:
+            # Those that are not take the direction of the first that is.
+            first = directions[0]
+            for one, counts in zip(directions[::-1], active[::-1], strict=True):
+                first = dr.select(counts, one, first)
+            directions = [dr.select(counts, one, first) for one, counts in zip(directions, active, strict=True)]
         middle, half = [], []
         for axis in range(3):
             low, high = Float(dr.inf), Float(-dr.inf)
-            for k, direction in enumerate(directions):
-                one = direction[axis]
-                low = smaller(one if active is None else dr.select(active[k], one, dr.inf), low)
-                high = larger(one if active is None else dr.select(active[k], one, -dr.inf), high)
+            for direction in directions:
+                low, high = smaller(direction[axis], low), larger(direction[axis], high)
             middle.append((low + high) * 0.5)
             half.append((high - low) * 0.5 + larger(abs(low), abs(high)) * rounded)
         self.middle = types.Vector(*middle)
+        if active is not None:
+            self.middle = dr.select(reduced(operator.or_, active), self.middle, dr.nan)  # nobody meets anything
         across = dr.squared_norm(types.Vector(*half))
         along = dr.squared_norm(self.middle) - across
         self.along = dr.sqrt(larger(along, 0))
