@@ -1,65 +1,40 @@
 """The benchmark's JSON: machine, scenes, every contender on each, as docs/bench.md describes it."""
 
-from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
+from importlib.metadata import version
 from typing import Any
 
 from cases.scene import Scene
 from reports.bench import CONTENDERS
 from reports.bench.errors import error, sampled
 from reports.bench.limits import limit
-from reports.bench.machine import machine
 from reports.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
 from reports.bench.scenes import BenchScene
 
 SCHEMA = 1
 
 
-def measured(
-    scenes: Sequence[BenchScene],
-    sizes: Sequence[tuple[int, int]],
-    contenders: Sequence[str],
-    *,
-    budget: float,
-    tell: Callable[[str], None],
-    done: Callable[[dict[str, Any]], None],
-) -> dict[str, Any]:
-    """Return the benchmark of `scenes` at `sizes` [px]; `budget` [s] goes to the rounds of each scene and size.
-
-    `done` gets each scene's entry as it is finished, so that an interrupted benchmark keeps what it has.
-    """
-    from importlib.metadata import version
-
-    tell("the machine")
-    peaks = machine()
-    document: dict[str, Any] = {
+def begun(machine: dict[str, Any]) -> dict[str, Any]:
+    """Return the document of a benchmark without its scenes, on a `machine` with these peaks."""
+    return {
         "schema": SCHEMA,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": {name: version(name) for name in ("rayproof", "drjit", "mitsuba", "embreex", "pyradiance")},
-        "machine": peaks,
+        "machine": machine,
         "scenes": [],
     }
-    for bench in scenes:
-        for width, height in sizes:
-            scene = bench.scene(width, height)
-            entry = _entry(bench, scene, tuple(contenders), peaks, budget, tell)
-            document["scenes"].append(entry)
-            done(document)
-    return document
 
 
-def _entry(
+def entry(
     bench: BenchScene,
     scene: Scene,
     names: tuple[str, ...],
     peaks: dict[str, Any],
     budget: float,
-    tell: Callable[[str], None],
 ) -> dict[str, Any]:
+    """Return what is said of one scene: times, ratios and errors; `budget` [s] goes to the rounds."""
     camera = scene.camera
-    place = f"{bench.name}, {camera.width}x{camera.height}"
-    found = timed(scene, names, budget=budget, tell=lambda name: tell(f"{place}: {name}"))
-    tell(f"{place}: errors")
+    found = timed(scene, names, budget=budget)
     pixels, truth = sampled(scene)
     ours = found[OURS]
     kernels = ours.prepared.kernels() if ours.prepared is not None and ours.prepared.kernels is not None else ()

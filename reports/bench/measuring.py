@@ -5,7 +5,6 @@ disturbs its neighbours too (Chen and Revels, "Robust benchmarking in noisy envi
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -45,9 +44,9 @@ class Timed:
         return float(np.median(self.seconds))
 
 
-def timed(scene: Scene, names: tuple[str, ...], *, budget: float, tell: Callable[[str], None]) -> dict[str, Timed]:
+def timed(scene: Scene, names: tuple[str, ...], *, budget: float) -> dict[str, Timed]:
     """Return the contenders' times on a scene; `budget` [s] is what the rounds may take, as far as rounds allow."""
-    found = {name: _prepared(name, scene, tell) for name in names}
+    found = {name: _prepared(name, scene) for name in names}
     running = [one for one in found.values() if one.prepared is not None]
     generator = np.random.default_rng(len(running))
     start, done = time.perf_counter(), 0
@@ -66,14 +65,13 @@ def timed(scene: Scene, names: tuple[str, ...], *, budget: float, tell: Callable
     return found
 
 
-def _prepared(name: str, scene: Scene, tell: Callable[[str], None]) -> Timed:
+def _prepared(name: str, scene: Scene) -> Timed:
     """Return a contender that is warm, or why it is left out."""
     contender = CONTENDERS[name]
     one = Timed(name=name)
     one.left_out = contender.missing() or contender().unsupported(scene)
     if one.left_out is not None:
         return one
-    tell(name)
     prepared = contender().prepare(scene)
     one.build_seconds, one.does = prepared.build_seconds, prepared.does
     one.first_seconds = _once(prepared)

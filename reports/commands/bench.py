@@ -39,7 +39,9 @@ def bench(
     from reports.run.llvm import choose_packaged_llvm
 
     choose_packaged_llvm()
-    from reports.bench.document import everybody, measured
+    from reports.bench.apart import Task, timed_apart
+    from reports.bench.document import begun, everybody
+    from reports.bench.machine import machine
     from reports.bench.regressions import compared
     from reports.bench.scenes import QUICK_SIZES, SIZES, chosen
 
@@ -51,19 +53,16 @@ def bench(
                 writable_folder(folder)
     files = [file for file in (json, out / "bench.json" if out is not None else None) if file is not None]
 
-    def done(document: dict[str, Any]) -> None:
-        for file in files:
-            write_json(file, document)
-        say(line(document["scenes"][-1]))
-
-    document = measured(
-        asked,
-        QUICK_SIZES if quick else SIZES,
-        everybody(quick=quick),
-        budget=QUICK_BUDGET if quick else BUDGET,
-        tell=lambda text: None,
-        done=done,
-    )
+    names = everybody(quick=quick)
+    document = begun(machine())
+    for one in asked:
+        for size in QUICK_SIZES if quick else SIZES:
+            budget = QUICK_BUDGET if quick else BUDGET
+            task = Task(scene=one.name, size=size, contenders=names, machine=document["machine"], budget=budget)
+            document["scenes"].append(timed_apart(task))
+            for file in files:
+                write_json(file, document)
+            say(line(document["scenes"][-1]))
     if old is not None:
         document["changes"] = compared(old, document)
         for file in files:

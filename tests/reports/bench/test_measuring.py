@@ -66,7 +66,7 @@ def rivals(monkeypatch: pytest.MonkeyPatch):
 def test_the_ratio_is_theirs_over_ours_by_the_better_of_them(rivals) -> None:
     names = rivals(ours=contender(0.1), mitsuba_minimal=contender(0.5), mitsuba_minimal_frozen=contender(0.3))
 
-    found = timed(scene(), names, budget=1.0, tell=lambda _: None)
+    found = timed(scene(), names, budget=1.0)
 
     best = ratio(found, measuring.MINIMAL)
     assert best is not None
@@ -96,7 +96,7 @@ def test_what_is_brief_runs_once_uncounted_before_it_is_timed(rivals) -> None:
     last = [""]
     names = rivals(**{name: counted(name) for name in runs})
 
-    found = timed(scene(), names, budget=1.0, tell=lambda _: None)
+    found = timed(scene(), names, budget=1.0)
 
     assert {round(seconds, 9) for seconds in found["ours"].seconds} == {0.001}
     rounds = len(found["ours"].seconds)
@@ -106,7 +106,7 @@ def test_what_is_brief_runs_once_uncounted_before_it_is_timed(rivals) -> None:
 def test_what_refuses_a_scene_is_left_out_with_its_reason(rivals) -> None:
     names = rivals(ours=contender(0.1), embree=contender(0.1, refuses="it traces triangles only"))
 
-    found = timed(scene(), names, budget=1.0, tell=lambda _: None)
+    found = timed(scene(), names, budget=1.0)
 
     assert found["embree"].left_out == "it traces triangles only"
     assert ratio(found, ("embree",)) is None
@@ -115,7 +115,7 @@ def test_what_refuses_a_scene_is_left_out_with_its_reason(rivals) -> None:
 def test_what_takes_too_long_is_left_out(rivals) -> None:
     names = rivals(ours=contender(0.1), povray=contender(60.0))
 
-    assert "60 s" in (timed(scene(), names, budget=1.0, tell=lambda _: None)["povray"].left_out or "")
+    assert "60 s" in (timed(scene(), names, budget=1.0)["povray"].left_out or "")
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_what_takes_too_long_is_left_out(rivals) -> None:
 def test_pixels_that_differ_are_counted(rivals, change, share: float) -> None:
     names = rivals(ours=contender(0.1, picture=change(PICTURE)), mitsuba_minimal=contender(0.1))
 
-    assert differing(timed(scene(), names, budget=0.1, tell=lambda _: None)) == pytest.approx(share)
+    assert differing(timed(scene(), names, budget=0.1)) == pytest.approx(share)
 
 
 def test_nan_differs(rivals) -> None:
@@ -133,13 +133,13 @@ def test_nan_differs(rivals) -> None:
     broken[3, 4, 0] = np.nan
     names = rivals(ours=contender(0.1, picture=broken), mitsuba_minimal=contender(0.1))
 
-    assert differing(timed(scene(), names, budget=0.1, tell=lambda _: None)) == pytest.approx(1 / 64)
+    assert differing(timed(scene(), names, budget=0.1)) == pytest.approx(1 / 64)
 
 
 def test_a_contender_without_picture_agrees_with_nobody(rivals) -> None:
     names = rivals(ours=contender(0.1), mitsuba_minimal=contender(0.1, picture=None))
 
-    assert differing(timed(scene(), names, budget=0.1, tell=lambda _: None)) is None
+    assert differing(timed(scene(), names, budget=0.1)) is None
 
 
 def entry(ratio: float, interval: tuple[float, float], control: tuple[float, float] = (0.98, 1.02)) -> dict:
