@@ -1,7 +1,8 @@
 """The shapes that are unrolled into the kernel: one formula each, passed over where no ray of a packet can meet it.
 
 A lane of one ray asks every formula. Where a lane takes several, asking for the cone about a shape (`tracer.cones`)
-costs little beside as many formulas, and most packets can meet few of the shapes.
+costs little beside as many formulas, and most packets can meet few of the shapes. The cone is about the true shape: a
+formula that is wrong on purpose meets others, and is always asked.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ import drjit as dr
 from cases.scene import Mesh, Plane, Scene, Shape, Triangle, Vector
 from tracer.arrays import ArrayTypes
 from tracer.branches import where
-from tracer.cones import Directions, cone
+from tracer.cones import Cone, Directions, cone
 from tracer.configuration import Configuration
 from tracer.feeling import Feeler
 from tracer.geometry import SLOTS, upload
@@ -114,6 +115,7 @@ class Bodies:
         `light` [m] is where they end, None where the kernel reads it from memory.
         """
         obstructed, blocked = self.configuration["obstructed"], [self.types.Bool(False)] * len(feelers)
+        missed = obstructed(self.types.Float(dr.inf))
         asked = self._felt(feelers, light)
         for body in self.each:
 
@@ -125,9 +127,18 @@ class Bodies:
                 ]
 
             some = asked(body)
-            found = meet() if some is None else where(some, meet, [self.types.Bool(False)] * len(feelers))
+            found = meet() if some is None else where(some, meet, [missed] * len(feelers))
             blocked = [there | one for there, one in zip(blocked, found, strict=True)]
         return blocked
+
+    def _right(self, body: Body) -> bool:
+        """Return whether a ray that misses a body's ball is sure to miss it by the formulas, too."""
+        slots = (SLOTS[type(body.shape)], "to_object")
+        return all(self.configuration.formula(slot).kind == "right" for slot in slots)
+
+    def _cone(self, body: Body, origin: Vector) -> Cone | None:
+        # Whatever is computed in doubles, eye and light have the configuration's precision.
+        return cone(body.shape, origin, self.configuration.precision) if self._right(body) else None
 
     def _seen(self, rays: Sequence[Ray]) -> Callable[[Body], Any]:
         """Return what says in which lanes a body may be met by rays from the eye; None where nobody knows."""
@@ -136,7 +147,7 @@ class Bodies:
         directions = Directions([ray.direction for ray in rays], self.types)
 
         def asked(body: Body) -> Any:
-            about = cone(body.shape, self.scene.camera.eye, self.types.precision)
+            about = self._cone(body, self.scene.camera.eye)
             name = f"shape {body.index} from the eye"
             return about and about.may_meet(directions, self.types, self.parameters, name=name)
 
@@ -145,16 +156,17 @@ class Bodies:
     def _felt(self, feelers: Sequence[Feeler], light: Vector | None) -> Callable[[Body], Any]:
         """Return what says in which lanes a body may be met by feelers; None where nobody knows."""
         # A feeler that does not end at the light meets what stands behind it, too.
-        bounded = self.configuration.formula("segment").facts.get("bounded", False)
-        if len(feelers) == 1 or light is None or not bounded:
+        segment = self.configuration.formula("segment")
+        known = segment.kind == "right" and segment.facts.get("bounded", False)
+        if len(feelers) == 1 or light is None or not known:
             return lambda body: None
         active = [feeler.active for feeler in feelers]
         directions = Directions([feeler.ray.direction for feeler in feelers], self.types, active=active)
 
         def asked(body: Body) -> Any:
             if isinstance(body.shape, Plane):
-                return self._crossing(body, feelers)
-            about = cone(body.shape, light, self.types.precision)
+                return self._crossing(body, feelers) if self._right(body) else None
+            about = self._cone(body, light)
             name = f"shape {body.index} from {light}"
             return about and about.reversed.may_meet(directions, self.types, self.parameters, name=name)
 

@@ -19,7 +19,8 @@ def where(some: Any, compute: Callable[[], list[Any]], otherwise: list[Any]) -> 
     if found is not None:
         found.append(some)
         return compute()
-    return dr.if_stmt((), some, compute, lambda: otherwise)
+    # Dr.Jit writes its result into what the branches return: an array that is there twice would get both.
+    return dr.if_stmt((), some, compute, lambda: [type(one)(one) for one in otherwise])
 
 
 @contextmanager

@@ -5,10 +5,11 @@ asin(h / norm(m)) of m, and those that meet a ball of half-angle a within a of t
 dot(m, w) < cos(a) sqrt(norm(m)^2 - h^2) - sin(a) h no ray meets the ball, and a packet all of whose lanes say so goes
 past the shape's formula.
 
-No ray is kept from a shape that it would meet. The ball is larger than the shape by a thousandth, for formulas that
-round at its rim; the sine of the half-angle by ROUNDINGS u of all that was subtracted to find the axis; the box by
-ROUNDINGS u of its largest coordinate and the cosine smaller by as much: together at least 18 u norm(m), and the
-products, roots and sums that are asked round by less than 12 u norm(m).
+No ray is kept from a shape that it would meet, by a formula that is right. The ball is larger than the shape by a
+thousandth, for formulas that round at its rim. The sine of the half-angle is larger by ROUNDINGS u of all that was
+subtracted to find the axis, times what a matrix adds on the way to object space: at least 64 u. The box is larger by
+ROUNDINGS u of its largest coordinate and the cosine smaller by as much, and the products, roots and sums that are asked
+round by less than 12 u norm(m).
 """
 
 import math
@@ -56,7 +57,7 @@ class Directions:
     """The box of the directions of each lane's rays, all or those that are active."""
 
     def __init__(self, directions: Sequence[Any], types: ArrayTypes, *, active: Sequence[Any] | None = None) -> None:
-        """Bound `directions`. One that is no number bounds nothing, and its ray meets nothing."""
+        """Bound `directions`, which are finite. One that is no number bounds nothing, and its ray meets nothing."""
         Float, rounded = types.Float, ROUNDINGS * UNIT_ROUNDOFF[types.precision]
         if active is not None:
             # Those that are not take the direction of the first that is.
@@ -102,6 +103,14 @@ class Cone:
         return Cone(axis=(-x, -y, -z), cosine=self.cosine, sine=self.sine)
 
 
+def _magnified(shape: Shape) -> float:
+    """Return how much more a point is off that was taken to object space; 1 without stretches across its axes."""
+    if isinstance(shape, Triangle):
+        return 1.0  # in world space from the beginning
+    placement = Placement(to_world=shape.to_world)
+    return float((np.abs(placement.linear) @ np.abs(placement.inverse)).sum(axis=1).max())
+
+
 def cone(shape: Shape, origin: Sequence[float], precision: str) -> Cone | None:
     """Return the cone about a shape as seen from `origin` [m]; None where it has half of all directions or more."""
     found = ball(shape)
@@ -111,7 +120,7 @@ def cone(shape: Shape, origin: Sequence[float], precision: str) -> Cone | None:
     way = center - np.asarray(origin, dtype=np.float64)
     distance = float(np.linalg.norm(way))
     rounded = ROUNDINGS * UNIT_ROUNDOFF[precision]
-    off = rounded * float(np.linalg.norm(origin) + np.linalg.norm(center) + distance)
+    off = rounded * float(np.linalg.norm(origin) + np.linalg.norm(center) + distance) * _magnified(shape)
     if not radius * WIDER + off < distance:
         return None
     sine = (radius * WIDER + off) / distance

@@ -30,7 +30,7 @@ WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and
 
 
 class Trace:
-    """One scene by one configuration; the stages are unevaluated Dr.Jit arrays.
+    """One scene by one configuration; the stages are Dr.Jit arrays, evaluated only where `parameters` ends a kernel.
 
     A lane holds one or several samples (`tracer.lanes`); every stage is a list with an entry for each of them. All
     samples of the image are there side by side or, with `within`, that one of every pixel: its (column, row) among the

@@ -16,6 +16,10 @@ from reports.run.worker import Reply, serve
 KIND = "bench"
 
 
+class BenchError(RuntimeError):
+    """A scene was not timed: its process died or met an error."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Task:
     """What is to be timed."""
@@ -40,7 +44,7 @@ def timed_apart(task: Task) -> dict[str, Any]:
     """Return a scene's entry in the benchmark's document.
 
     Raises:
-        RuntimeError: the process died or met an error.
+        BenchError: the process died or met an error.
 
     """
     pool, replies = Pool(jobs=1, timeout=float("inf"), target=_serve), list[Reply]()
@@ -53,5 +57,5 @@ def timed_apart(task: Task) -> dict[str, Any]:
     (reply,) = replies
     if reply.error is not None:
         width, height = task.size
-        raise RuntimeError(f"{task.scene}, {width}x{height}: {reply.error}")
+        raise BenchError(f"{task.scene}, {width}x{height}: {reply.error}")
     return reply.value

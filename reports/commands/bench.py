@@ -21,6 +21,7 @@ def bench(
 
     Each ratio is another renderer's time over ours, the median of ratios within rounds, with a 95 % interval; the
     control is our own time over our own. Both pictures are compared first. Compile and build times stand apart.
+    A scene on which somebody dies is left out, and the exit code is 1.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ def bench(
     from reports.run.llvm import choose_packaged_llvm
 
     choose_packaged_llvm()
-    from reports.bench.apart import Task, timed_apart
+    from reports.bench.apart import BenchError, Task, timed_apart
     from reports.bench.document import begun, everybody
     from reports.bench.machine import machine
     from reports.bench.regressions import compared
@@ -54,12 +55,17 @@ def bench(
     files = [file for file in (json, out / "bench.json" if out is not None else None) if file is not None]
 
     names = everybody(quick=quick)
-    document = begun(machine())
+    document, failed = begun(machine()), False
     for one in asked:
         for size in QUICK_SIZES if quick else SIZES:
             budget = QUICK_BUDGET if quick else BUDGET
             task = Task(scene=one.name, size=size, contenders=names, machine=document["machine"], budget=budget)
-            document["scenes"].append(timed_apart(task))
+            try:
+                document["scenes"].append(timed_apart(task))
+            except BenchError as error:
+                say(f"error: {error}")
+                failed = True
+                continue
             for file in files:
                 write_json(file, document)
             say(line(document["scenes"][-1]))
@@ -72,7 +78,7 @@ def bench(
         low, high = change["interval"]
         said = f"{change['name']} {change['width']}x{change['height']}: {change['verdict']}"
         say(f"{said}, time x{change['change']:.3g} [{low:.3g}, {high:.3g}]")
-    return 0
+    return 1 if failed else 0
 
 
 HEAD = [

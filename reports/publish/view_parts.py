@@ -31,7 +31,7 @@ class Part:
     name: str
     layer: str
     mesh: Any  # pyvista.PolyData
-    style: dict[str, Any] = field(default_factory=dict)  # of Plotter.add_mesh
+    style: dict[str, Any] = field(default_factory=dict)  # of Plotter.add_mesh, of a plain part colour and width
     plain: bool = False  # whether it is lines or points of one colour
 
 

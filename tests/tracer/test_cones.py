@@ -26,7 +26,9 @@ def shapes(generator: np.random.Generator, scale: float, moved: np.ndarray) -> t
     """Return one shape of each kind and a second sphere, anywhere about `moved` [m], of any size below `scale` [m]."""
 
     def placed() -> tuple:
-        linear = np.linalg.qr(generator.normal(size=(3, 3)))[0] * scale * 10 ** generator.uniform(-2, 0.3, size=(1, 3))
+        # Stretched along the shape's own axes, or across them along the world's.
+        stretch = scale * 10 ** generator.uniform(-2, 0.3, size=(1, 3))
+        linear = np.linalg.qr(generator.normal(size=(3, 3)))[0] * (stretch if generator.random() < 0.5 else stretch.T)
         return matrix(linear, tuple((moved + scale * generator.uniform(-2, 2, size=3)).tolist()))
 
     return (
@@ -77,6 +79,64 @@ def test_a_strategy_against_acne_means_the_same(feeler: str) -> None:
     one, other = (render(what, (Stage.VISIBILITY,), configuration, chosen=chosen) for chosen in (STRIP, ONE_BY_ONE))
 
     np.testing.assert_array_equal(one[Stage.VISIBILITY], other[Stage.VISIBILITY])
+
+
+@pytest.mark.parametrize("stretch", [1e4, 1e5])
+@pytest.mark.parametrize("shape", [Sphere, Cube, Square])
+def test_nothing_is_lost_of_what_is_flattened_across_its_axes(shape: type, stretch: float) -> None:
+    flat = np.diag((1.0, 1.0, 1 / stretch)) @ _turned(40.0, 0) @ _turned(25.0, 2)
+    one = shape(albedo=ALBEDO, to_world=matrix(flat, (0.0, 0.0, 0.0)), two_sided=True)
+    what = scene(one, lights=(LIGHT,), camera=camera(eye=(30.0, -35.0, 15.0), target=(0, 0, 0), fovy=3.0, width=192))
+
+    strip, single = (render(what, (Stage.OBJECT,), Configuration(), chosen=plan) for plan in (STRIP, ONE_BY_ONE))
+
+    np.testing.assert_array_equal(strip[Stage.OBJECT], single[Stage.OBJECT])
+    assert (single[Stage.OBJECT][..., 0] >= 0).any()
+
+
+def _turned(degrees: float, axis: int) -> np.ndarray:
+    """Return a rotation about a coordinate axis."""
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.roll(np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]]), (axis, axis), axis=(0, 1))
+
+
+@pytest.mark.parametrize("feeler", ["normal_offset", "doubles"])
+def test_a_light_that_rounding_moves_loses_no_shadow(feeler: str) -> None:
+    ball = Sphere(albedo=ALBEDO, center=(1e5, 0.0, 0.2), radius=0.02)
+    near = {"eye": (1e5 + 0.2, -0.2, 0.4), "target": (1e5, 0.0, 0.0), "fovy": 20.0, "near": 1e-3}
+    what = scene(
+        ball,
+        FLOOR,
+        lights=(PointLight(position=(1e5 + 0.0039, 0.0, 0.5), flux=(10.0, 10.0, 10.0)),),
+        camera=camera(width=256, height=256, **near),
+    )
+    configuration = Configuration(formulas={"feeler": feeler})
+
+    one, other = (render(what, (Stage.VISIBILITY,), configuration, chosen=chosen) for chosen in (STRIP, ONE_BY_ONE))
+
+    np.testing.assert_array_equal(one[Stage.VISIBILITY], other[Stage.VISIBILITY])
+
+
+@pytest.mark.parametrize(
+    ("formulas", "shape"),
+    [
+        ({"sphere": "fault_negative_root"}, Sphere(albedo=ALBEDO, center=(4.5, -9.3, 5.1))),
+        ({"sphere": "fault_center_ignored"}, Sphere(albedo=ALBEDO, center=(4.5, -9.3, 5.1))),
+        ({"square": "fault_full_size_local"}, Square(albedo=ALBEDO, two_sided=True)),
+    ],
+)
+def test_a_wrong_formula_shows_all_that_it_does(formulas: dict[str, str], shape: Shape) -> None:
+    what = scene(shape, lights=(LIGHT,))
+
+    one, other = (
+        render(what, (Stage.OBJECT, Stage.VISIBILITY), Configuration(formulas=formulas), chosen=chosen)
+        for chosen in (STRIP, ONE_BY_ONE)
+    )
+    usual = render(what, (Stage.OBJECT,), Configuration(), chosen=STRIP)
+
+    for stage in (Stage.OBJECT, Stage.VISIBILITY):
+        np.testing.assert_array_equal(one[stage], other[stage])
+    assert (one[Stage.OBJECT] != usual[Stage.OBJECT]).any()
 
 
 def test_a_ray_at_any_point_of_a_shape_may_meet_it(precision: str) -> None:
@@ -157,6 +217,21 @@ def test_asking_computes_everything_everywhere() -> None:
     assert np.array(found).tolist() == [1, 2]
     (chosen,) = where(types.Bool([True, False]), lambda: [types.Float([1, 2])], [types.Float(0)])
     assert np.array(chosen).tolist() == [1, 0]
+
+
+def test_branches_leave_each_other_alone() -> None:
+    types = array_types("float32")
+    nothing, x = types.Bool(False), types.Float([1, 2])
+
+    first = where(types.Bool([True, False]), lambda: [x > 1, x > 0], [nothing] * 2)
+    second = where(types.Bool([False, True]), lambda: [x > 5, x > 1], [nothing] * 2)
+
+    assert [np.array(one).tolist() for one in (*first, *second)] == [
+        [False, False],
+        [True, False],
+        [False, False],
+        [False, True],
+    ]
 
 
 def test_meshes_stay_in_their_tree() -> None:

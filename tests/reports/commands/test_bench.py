@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from reports.bench import scenes
+from reports.bench import apart, scenes
 from reports.cli import main
 
 
@@ -47,6 +47,18 @@ def test_bad_usage_is_one_line_and_2(arguments: list[str], message: str, capsys:
     told = capsys.readouterr().err
     assert message in told
     assert told.count("\n") == 1
+
+
+def test_a_scene_on_which_somebody_dies_is_left_out(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def dies(task: apart.Task) -> dict:
+        raise apart.BenchError(f"{task.scene}: the worker died")
+
+    monkeypatch.setattr(apart, "timed_apart", dies)
+
+    assert main(["bench", "sphere_and_floor", "--quick"]) == 1
+    assert "error: sphere_and_floor: the worker died" in capsys.readouterr().out
 
 
 def test_what_is_no_benchmark_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
