@@ -81,12 +81,12 @@ def test_a_strategy_against_acne_means_the_same(feeler: str) -> None:
     np.testing.assert_array_equal(one[Stage.VISIBILITY], other[Stage.VISIBILITY])
 
 
-@pytest.mark.parametrize("stretch", [1e4, 1e5])
 @pytest.mark.parametrize("shape", [Sphere, Cube, Square])
-def test_nothing_is_lost_of_what_is_flattened_across_its_axes(shape: type, stretch: float) -> None:
-    flat = np.diag((1.0, 1.0, 1 / stretch)) @ _turned(40.0, 0) @ _turned(25.0, 2)
+def test_nothing_is_lost_of_what_is_flattened_across_its_axes(shape: type) -> None:
+    flat = np.diag((1.0, 1.0, 1e-5)) @ _turned(40.0, 0) @ _turned(25.0, 2)
     one = shape(albedo=ALBEDO, to_world=matrix(flat, (0.0, 0.0, 0.0)), two_sided=True)
-    what = scene(one, lights=(LIGHT,), camera=camera(eye=(30.0, -35.0, 15.0), target=(0, 0, 0), fovy=3.0, width=192))
+    far = camera(eye=(18.5, 15.5, 43.5), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=2.98, width=512, height=384)
+    what = scene(one, lights=(LIGHT,), camera=far)
 
     strip, single = (render(what, (Stage.OBJECT,), Configuration(), chosen=plan) for plan in (STRIP, ONE_BY_ONE))
 
