@@ -12,7 +12,7 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Mesh, Plane, Scene, Shape, Triangle, Vector
+from cases.scene import Plane, Scene, Shape, Triangle, Vector
 from tracer.arrays import ArrayTypes
 from tracer.branches import where
 from tracer.cones import Cone, Directions, cone
@@ -21,6 +21,7 @@ from tracer.feeling import Feeler
 from tracer.geometry import SLOTS, upload
 from tracer.parameters import Parameters
 from tracer.placement import Placement
+from tracer.plan import Plan
 from tracer.rays import Interval, Nearest, Ray
 from tracer.triangles import degenerate
 
@@ -45,17 +46,16 @@ class Bodies:
         types: ArrayTypes,
         *,
         placements: Sequence[Placement],
-        trees: frozenset[str],
+        plan: Plan,
         parameters: Parameters,
     ) -> None:
-        """Take the shapes of a scene that are not of the kinds in `trees`."""
+        """Take the shapes of a scene that the plan puts into no tree."""
         self.scene, self.configuration, self.types, self.parameters = scene, configuration, types, parameters
-        self._placements, self._trees = placements, trees
+        self._placements, self._plan = placements, plan
 
     def _unrolled(self, shape: Shape) -> bool:
         # One that nobody knows is kept, so that `upload` names it.
-        in_tree = isinstance(shape, Mesh) or SLOTS.get(type(shape)) in self._trees
-        return not in_tree and not (isinstance(shape, Triangle) and degenerate(shape)[0])
+        return not self._plan.in_tree(shape) and not (isinstance(shape, Triangle) and degenerate(shape)[0])
 
     def _kept(self, index: int, record: Any) -> Any:
         """Return a shape's device record with its arrays as parameters."""

@@ -5,11 +5,12 @@ asin(h / norm(m)) of m, and those that meet a ball of half-angle a within a of t
 dot(m, w) < cos(a) sqrt(norm(m)^2 - h^2) - sin(a) h no ray meets the ball, and a packet all of whose lanes say so goes
 past the shape's formula.
 
-No ray is kept from a shape that it would meet, by a formula that is right. The ball is larger than the shape by a
-thousandth, for formulas that round at its rim. The sine of the half-angle is larger by ROUNDINGS u of all that was
-subtracted to find the axis, times what a matrix adds on the way to object space: at least 64 u. The box is larger by
-ROUNDINGS u of its largest coordinate and the cosine smaller by as much, and the products, roots and sums that are asked
-round by less than 12 u norm(m).
+No ray is kept from a shape that it would meet, by a formula that is right. A discriminant such as B^2 - 4 A C is the
+difference of numbers as large as the squares of the distances that went into it, so that the square of a ray's distance
+from the centre is off by ROUNDINGS u S^2 at most: as much is added to the ball's radius squared. S is all that was
+subtracted, times what a matrix adds on the way to object space; ROUNDINGS u S more is what the axis is off. The box is
+larger by ROUNDINGS u of its largest coordinate and the cosine smaller by as much, and the products, roots and sums that
+are asked round by less than 12 u norm(m). ROUNDINGS is twice and more what any of the formulas has.
 """
 
 import math
@@ -30,7 +31,6 @@ from tracer.geometry import HALF
 from tracer.parameters import Parameters
 from tracer.placement import Placement
 
-WIDER = 1 + 2.0**-10
 ROUNDINGS = 32.0
 CORNERS = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-HALF, HALF) for z in (-HALF, HALF)])
 
@@ -120,9 +120,10 @@ def cone(shape: Shape, origin: Sequence[float], precision: str) -> Cone | None:
     way = center - np.asarray(origin, dtype=np.float64)
     distance = float(np.linalg.norm(way))
     rounded = ROUNDINGS * UNIT_ROUNDOFF[precision]
-    off = rounded * float(np.linalg.norm(origin) + np.linalg.norm(center) + distance) * _magnified(shape)
-    if not radius * WIDER + off < distance:
+    subtracted = float(np.linalg.norm(origin) + np.linalg.norm(center) + distance) * _magnified(shape)
+    widest = math.sqrt(radius * radius + rounded * subtracted * subtracted) + rounded * subtracted
+    if not widest < distance:
         return None
-    sine = (radius * WIDER + off) / distance
+    sine = widest / distance
     x, y, z = (way / distance).tolist()
     return Cone(axis=(x, y, z), cosine=math.sqrt(1 - sine * sine) * (1 - rounded), sine=sine)

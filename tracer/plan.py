@@ -36,6 +36,10 @@ class Plan:
     trees: frozenset[str] = frozenset()  # kinds of shapes that are in trees: "triangle", "sphere", "cube", "square"
     tables: bool = False  # whether what belongs to a shape is looked up rather than chosen among all shapes
 
+    def in_tree(self, shape: Shape) -> bool:
+        """Return whether a shape goes into a tree."""
+        return isinstance(shape, Mesh) or SLOTS.get(type(shape)) in self.trees
+
     @property
     def text(self) -> str:
         """Return the plan in one line."""

@@ -68,9 +68,6 @@ class World:
         self.scene, self.configuration, self.types, self.plan, self.assets = scene, configuration, types, plan, assets
         self.parameters = parameters
 
-    def _in_tree(self, shape: Shape) -> bool:
-        return isinstance(shape, Mesh) or SLOTS.get(type(shape)) in self.plan.trees
-
     def parameter(self, index: int, what: str, value: Any) -> Any:
         """Return a number or vector that belongs to a shape, as a parameter of the kernel."""
         return self.parameters(f"shape {index} {what}", value)
@@ -91,14 +88,16 @@ class World:
             self.configuration,
             self.types,
             placements=self.placements,
-            trees=self.plan.trees,
+            plan=self.plan,
             parameters=self.parameters,
         )
 
     @cached_property
     def forest(self) -> Forest | None:
         """Return the tree over all triangles, or None without any."""
-        members = tuple((i, shape) for i, shape in enumerate(self.scene.shapes) if self._in_tree(shape) and flat(shape))
+        members = tuple(
+            (i, shape) for i, shape in enumerate(self.scene.shapes) if self.plan.in_tree(shape) and flat(shape)
+        )
         host = host_forest(members) if members else None
         return None if host is None else Forest(host, self.types, self.assets, self.parameters)
 
@@ -107,7 +106,7 @@ class World:
         """Return all trees, those of triangles last."""
         members: dict[tuple[str, bool], list[tuple[int, Shape]]] = {}
         for index, shape in enumerate(self.scene.shapes):
-            if self._in_tree(shape) and not flat(shape):
+            if self.plan.in_tree(shape) and not flat(shape):
                 slot = SLOTS[type(shape)]
                 # The formula by a square's vectors is another one where they are not orthogonal.
                 sheared = slot == "square" and not square_vectors(Placement(to_world=shape.to_world))[3]
