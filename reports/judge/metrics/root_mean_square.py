@@ -1,4 +1,4 @@
-"""NRMSE: root mean square error over the Euclidean norm of the reference."""
+"""NRMSE: root mean square error over the Euclidean norm of the reference, by scikit-image."""
 
 import numpy as np
 
@@ -10,6 +10,6 @@ def root_mean_square(ours: np.ndarray, theirs: np.ndarray, value_range: tuple[fl
     """Return the normalised root mean square error; None where the reference is zero everywhere."""
     if not np.any(theirs):
         return None
-    wrong = theirs - ours
-    wrong, size = (np.mean(np.square(image, dtype=wrong.dtype), dtype=np.float64) for image in (wrong, theirs))
-    return float(np.sqrt(wrong) / np.sqrt(size))
+    from skimage.metrics import normalized_root_mse
+
+    return float(normalized_root_mse(theirs, ours, normalization="euclidean"))
