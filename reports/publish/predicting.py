@@ -6,6 +6,7 @@ finite it is 0: a NaN made by arithmetic has no bits of its own that both would 
 """
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -58,25 +59,33 @@ def predicted(how: Mapping[str, Any], stage: Stage, own: Images, base: Images | 
 
 def factors(image: np.ndarray, source: np.ndarray, objects: np.ndarray) -> dict[str, list[float]]:
     """Return the median of image / source of each object by channel, float32: the albedo, or 1 / pi."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = np.ascontiguousarray((image.astype(np.float64) / source).reshape(-1, image.shape[-1]).T)
+    known, numbers = np.isfinite(ratio), objects[..., 0].ravel()
     table: dict[str, list[float]] = {}
-    for index in np.unique(objects[..., 0]):
-        here = objects[..., 0] == index
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            ratio = image[here].astype(np.float64) / source[here]
-        known = [column[np.isfinite(column)] for column in ratio.T]
-        medians = [np.median(column) if len(column) else 0.0 for column in known]
+    for index in np.unique(numbers):
+        here = numbers == index
+        medians = _medians(ratio[:, here], known[:, here])
         with np.errstate(over="ignore"):
-            rounded = np.nan_to_num(np.asarray(medians).astype(np.float32), posinf=0.0, neginf=0.0)
+            rounded = np.nan_to_num(medians.astype(np.float32), posinf=0.0, neginf=0.0)
         table[_key(index)] = [float(value) for value in rounded]
     return table
 
 
+def _medians(rows: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return each row's median of what is `known` in it, 0 where nothing is."""
+    if known.any() and (known == known[0]).all():
+        return np.median(rows[:, known[0]], axis=1)
+    return np.asarray([np.median(row[there]) if there.any() else 0.0 for row, there in zip(rows, known, strict=True)])
+
+
 def times(source: np.ndarray, objects: np.ndarray, table: Mapping[str, list[float]]) -> np.ndarray:
     """Return source times its object's factors, rounded to float32 once."""
-    scale = np.zeros(source.shape, np.float64)
-    for index in np.unique(objects[..., 0]):
-        scale[objects[..., 0] == index] = table.get(_key(index), [0.0] * source.shape[-1])
+    numbers = objects[..., 0]
+    found = np.unique(numbers)
+    scales = np.array([table.get(_key(index), [0.0] * source.shape[-1]) for index in found])
     with np.errstate(over="ignore", invalid="ignore"):
+        scale = scales[np.searchsorted(found, numbers)]
         return _finite((source.astype(np.float64) * scale).astype(np.float32))
 
 
@@ -102,14 +111,21 @@ def pinhole(camera: Any) -> list[list[float]] | None:
 
 
 def through(rays: list[list[float]], height: int, width: int) -> np.ndarray:
-    """Return the unit directions through the pixel centres, in float64 rounded to float32 once."""
+    """Return the unit directions through the pixel centres, in float64 rounded to float32 once; not to be changed."""
+    return _through(tuple(map(tuple, rays)), height, width)
+
+
+@lru_cache(maxsize=4)  # the renderers of a case share its camera
+def _through(rays: tuple[tuple[float, ...], ...], height: int, width: int) -> np.ndarray:
     corner, across, down = np.asarray(rays, np.float64)
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     # Term by term and product by product: the order in which the browser will round.
     d = [(corner[i] + x * across[i]) + y * down[i] for i in range(3)]
     with np.errstate(all="ignore"):
         length = np.sqrt((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2])
-        return _finite(np.stack([one / length for one in d], axis=-1).astype(np.float32))
+        directions = _finite(np.stack([one / length for one in d], axis=-1).astype(np.float32))
+    directions.setflags(write=False)
+    return directions
 
 
 def along(ray: np.ndarray, distance: np.ndarray, eye: Any) -> np.ndarray:

@@ -68,3 +68,20 @@ def test_without_objects_or_with_indices_that_are_no_numbers_nothing_breaks(own)
 
     assert how["by"] == "factors"
     assert np.isfinite(foretold).all()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_factors_are_each_object_s_and_channel_s_medians_of_what_is_finite(seed):
+    random = np.random.default_rng(seed)
+    objects = random.integers(-1, 3, (7, 9, 1)).astype(np.float32)
+    image, source = random.random((2, 7, 9, 3)).astype(np.float32)
+    source[random.random((7, 9)) < 0.3] = 0  # in the dark
+    source[random.random((7, 9, 3)) < 0.05 * (seed % 3)] = np.nan
+
+    table = factors(image, source, objects)
+
+    with np.errstate(all="ignore"):
+        ratio = image.astype(np.float64) / source
+    for index in np.unique(objects):
+        columns = [column[np.isfinite(column)] for column in ratio[objects[..., 0] == index].T]
+        assert table[str(int(index))] == [float(np.float32(np.median(column))) for column in columns]
