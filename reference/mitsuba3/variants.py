@@ -1,5 +1,6 @@
 """Load Mitsuba in one of its variants; which one is in force is global to the process."""
 
+from importlib.metadata import version as installed_version
 from importlib.util import find_spec
 from typing import Any
 
@@ -31,6 +32,5 @@ def unavailable(variant: str) -> str | None:
 
 def version(variant: str) -> str:
     """Return program, version and variant."""
-    import mitsuba
-
-    return f"Mitsuba {mitsuba.__version__} ({variant})"
+    # Importing Mitsuba takes longer than all else that a run does before its first render.
+    return f"Mitsuba {installed_version('mitsuba')} ({variant})"

@@ -52,19 +52,37 @@ def exact(value: Any) -> Any:
 
 
 @cache
+def _sources(place: str) -> tuple[bytes, ...]:
+    """Return name and SHA-256 of each source file at or below a place, in an order that depends on names alone."""
+    top = ROOT / place
+    found = [top] if top.is_file() else []
+    for folder, below, names in os.walk(top):
+        below[:] = sorted(name for name in below if name != "__pycache__")
+        found += [Path(folder, name) for name in sorted(names) if name.endswith(SUFFIXES)]
+    told = []
+    for path in found:
+        content = hashlib.sha256(path.read_bytes()).digest()
+        told.append(path.relative_to(ROOT).as_posix().encode() + b"\0" + content)
+    return tuple(told)
+
+
+@cache
 def code(places: Sequence[str]) -> str:
     """Return the SHA-256 of the source files at or below `places`, relative to the project's root."""
     content = hashlib.sha256()
     for place in places:
-        path = ROOT / place
-        for file in [path] if path.is_file() else sorted(path.rglob("*")):
-            if file.suffix in SUFFIXES:
-                content.update(file.relative_to(ROOT).as_posix().encode() + b"\0" + file.read_bytes())
+        for file in _sources(place):
+            content.update(file)
     return content.hexdigest()
+
+
+@cache
+def _installed(package: str) -> str:
+    return f"{package} {version(package)}"
 
 
 @cache
 def machine(packages: Sequence[str]) -> list[str]:
     """Return what beside code and data decides an answer's last bits: packages, interpreter, processor, compiler."""
-    installed = [f"{package} {version(package)}" for package in packages]
+    installed = [_installed(package) for package in packages]
     return [*installed, platform.python_version(), platform.machine(), os.environ.get("DRJIT_LIBLLVM_PATH", "")]
