@@ -14,6 +14,7 @@ MAGIC = b"rayproof entry 1\n"
 DIGEST = hashlib.sha256().digest_size
 START = len(MAGIC) + DIGEST
 COUNT = 8  # bytes that tell how long the JSON part is
+GLANCE = 4096  # numbers of an array that are looked at before all are
 
 
 class DamagedEntryError(ValueError):
@@ -27,8 +28,11 @@ def encode(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
         [name, array.dtype.str, arrays[name].dtype.str, list(np.shape(arrays[name]))] for name, array in written.items()
     ]
     header = json.dumps({"about": about, "arrays": table}).encode()
-    body = b"".join([len(header).to_bytes(COUNT, "little"), header, *(array.tobytes() for array in written.values())])
-    return MAGIC + hashlib.sha256(body).digest() + body
+    parts = [len(header).to_bytes(COUNT, "little"), header, *(_bytes(array) for array in written.values())]
+    checksum = hashlib.sha256()
+    for part in parts:
+        checksum.update(part)
+    return b"".join([MAGIC, checksum.digest(), *parts])
 
 
 def decode(data: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -69,9 +73,23 @@ def _header(data: bytes) -> tuple[dict[str, Any], int]:
 
 
 def _narrowed(array: np.ndarray) -> np.ndarray:
-    if array.dtype != np.float64:
+    # Nearly all that float32 does not hold says so in its first numbers.
+    if array.dtype != np.float64 or not _holds(_narrow(array.ravel()[:GLANCE]), array.ravel()[:GLANCE]):
         return array
+    narrow = _narrow(array)
+    return narrow if _holds(narrow, array) else array
+
+
+def _narrow(array: np.ndarray) -> np.ndarray:
     with np.errstate(over="ignore", invalid="ignore"):
-        narrow = array.astype(np.float32)
-        same = narrow.astype(np.float64).tobytes() == array.tobytes()
-    return narrow if same else array
+        return array.astype(np.float32)
+
+
+def _holds(narrow: np.ndarray, array: np.ndarray) -> bool:
+    """Say whether float32 numbers are the float64 ones to the last bit, the signs of zeros and NaNs included."""
+    return np.array_equal(narrow.astype(np.float64).view(np.uint64), array.view(np.uint64))
+
+
+def _bytes(array: np.ndarray) -> np.ndarray:
+    """Return an array's bytes where they lie."""
+    return array.reshape(-1).view(np.uint8)
