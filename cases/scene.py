@@ -8,6 +8,7 @@ placed by `to_world`; object normals outward, along +z, or by counter-clockwise 
 import hashlib
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -145,7 +146,7 @@ class Mesh(Shape):
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", faces)
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """Return the SHA-256 of what the mesh is, whatever file it came from."""
         content = hashlib.sha256(self.vertices.tobytes() + self.faces.tobytes())
