@@ -19,7 +19,7 @@ from reference.analytic.edges import Edges
 from reference.analytic.edges.lamps import LightEnd
 from reports.cache.digests import code, digest, machine, plain
 from reports.cache.entries import DamagedEntryError
-from reports.cache.store import Store, usual_folder
+from reports.cache.store import Store, usual_store
 
 # Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
 READING = 2e8  # bytes/s
@@ -69,7 +69,7 @@ def recalled(question: Question, store: Store | None = None) -> Rendered | None:
         DamagedEntryError: the entry is not what was written; it is gone.
 
     """
-    found = (store or Store(usual_folder())).get(_key(question.about, question.scene))
+    found = (store or usual_store()).get(_key(question.about, question.scene))
     if found is None:
         return None
     return Rendered(answers=_answers(found[1]), mean=found[1].get("mean"), cached=True)
@@ -87,7 +87,7 @@ def cached(
     An entry that is not what was written is removed, rendered anew and told of. A cache that cannot be written costs
     a note and nothing else. What costs less to render than to read is not kept, unless `always`.
     """
-    store = store or Store(usual_folder())
+    store = store or usual_store()
     notes: tuple[str, ...] = ()
     try:
         found = recalled(question, store)
@@ -115,7 +115,7 @@ class KeepingOracle:
     def __init__(self, oracle: Any, *, store: Store | None = None) -> None:
         self.render, self.at, self.continue_from = oracle.render, oracle.at, oracle.continue_from
         self._oracle = oracle
-        self._store = store or Store(usual_folder())
+        self._store = store or usual_store()
 
     def edges(self, scene: Scene) -> Edges:
         """Return the scene's edges, from the store if they are there unharmed."""

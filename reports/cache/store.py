@@ -9,6 +9,7 @@ import time
 import uuid
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from reports.cache.entries import DamagedEntryError, about, decode, encode
 VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
 LIMIT = 2 * 2**30  # bytes: three default suites
 LEAVE = 0.9  # of the limit, after the least recently used entries went
+UNSEEN = 1 / 64  # of the limit: what a process may write until it looks again at what others wrote
 SUFFIX, DRAFT = ".entry", ".draft"
 HEAD = 2**16  # bytes of an entry that a listing reads
 
@@ -40,13 +42,24 @@ def usual_folder() -> Path:
     return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("rayproof")) / "answers"
 
 
+def usual_store() -> "Store":
+    """Return this process's store in the usual folder."""
+    return _store(usual_folder())
+
+
+@cache
+def _store(folder: Path) -> "Store":
+    return Store(folder)
+
+
 class Store:
     """Entries by key below a folder that need not exist yet."""
 
     def __init__(self, folder: Path, *, limit: int = LIMIT) -> None:
         self.folder = folder
         self._limit = limit
-        self._size: int | None = None  # bytes, as far as this process knows
+        self._size: int | None = None  # bytes, when they were counted last
+        self._written = 0  # bytes since then
 
     def path(self, key: str) -> Path:
         """Return where a key's entry lies."""
@@ -80,11 +93,10 @@ class Store:
         if len(data) > self._limit:
             return
         self._write(self.path(key), data)
-        if self._size is None:
-            self._size = sum(size for _, size, _ in self._files())
-        else:
-            self._size += len(data)
-        if self._size > self._limit:
+        self._written += len(data)
+        if self._size is None or self._written > UNSEEN * self._limit:
+            self._size, self._written = sum(size for _, size, _ in self._files()), 0
+        if self._size + self._written > self._limit:
             self._evict()
 
     @staticmethod
@@ -149,7 +161,7 @@ class Store:
                 break
             path.unlink(missing_ok=True)
             left -= size
-        self._size = left
+        self._size, self._written = left, 0
 
     @staticmethod
     def _touch(path: Path) -> None:

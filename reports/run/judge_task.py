@@ -7,7 +7,7 @@ from reference import REFERENCES
 from reference.analytic import Analytic
 from reports.cache.guards import ask_once
 from reports.cache.references import KeepingOracle
-from reports.cache.store import Store, usual_folder
+from reports.cache.store import usual_store
 from reports.judge.adjudication import adjudication
 from reports.judge.judging import judge_case
 from reports.judge.outcomes import Outcome, worst
@@ -28,7 +28,7 @@ _ORACLE = Analytic()
 def _guarded(*, cached: bool) -> None:
     """Judge the sentinels before the first case; raise BrokenJudgeError if the judge gets one wrong."""
     if cached:
-        ask_once("judge", lambda: stand_guard(_ORACLE), Store(usual_folder()))
+        ask_once("judge", lambda: stand_guard(_ORACLE), usual_store())
     else:
         stand_guard(_ORACLE)
 

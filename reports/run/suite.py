@@ -11,7 +11,7 @@ from rich.console import Console
 from cases.case import Case
 from cases.families import all_cases, select
 from reports.cache.guards import ask_once
-from reports.cache.store import Store, usual_folder
+from reports.cache.store import usual_store
 from reports.judge.outcomes import Outcome, exit_code
 from reports.publish.pictures import Drawing
 from reports.run import assemble
@@ -44,7 +44,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
 
     """
     choose_packaged_llvm()
-    store = Store(usual_folder()) if request.cached else None
+    store = usual_store() if request.cached else None
     if store is None:
         stand_guards()
     else:

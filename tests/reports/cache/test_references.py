@@ -186,6 +186,17 @@ def test_the_least_recently_used_go_first(tmp_path):
     assert sum(item.size for item in store.items()) <= 4 * size
 
 
+def test_what_another_store_wrote_is_counted_before_a_64th_of_the_limit_is_added(tmp_path):
+    array = {"a": np.full(1000, 0.1)}
+    size = len(encode({"key": "k" * 64}, array))
+    stores = [Store(tmp_path, limit=128 * size) for _ in range(2)]
+
+    for index in range(201):
+        stores[index % 2].put(f"{index:064x}", {}, array)
+        if index % 20 == 0:
+            assert sum(item.size for item in stores[0].items()) <= (128 + 2 * 2) * size
+
+
 def test_many_writers_and_readers_at_once_see_whole_entries_only(tmp_path):
     keys = [f"{index:064x}" for index in range(4)]
     array = {"a": np.random.default_rng(0).random((50, 50, 3))}
