@@ -1,6 +1,7 @@
 """Embree as a reference: which triangle a ray meets first, and whether one lies in between."""
 
 from collections.abc import Collection
+from functools import cache
 from importlib.metadata import version as installed_version
 from importlib.util import find_spec
 
@@ -32,7 +33,7 @@ class Embree:
 
     def version(self) -> str:
         """Return program and version, for the report."""
-        return f"Embree (embreex {installed_version('embreex')})"
+        return _version()
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
@@ -61,3 +62,8 @@ class Embree:
             raise ValueError(f"Embree has no radiance to take the mean of over {samples} x {samples} samples")
         found = {Stage.RAY: rays(scene)} if Stage.RAY in stages else {}
         return found | answers(scene, stages) if set(stages) - {Stage.RAY} else found
+
+
+@cache
+def _version() -> str:
+    return f"Embree (embreex {installed_version('embreex')})"

@@ -5,6 +5,7 @@ the float64 ones are kept beside them, since they decide how far away a triangle
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Facets:
     face: np.ndarray  # (n,) a mesh's triangle, else 0
 
 
+@lru_cache(maxsize=4)
 def facets(scene: Scene) -> Facets:
     """Return the triangles of all shapes, without those that have no area.
 

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,6 +13,7 @@ CUBE_CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
 SQUARE_CORNERS = CUBE_CORNERS[::2] * (1.0, 1.0, 0.0)
 
 
+@lru_cache(maxsize=256)
 def box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest world coordinates [m] of a finite shape, (3,) each.
 

@@ -1,5 +1,7 @@
 """What Mitsuba cannot answer, in sentences."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from cases.scene import Scene
@@ -20,6 +22,7 @@ def refusal(scene: Scene, stage: Stage) -> str | None:
     return _size(scene) or (_light(scene, stage) if stage in LIT else None)
 
 
+@lru_cache(maxsize=4)
 def _size(scene: Scene) -> str | None:
     boxes = [corner for _, shape in finite_shapes(scene) for corner in box(shape)]
     points = np.array([scene.camera.eye, *(light.position for light in scene.lights), *boxes])

@@ -5,6 +5,7 @@ of a mirrored `sphere` inwards, and the geometric normals of a mirrored `cube` o
 normals. Under an `instance` all of them are right.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ def needs_instance(shape: Shape) -> bool:
     return bool(np.linalg.det(linear) < 0) or (isinstance(shape, Sphere) and not is_similarity(shape.to_world))
 
 
+@lru_cache(maxsize=64)
 def kept_faces(shape: Triangle | Mesh) -> np.ndarray:
     """Return the indices of the triangles that have an area: Embree may report hits of the others."""
     corners = world_triangles(shape).astype(np.float64)

@@ -6,6 +6,7 @@ coordinate lies between 512 and 1024; a power of two, so that no number is round
 """
 
 import itertools
+from functools import lru_cache
 from math import frexp, inf
 
 import numpy as np
@@ -28,6 +29,7 @@ def scale(scene: Scene) -> float:
     return 2.0 ** (LARGEST_EXPONENT - frexp(extent(scene))[1])
 
 
+@lru_cache(maxsize=4)
 def extent(scene: Scene) -> float:
     """Return the largest distance [m] from the origin, along an axis, of the eye, a light or a finite shape.
 
@@ -45,6 +47,7 @@ def extent(scene: Scene) -> float:
     return max(largest) or 1.0
 
 
+@lru_cache(maxsize=256)
 def box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest world coordinates [m] of a finite shape, (3,) each."""
     if isinstance(shape, Triangle | Mesh):

@@ -1,5 +1,7 @@
 """What rtrace cannot answer, in sentences."""
 
+from functools import lru_cache
+
 from cases.scene import Plane, Scene, Sphere
 from cases.similarity import is_similarity
 from cases.stages import IMAGE_STAGES, Stage
@@ -43,6 +45,7 @@ def _horizon(scene: Scene) -> str | None:
     return None
 
 
+@lru_cache(maxsize=4)
 def _shapes(scene: Scene) -> str | None:
     least = FTINY / COARSEST / scale(scene)
     for index, shape in enumerate(scene.shapes):
