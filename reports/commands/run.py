@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from reports.commands.lookup import Repeated, configurations, references_named
-from reports.commands.report import write_one_file
 from reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 if TYPE_CHECKING:
@@ -125,6 +124,9 @@ def run(
         from reports.run.suite import run as run_suite
 
         code = run_suite(request, pool)
+    # Not above: the tracer's worker should not wait until what prints tables is imported.
+    from reports.commands.report import write_one_file
+
     write_one_file(out, asked=single_file)
     return code
 
