@@ -31,6 +31,7 @@ class Body:
     """A shape that has a formula of its own."""
 
     index: int
+    number: Any  # the same on the device
     shape: Shape
     placement: Placement
     arrays: Any
@@ -73,6 +74,7 @@ class Bodies:
         return tuple(
             Body(
                 index=index,
+                number=self.parameters(f"shape {index} number", self.types.Int(index)),
                 shape=shape,
                 placement=self._placements[index],
                 arrays=self._kept(index, upload(shape, self.types)),
@@ -93,7 +95,9 @@ class Bodies:
     def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval]) -> list[Nearest]:
         """Return the nearest hits of rays from the eye; at a tie the lower shape index."""
         closer, Float, Int = self.configuration["nearest"], self.types.Float, self.types.Int
-        best, shape, face = [Float(dr.inf)] * len(rays), [Int(-1)] * len(rays), [Int(-1)] * len(rays)
+        width = max(dr.width(ray.direction) for ray in rays)
+        best = [self.parameters.per_lane(Float(dr.inf), width) for _ in rays]
+        shape = [self.parameters.per_lane(Int(-1), width) for _ in rays]
         asked = self._seen(rays)
         for body in self.each:
 
@@ -104,17 +108,22 @@ class Bodies:
             for k, distance in enumerate(meet() if some is None else where(some, meet, [Float(dr.inf)] * len(rays))):
                 take = closer(distance, best[k])
                 best[k] = dr.select(take, distance, best[k])
-                shape[k] = dr.select(take, body.index, shape[k])
-                face[k] = dr.select(take, 0, face[k])
-        found = zip(best, shape, face, strict=True)
-        return [Nearest(distance=t, shape=index, face=side, number=None) for t, index, side in found]
+                shape[k] = dr.select(take, body.number, shape[k])
+            # Then scenes share a kernel for each kind of body, however many they have of it and in whatever order.
+            self.parameters.store(best, shape)
+        return [
+            Nearest(distance=t, shape=index, face=dr.select(index >= 0, Int(0), -1), number=None)
+            for t, index in zip(best, shape, strict=True)
+        ]
 
     def blocked(self, feelers: Sequence[Feeler], light: Vector | None) -> list[Any]:
         """Return where a body other than the one that it leaves out is met inside a feeler's interval.
 
         `light` [m] is where they end, None where the kernel reads it from memory.
         """
-        obstructed, blocked = self.configuration["obstructed"], [self.types.Bool(False)] * len(feelers)
+        obstructed = self.configuration["obstructed"]
+        width = max(dr.width(feeler.ray.origin) for feeler in feelers)
+        blocked = [self.parameters.per_lane(self.types.Bool(False), width) for _ in feelers]
         missed = obstructed(self.types.Float(dr.inf))
         asked = self._felt(feelers, light)
         for body in self.each:
@@ -122,13 +131,14 @@ class Bodies:
             def meet(body: Body = body) -> list[Any]:
                 distances = [self._distance(body, one.ray, one.interval) for one in feelers]
                 return [
-                    obstructed(t if one.skip is None else dr.select(one.skip == body.index, dr.inf, t))
+                    obstructed(t if one.skip is None else dr.select(one.skip == body.number, dr.inf, t))
                     for one, t in zip(feelers, distances, strict=True)
                 ]
 
             some = asked(body)
             found = meet() if some is None else where(some, meet, [missed] * len(feelers))
             blocked = [there | one for there, one in zip(blocked, found, strict=True)]
+            self.parameters.store(blocked)
         return blocked
 
     def _right(self, body: Body) -> bool:
@@ -145,6 +155,7 @@ class Bodies:
         if len(rays) == 1:
             return lambda body: None
         directions = Directions([ray.direction for ray in rays], self.types)
+        self.parameters.store(directions.arrays)
 
         def asked(body: Body) -> Any:
             about = self._cone(body, self.scene.camera.eye)
@@ -162,6 +173,7 @@ class Bodies:
             return lambda body: None
         active = [feeler.active for feeler in feelers]
         directions = Directions([feeler.ray.direction for feeler in feelers], self.types, active=active)
+        self.parameters.store(directions.arrays)
 
         def asked(body: Body) -> Any:
             if isinstance(body.shape, Plane):

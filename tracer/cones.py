@@ -81,6 +81,11 @@ class Directions:
         # A box about the point itself holds all directions.
         self.across = dr.select(along > 0, dr.sqrt(across), dr.inf)
 
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """Return all that a cone is compared with."""
+        return self.middle, self.along, self.across
+
 
 @dataclass(frozen=True, kw_only=True)
 class Cone:

@@ -79,7 +79,9 @@ class Illumination:
     def _feeling(self) -> tuple[World, list[Hit]]:
         """Return the world that feelers run through and the points that they start from, in their precision."""
         if not self.configuration.formula("feeler").facts["doubles"] or self.types.precision == "float64":
-            return self.world, [_hit(surfaces) for surfaces in self.surfaces]
+            hits = [_hit(surfaces) for surfaces in self.surfaces]
+            self.world.parameters.store([hit.clearance for hit in hits])
+            return self.world, hits
         types = array_types("float64")
         usual = self.world
         world = World(
@@ -92,6 +94,8 @@ class Illumination:
             window = t * 2.0**-10
             rays.append(Ray(origin=types.Vector(surfaces.ray.origin), direction=types.Vector(surfaces.ray.direction)))
             intervals.append(Interval(nearest=t - window, farthest=t + window))
+        usual.parameters.store([(ray.origin, ray.direction) for ray in rays])
+        usual.parameters.store([(interval.nearest, interval.farthest) for interval in intervals])
         again = world.nearest(rays, intervals)
         hits = []
         for surfaces, ray, hit in zip(self.surfaces, rays, again, strict=True):
@@ -113,11 +117,12 @@ class Illumination:
         Float, Vector = world.types.Float, world.types.Vector
         start = self.configuration["feeler"](hit, Float(towards.cosine), Float(towards.distance))
         direction, end = self.configuration["segment"](start.origin, Vector(towards.light))
+        width = dr.width(direction)
         if start.shorter:
             end = end * (1 - start.shorter)
         return Feeler(
             ray=Ray(origin=start.origin, direction=direction),
-            interval=Interval(nearest=Float(start.nearest), farthest=Float(end)),
+            interval=Interval(nearest=world.parameters.per_lane(Float(start.nearest), width), farthest=Float(end)),
             skip=start.skip,
             active=active,
         )
@@ -141,6 +146,7 @@ class Illumination:
             return masks
         world, hits = self._feeling
         feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
+        world.parameters.store([feeler.arrays for feeler in feelers])
         self._next_step()
         blocked = world.blocked(feelers, world.types.Vector(towards[0].light), place=towards[0].place)
         free = [mask & ~there for mask, there in zip(masks, blocked, strict=True)]

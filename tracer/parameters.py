@@ -15,6 +15,8 @@ import drjit as dr
 class Parameters(Protocol):
     """What turns numbers into what a kernel is traced with."""
 
+    shared: bool  # whether kernels are to be short and the same for as many scenes as possible
+
     def __call__(self, name: str, value: Any) -> Any:
         """Return the Dr.Jit literal `value`, a number, vector or matrix; `name` is its own and says what it is."""
         ...
@@ -23,9 +25,18 @@ class Parameters(Protocol):
         """Let a kernel end here, if kernels are to be shared, with `values` (any tree of arrays) in memory."""
         ...
 
+    def per_lane(self, value: Any, width: int) -> Any:
+        """Return the value, if kernels are to be shared once for each of `width` lanes and in memory.
+
+        Then it is the same code whether it differs from lane to lane, and whether a kernel has changed it before.
+        """
+        ...
+
 
 class Literals:
     """Numbers that are part of the code."""
+
+    shared = False
 
     def __call__(self, name: str, value: Any) -> Any:
         """Return the value as it is."""
@@ -34,9 +45,15 @@ class Literals:
     def store(self, *values: Any) -> None:
         """Let the kernel go on."""
 
+    def per_lane(self, value: Any, width: int) -> Any:
+        """Return the value as it is."""
+        return value
+
 
 class Numbers:
     """Numbers that are read from memory."""
+
+    shared = False
 
     def __init__(self) -> None:
         self._kept: dict[tuple[str, type], Any] = {}
@@ -55,14 +72,28 @@ class Numbers:
     def store(self, *values: Any) -> None:
         """Let the kernel go on."""
 
+    def per_lane(self, value: Any, width: int) -> Any:
+        """Return the value as it is."""
+        return value
+
 
 class Stages(Numbers):
     """Numbers that are read from memory, and what a stage hands to the next as well."""
+
+    shared = True
 
     def store(self, *values: Any) -> None:
         """Let a kernel end here, with the values in memory; inside a loop of the kernel nothing can end."""
         if not dr.flag(dr.JitFlag.SymbolicScope):
             dr.eval(*values)
+
+    def per_lane(self, value: Any, width: int) -> Any:
+        """Return the value in memory, once for each lane; inside a loop of the kernel, as it is."""
+        if dr.width(value) == width or dr.flag(dr.JitFlag.SymbolicScope):
+            return value
+        laid_out = dr.repeat(value, width)
+        dr.make_opaque(laid_out)
+        return laid_out
 
 
 LITERALS = Literals()

@@ -35,7 +35,11 @@ class Placement:
                 value = matrix[at]
                 if value == 0:
                     continue
-                factor = None if value == 1 else self._number(f"{what} {at}", value, component)
+                factor = (
+                    None
+                    if value == 1 and not self.parameters.shared
+                    else self._number(f"{what} {at}", value, component)
+                )
                 if total is None:
                     total = component if factor is None else component * factor
                 else:
@@ -44,10 +48,13 @@ class Placement:
 
         return type(vector)(*(row(place) for place in range(3)))
 
-    def _origin(self, like: Any) -> list[Any]:
-        """Return the world position of the object-space origin, None where a coordinate is 0."""
+    def _origin(self, like: Any, *, whole: bool = False) -> list[Any]:
+        """Return the world position of the object-space origin, unless `whole` None where a coordinate is 0."""
         found = zip(self.translation, like, strict=True)
-        return [None if t == 0 else self._number(f"translation {axis}", t, x) for axis, (t, x) in enumerate(found)]
+        return [
+            None if t == 0 and not whole else self._number(f"translation {axis}", t, x)
+            for axis, (t, x) in enumerate(found)
+        ]
 
     @property
     def identity(self) -> bool:
@@ -72,7 +79,7 @@ class Placement:
     def point_to_object(self, point: Any) -> Any:
         """Return a world point in object space."""
         # Subtracting first keeps the error proportional to the distance from the shape, not from the world's origin.
-        pairs = zip(point, self._origin(point), strict=True)
+        pairs = zip(point, self._origin(point, whole=self.parameters.shared), strict=True)
         return self._product("inverse", self.inverse, type(point)(*(x if t is None else x - t for x, t in pairs)))
 
     def vector_to_object(self, vector: Any) -> Any:

@@ -1,7 +1,7 @@
 """What depends on which shape was hit: chosen per pixel among the shapes, or looked up where there are many."""
 
 import hashlib
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -62,16 +62,25 @@ class Surfaces:
         """Return which rays hit anything."""
         return self.hit.distance < dr.inf
 
-    def _choose(self, values: Sequence[Any], otherwise: Any) -> Any:
+    def _shows(self, index: int) -> Any:
+        """Return which pixels show a shape."""
+        return self.hit.shape == self.world.parameter(index, "number", self.types.Int(index))
+
+    def _choose(self, values: Iterable[Any], otherwise: Any) -> Any:
         """Return, per pixel, the value of the shape that was hit."""
-        chosen = otherwise
+        parameters = self.world.parameters
+        chosen = parameters.per_lane(otherwise, dr.width(self.hit.shape))
         for index, value in enumerate(values):
-            chosen = dr.select(self.hit.shape == index, value, chosen)
+            chosen = dr.select(self._shows(index), value, chosen)
+            parameters.store(chosen)
         return chosen
 
     def constant(self, name: str, of: Callable[[Shape], Value], upload: Callable[[Value], Any]) -> Any:
         """Return a constant of the shape that was hit, without any choice where all shapes share it."""
         values = [of(shape) for shape in self.shapes]
+        if self.world.parameters.shared:
+            # Where nothing was hit, the last one's, as below.
+            return self._look_up([values[-1], *values], upload(values[0]), first=-1)
         if len(set(values)) == 1:
             return self.world.parameter(0, f"constant {name}", upload(values[0]))
         if self.world.plan.tables:
@@ -80,15 +89,18 @@ class Surfaces:
         *others, last = (self.world.parameter(index, f"constant {name}", upload(value)) for index, value in named)
         return self._choose(others, last)
 
-    def _look_up(self, values: Sequence[Any], like: Any) -> Any:
-        """Return, per pixel, the value of the shape that was hit, from a table; `like` has the type of one."""
+    def _look_up(self, values: Sequence[Any], like: Any, *, first: int = 0) -> Any:
+        """Return, per pixel, the value of the shape that was hit, from a table; `like` has the type of one.
+
+        The table begins with the shape `first`, -1 for pixels that show none.
+        """
         table = np.asarray(values, dtype=np.float64)
         # Named by what is in it: the same table has the same name in every trace of a scene.
         name = hashlib.sha256(table.tobytes()).hexdigest()[:16]
         numbers = self.world.assets.floats(f"table {name}", self.types, lambda: table)
-        found = self.hit.shape >= 0
+        found = self.hit.shape >= first
         kind = self.types.Float if dr.is_mask_v(like) else type(like)
-        value = dr.gather(kind, numbers, self.types.UInt(self.hit.shape), found)
+        value = dr.gather(kind, numbers, self.types.UInt(self.hit.shape - first), found)
         return value > 0 if dr.is_mask_v(like) else value
 
     @cached_property
@@ -108,7 +120,9 @@ class Surfaces:
     @cached_property
     def position(self) -> Any:
         """Return the hit points [m]; where nothing was hit they mean nothing."""
-        return self.configuration["position"](self.ray, self.hit.distance, ObjectRay(surfaces=self))
+        found = self.configuration["position"](self.ray, self.hit.distance, ObjectRay(surfaces=self))
+        self.world.parameters.store(found)
+        return found
 
     def object_ray(self) -> tuple[Ray, Callable[[Any], Any]]:
         """Return the ray in the object space of the shape that was hit, and what takes its points to world space."""
@@ -149,7 +163,7 @@ class Surfaces:
             case Mesh():
                 if self.world.forest is None:
                     return self.types.Vector(0)
-                return self.world.forest.normal(self.hit.number, self.hit.shape == index)
+                return self.world.forest.normal(self.hit.number, self._shows(index))
             case Triangle():
                 return self.world.parameter(index, "normal", self.types.Vector(*flat_normal(shape)))
             case _:
@@ -200,7 +214,7 @@ class Surfaces:
         """Return the shading normals N, 0 where nothing was hit."""
         if self.world.plan.tables:
             return self._facing(self._looked_up_normal())
-        each = [self._normal(index, shape) for index, shape in enumerate(self.shapes)]
+        each = (self._normal(index, shape) for index, shape in enumerate(self.shapes))
         return self._facing(self._choose(each, self.types.Vector(0)))
 
     @cached_property

@@ -111,9 +111,11 @@ class Trace:
         clip, seen = self.configuration[f"clip_{self.scene.clip}"], self._seen_from
         intervals = []
         for ray in self.rays:
-            near, far = clip(ray.direction, seen.forward, seen.near, seen.far)
+            ends = clip(ray.direction, seen.forward, seen.near, seen.far)
+            width = dr.width(ray.direction)
+            near, far = (self._parameters.per_lane(self.types.Float(end), width) for end in ends)
             intervals.append(Interval(nearest=near, farthest=far))
-        self._next_step()
+        self._end([(interval.nearest, interval.farthest) for interval in intervals])
         return intervals
 
     @cached_property
@@ -142,7 +144,7 @@ class Trace:
         count = self.lanes.width * self.lanes.height
         numbers = tiles.lanes.numbers(tiles.positions)
         rays, intervals = tiles.rays, tiles._intervals
-        self._parameters.store(numbers, [(interval.nearest, interval.farthest) for interval in intervals])
+        self._parameters.store(numbers)
         found = []
         for grove in tiles.world.groves:
             distance, item = dr.empty(self.types.Float, count), dr.empty(self.types.Int, count)

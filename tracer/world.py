@@ -186,7 +186,7 @@ class World:
         blocked = self.bodies.blocked(feelers, place)
         rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
         if self.groves:
-            self.parameters.store(blocked, [feeler.arrays for feeler in feelers], light)
+            self.parameters.store(light)
             prepare(rays)
         for grove in self.groves:
             active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]

@@ -82,6 +82,30 @@ def test_scenes_of_one_structure_share_the_kernels_of_all_stages(mesh: bool) -> 
     assert kernels() <= one
 
 
+@pytest.mark.parametrize("mesh", [False, True])
+def test_scenes_of_the_same_kinds_share_all_kernels_whatever_their_number_and_order(mesh: bool) -> None:
+    usual = member(0, mesh=mesh)
+    render(usual, tuple(Stage), Configuration())
+    one = kernels()
+
+    more = (*member(1).shapes[1:3], *usual.shapes[::-1])
+    render(dataclasses.replace(usual, shapes=more), tuple(Stage), Configuration())
+
+    assert kernels() <= one
+
+
+def test_clipping_is_a_kernel_of_its_own() -> None:
+    usual = member(0, mesh=True)
+    render(usual, tuple(Stage), Configuration())
+    one = kernels()
+
+    for clip in ("shell", "none"):
+        render(dataclasses.replace(usual, clip=clip), tuple(Stage), Configuration())
+
+        # For each of the samples of a tile, and one by one.
+        assert len(kernels() - one) <= 2
+
+
 def test_another_formula_compiles_the_kernel_of_its_stage() -> None:
     render(member(0, mesh=True), tuple(Stage), Configuration())
     usual = kernels()

@@ -127,7 +127,7 @@ class Forest:
     """The tree and its triangles as Dr.Jit arrays."""
 
     def __init__(self, host: HostForest, types: ArrayTypes, assets: Assets, parameters: Parameters = LITERALS) -> None:
-        self.types, self.host, self._assets = types, host, assets
+        self.types, self.host, self._assets, self._parameters = types, host, assets, parameters
         self.nodes = Nodes(host.nodes, types, assets, name="forest", parameters=parameters)
 
     @property
@@ -152,7 +152,7 @@ class Forest:
     def shape(self, number: Any, active: Any) -> Any:
         """Return the index of the shape that a triangle belongs to."""
         if len(self.host.members) == 1:
-            return self.types.Int(self.host.members[0].index)
+            return self._parameters("forest shape", self.types.Int(self.host.members[0].index))
         shapes = self._assets.upload("forest shapes", self.types.Int, lambda: self.host.shapes)
         return dr.gather(self.types.Int, shapes, self.types.UInt(number), active)
 
