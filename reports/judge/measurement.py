@@ -1,6 +1,7 @@
 """Measuring one image against another: error over limit, pixel by pixel, worst pixel first, nothing dropped."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,11 +104,19 @@ def _over(wrong: np.ndarray, limit: np.ndarray) -> np.ndarray:
     return ratio if usual.all() else np.where(usual, ratio, np.where(wrong <= 0, 0.0, np.inf))
 
 
-def _worst_channel(wrong: np.ndarray, limit: np.ndarray) -> float:
+def _worst_channel(wrong: Sequence[float], limit: Sequence[float]) -> float:
     """Return one pixel's error: that of the channel that is farthest over its limit, 0 where none is off."""
-    ratio = _over(np.atleast_1d(wrong), np.atleast_1d(limit))
-    worst = int(ratio.argmax())
-    return float(np.atleast_1d(wrong)[worst]) if ratio[worst] > 0 else 0.0
+    times = [_times(*both) for both in zip(wrong, limit, strict=True)]
+    worst = max(times)
+    return wrong[times.index(worst)] if worst > 0 else 0.0
+
+
+def _times(wrong: float, limit: float) -> float:
+    """Return one error over its limit, 0 without an error and inf for NaN."""
+    if wrong <= 0:
+        return 0.0
+    ratio = wrong / limit if limit > 0 else math.inf
+    return math.inf if math.isnan(ratio) else ratio
 
 
 def measure(
@@ -129,7 +138,7 @@ def measure(
     `window` are those that only a party's own epsilon leaves undecided.
     """
     ratio, wrong = ratios(stage, ours, theirs, limit)
-    forgiven = edge & excused
+    forgiven, inside = edge & excused, ~edge
     judged = np.where(forgiven, 0.0, ratio) if forgiven.any() else ratio
     row, column = divmod(int(judged.argmax()), judged.shape[1])
     there = judged[row, column]
@@ -146,27 +155,29 @@ def measure(
     everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
     finite = bool(np.isfinite(ours).all())
     within = None if window is None or stage is Stage.RAY else window & edge
-    worst_error = _worst_channel(wrong[row, column], limit[row, column])
+    own, others = (tuple(map(float, image[row, column])) for image in (ours, theirs))
+    errors, bounds = (np.atleast_1d(image[row, column]).tolist() for image in (wrong, limit))
+    worst_error = _worst_channel(errors, bounds if len(bounds) == len(errors) else bounds * len(errors))
     return Measurement(
         worst_ratio=float(there),
         worst_inside=worst_inside,
         worst_error=worst_error,
         limit=float(worst_error / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
         pixel=(column, row),
-        ours=tuple(map(float, ours[row, column])),
-        theirs=tuple(map(float, theirs[row, column])),
-        interior=int(np.count_nonzero(everywhere & ~edge)),
-        over_inside=int(np.count_nonzero(differ & ~edge)) if worst_inside > 1 else 0,
+        ours=own,
+        theirs=others,
+        interior=int(np.count_nonzero(everywhere & inside)),
+        over_inside=int(np.count_nonzero(differ & inside)) if worst_inside > 1 else 0,
         edge=int(np.count_nonzero(edge)),
         differ_at_edge=int(np.count_nonzero(at_edge)) if some else 0,
         wrong_at_edge=int(np.count_nonzero(at_edge & ~excused)) if some else 0,
         in_window=int(np.count_nonzero(within)) if within is not None else 0,
         differ_in_window=int(np.count_nonzero(within & differ)) if within is not None and some else 0,
-        hit_miss=int(np.count_nonzero(misses & ~edge)) if misses is not None else 0,
+        hit_miss=int(np.count_nonzero(misses & inside)) if misses is not None else 0,
         nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(ours)))),
         inf=0 if finite else _new_infinities(ours, theirs, forgiven),
         flagged=int(np.count_nonzero(flagged)),
-        ulp=_ulp(ours[row, column], theirs[row, column], precision),
+        ulp=_ulp(own, others, precision),
     )
 
 
@@ -175,10 +186,11 @@ def _new_infinities(ours: np.ndarray, theirs: np.ndarray, forgiven: np.ndarray) 
     return int(np.count_nonzero(any_of(np.isinf(ours) & ~np.isinf(theirs)) & ~forgiven))
 
 
-def _ulp(ours: np.ndarray, theirs: np.ndarray, precision: str) -> float:
+def _ulp(ours: Sequence[float], theirs: Sequence[float], precision: str) -> float:
     """Return one pixel's error in units in the last place of the reference's largest component."""
-    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()) or not len(ours):
-        return 0.0 if np.array_equal(ours, theirs) else math.inf
-    size = max(float(np.abs(theirs).max()), float(np.finfo(precision).tiny))
+    if not all(map(math.isfinite, (*ours, *theirs))) or not ours:
+        return 0.0 if ours == theirs else math.inf
+    size = max(*map(abs, theirs), float(np.finfo(precision).tiny))
     # Python's division: next to a black reference the quotient may overflow, which is an answer and no mishap.
-    return float(np.abs(ours - theirs).max()) / float(np.spacing(np.asarray(size, dtype=precision)))
+    farthest = max(abs(one - other) for one, other in zip(ours, theirs, strict=True))
+    return farthest / float(np.spacing(np.asarray(size, dtype=precision)))
