@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reference.analytic.vectors import dot, length
+
 
 @dataclass(frozen=True, kw_only=True)
 class Ellipsoid:
@@ -27,10 +29,10 @@ class Ellipsoid:
         start = self.to_unit @ (apex - self.center)
         with np.errstate(all="ignore"):
             along = directions @ self.to_unit.T
-            speed = np.linalg.norm(along, axis=1)
+            speed = length(along)
             along = along / speed[:, np.newaxis]
             middle = -(along @ start)
-            foot = np.linalg.norm(start + middle[:, np.newaxis] * along, axis=1)
+            foot = length(start + middle[:, np.newaxis] * along)
             half_chord = np.sqrt((1 - foot) * (1 + foot))
             outer = middle + np.copysign(half_chord, middle)
             # The power of the apex is the product of the two roots; it gives the one that would cancel.
@@ -61,7 +63,7 @@ class Ellipsoid:
         on_sphere = self.unit_points(points)
         if np.linalg.norm(source) <= 1:
             return np.zeros(len(points), dtype=bool)
-        return (on_sphere * (source - on_sphere)).sum(axis=1) < 0
+        return dot(on_sphere, source - on_sphere) < 0
 
     def normals(self, points: np.ndarray) -> np.ndarray:
         """Return outward normals of any length: the gradient of |y|^2 / 2, shape (N, 3)."""

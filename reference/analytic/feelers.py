@@ -11,6 +11,7 @@ from cases.scene import Cube, Scene
 from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.polygons import Polygons
 from reference.analytic.surfaces import cube_points, surface_of
+from reference.analytic.vectors import dot
 
 
 def visibility(scene: Scene, objects: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -29,7 +30,7 @@ def visibility(scene: Scene, objects: np.ndarray, positions: np.ndarray, normals
 
 def above_horizon(source: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Return whether dot(N, L) > 0, shape (N,)."""
-    return (normals * (source - positions)).sum(axis=1) > 0
+    return dot(normals, source - positions) > 0
 
 
 def blocked(scene: Scene, index: int, source: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:

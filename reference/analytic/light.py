@@ -7,6 +7,7 @@ whose normal is turned by theta fills cos(theta) / r^2 of it.
 import numpy as np
 
 from cases.scene import Scene
+from reference.analytic.vectors import dot, length
 
 
 def irradiance(scene: Scene, positions: np.ndarray, normals: np.ndarray, visible: np.ndarray) -> np.ndarray:
@@ -18,14 +19,14 @@ def irradiance(scene: Scene, positions: np.ndarray, normals: np.ndarray, visible
             # Scaled by its greatest component: r^2 alone could overflow, or vanish.
             size = np.abs(offset).max(axis=1)
             scaled = offset / size[:, np.newaxis]
-            length = np.linalg.norm(scaled, axis=1)
-            cosine = np.clip((normals * scaled).sum(axis=1) / length, 0, None)
+            stretch = length(scaled)
+            cosine = np.clip(dot(normals, scaled) / stretch, 0, None)
             lit = (visible[:, column] > 0) & (cosine > 0)
             for channel in range(3):
                 if scene.shading == "simplified":
                     part = light.flux[channel] * np.minimum(cosine, 1)
                 else:
-                    part = light.flux[channel] / (4 * np.pi) * cosine / length / length / size / size
+                    part = light.flux[channel] / (4 * np.pi) * cosine / stretch / stretch / size / size
                 total[:, channel] += np.where(lit, part, 0)
     return total
 
@@ -45,6 +46,6 @@ def radiance(
 
     A two-sided surface needs no question of its own: its normal is turned towards the viewer already.
     """
-    seen = (objects[:, 0] >= 0) & ((normals * directions).sum(axis=1) < 0)
+    seen = (objects[:, 0] >= 0) & (dot(normals, directions) < 0)
     scale = 1.0 if scene.shading == "simplified" else 1 / np.pi
     return np.where(seen[:, np.newaxis], leaving * scale, 0)

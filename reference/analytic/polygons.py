@@ -6,10 +6,12 @@ of corners come first: the error is a few roundings of the distance, relative to
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from reference.analytic.pencils import bundles
+from reference.analytic.vectors import cross, dot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,17 +22,17 @@ class Polygons:
     numbers: np.ndarray  # (faces,)
     closed: bool  # whether a face's edges belong to it
 
-    @property
+    @cached_property
     def normals(self) -> np.ndarray:
         """Return the faces' normals by winding, of any length, shape (faces, 3)."""
-        return np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, -1] - self.corners[:, 0])
+        return cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, -1] - self.corners[:, 0])
 
     def edge_normals(self, apex: np.ndarray) -> np.ndarray:
         """Return the normals of the planes through the apex and each edge, shape (faces, corners, 3)."""
         start, end = self.corners, np.roll(self.corners, -1, axis=1)
         swap = later(start, end)[..., np.newaxis]
         lesser, greater = np.where(swap, end, start), np.where(swap, start, end)
-        return np.cross(lesser - apex, greater - lesser) * np.where(swap, -1.0, 1.0)
+        return cross(lesser - apex, greater - lesser) * np.where(swap, -1.0, 1.0)
 
     def meetings(self, apex: np.ndarray, directions: np.ndarray):
         """Yield (rays, faces, t (rays, faces)): t of apex + t directions on each face, NaN where it is missed.
@@ -38,14 +40,15 @@ class Polygons:
         Pairs that are not yielded miss.
         """
         edges, normals = self.edge_normals(apex), self.normals
-        heights = ((self.corners[:, 0] - apex) * normals).sum(axis=1)
+        heights = dot(self.corners[:, 0] - apex, normals)
         for rays, faces in bundles(directions, self.corners - apex):
             # Not a matrix product: both faces of an edge must round alike, wherever they stand in memory.
-            x, y, z = (directions[rays, axis, np.newaxis, np.newaxis] for axis in range(3))
-            volumes = x * edges[faces, :, 0] + y * edges[faces, :, 1] + z * edges[faces, :, 2]
-            least, greatest = volumes[..., 0], volumes[..., 0]
-            for corner in range(1, volumes.shape[2]):
-                least, greatest = np.minimum(least, volumes[..., corner]), np.maximum(greatest, volumes[..., corner])
+            x, y, z = (directions[rays, axis, np.newaxis] for axis in range(3))
+            least = greatest = np.zeros(0)
+            for corner, normal in enumerate(np.moveaxis(edges[faces], 1, 0)):
+                volume = x * normal[:, 0] + y * normal[:, 1] + z * normal[:, 2]
+                least = np.minimum(least, volume) if corner else volume
+                greatest = np.maximum(greatest, volume) if corner else volume
             inside = (least >= 0) | (greatest <= 0) if self.closed else (least > 0) | (greatest < 0)
             with np.errstate(all="ignore"):
                 crossing = heights[faces] / (directions[rays] @ normals[faces].T)

@@ -12,6 +12,7 @@ from cases.stages import Stage
 from reference.analytic import feelers, light
 from reference.analytic.nearest import distances_to, nearest
 from reference.analytic.surfaces import outward_normals
+from reference.analytic.vectors import dot, length
 from reference.analytic.views import view_of
 
 Rows = Mapping[Stage, np.ndarray]  # stage -> (N, channels)
@@ -20,7 +21,7 @@ Rows = Mapping[Stage, np.ndarray]  # stage -> (N, channels)
 def rays(scene: Scene, points: np.ndarray) -> np.ndarray:
     """Return unit directions (N, 3) through image points (N, 2) [px]."""
     directions = view_of(scene.camera).directions(points)
-    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return directions / length(directions)[:, np.newaxis]
 
 
 def _objects(scene: Scene, given: Rows) -> np.ndarray:
@@ -44,7 +45,7 @@ def _normals(scene: Scene, given: Rows) -> np.ndarray:
     for index, shape in enumerate(scene.shapes):
         here = objects[:, 0] == index
         outward = outward_normals(shape, positions[here], objects[here, 1])
-        away = (outward * directions[here]).sum(axis=1) > 0
+        away = dot(outward, directions[here]) > 0
         normals[here] = np.where(away[:, np.newaxis] & shape.two_sided, -outward, outward)
     return normals
 

@@ -9,6 +9,7 @@ from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.planes import Flat
 from reference.analytic.polygons import Polygons
+from reference.analytic.vectors import cross, length
 
 Surface = Ellipsoid | Flat | Polygons
 
@@ -78,11 +79,11 @@ def _winding_normals(shape: Triangle | Mesh) -> np.ndarray:
         corners = np.asarray(shape.vertices, dtype=np.float64)[np.newaxis]
     else:
         corners = shape.vertices.astype(np.float64)[shape.faces]
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def _units(vectors: np.ndarray) -> np.ndarray:
     """Return vectors scaled to unit length, along the last axis."""
     with np.errstate(all="ignore"):
         scaled = vectors / np.abs(vectors).max(axis=-1, keepdims=True)
-        return scaled / np.linalg.norm(scaled, axis=-1, keepdims=True)
+        return scaled / length(scaled)[..., np.newaxis]

@@ -4,6 +4,7 @@ Source: the specification, "Conventions" and CAM-3; the frame itself is Gram-Sch
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -27,6 +28,7 @@ class View:
         return self.corner + points[:, :1] * self.across + points[:, 1:] * self.down
 
 
+@lru_cache(maxsize=64)
 def view_of(camera: Camera) -> View:
     """Return the camera's frame: F towards the target, R = F x up, U = R x F."""
     forward = _unit(np.subtract(camera.target, camera.eye, dtype=np.float64))

@@ -8,6 +8,7 @@ import numpy as np
 from cases.scene import Shape
 from reference.analytic.polygons import Polygons, later
 from reference.analytic.surfaces import surface_of
+from reference.analytic.vectors import cross, dot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,10 +25,10 @@ class Borders:
 
         Where an edge's two faces lie on its two sides, what the surface covers goes on across the edge.
         """
-        normals = np.cross(self.starts - apex, self.ends - self.starts)
+        normals = cross(self.starts - apex, self.ends - self.starts)
         corners = self.hulls.shape[1]
-        one = ((self.hulls[:, 2] - apex) * normals).sum(axis=1)
-        other = ((self.hulls[:, (corners + 2) // 2] - apex) * normals).sum(axis=1)
+        one = dot(self.hulls[:, 2] - apex, normals)
+        other = dot(self.hulls[:, (corners + 2) // 2] - apex, normals)
         covers_both_sides = (np.minimum(one, other) < 0) & (np.maximum(one, other) > 0)
         return ~(self.shared & covers_both_sides)
 

@@ -12,7 +12,9 @@ def reach(value: np.ndarray, slope: np.ndarray, bend: np.ndarray, radius: np.nda
     """
     size = np.abs(value)
     with np.errstate(all="ignore"):
-        distance = 2 * size / (slope + np.sqrt(slope**2 + 2 * bend * size))
+        # What is linear takes a root for each slope, of which the eye has one for all its rays.
+        curved = bend.any() or not np.isfinite(size).all()
+        distance = 2 * size / (slope + np.sqrt(slope**2 + 2 * bend * size if curved else slope**2))
     # 0/0 is a function that vanishes here; other NaN are overflows, where nothing can be claimed.
     distance = np.where((size == 0) | np.isnan(distance), 0.0, distance)
     return np.minimum(distance, radius)

@@ -13,6 +13,7 @@ from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.planes import Flat
 from reference.analytic.polygons import Polygons
 from reference.analytic.surfaces import surface_of
+from reference.analytic.vectors import length
 
 
 def crossing_distances(hits: Hits, screens: Screens, meetings: Sequence[Meeting]) -> np.ndarray:
@@ -65,6 +66,6 @@ def _sheet(hits: Hits, screens: Screens, meeting: Meeting) -> tuple[np.ndarray, 
     rays, faces, same = meeting.rays[kept], meeting.faces[kept], meeting.same[kept]
     directions = hits.directions[rays]
     if isinstance(surface, Ellipsoid):
-        depths = meeting.distances[kept] / np.linalg.norm(directions, axis=1)
+        depths = meeting.distances[kept] / length(directions)
         return rays, same, ellipsoid_sheet(view, directions, surface, 1 / depths)
     return rays, same, flat_sheet(view, directions, surface.corners[faces, 0], surface.normals[faces])

@@ -12,6 +12,7 @@ from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.planes import Flat
 from reference.analytic.stages import Rows, chain
 from reference.analytic.surfaces import cube_points, surface_of
+from reference.analytic.vectors import length
 from reference.analytic.views import View, pixel_centers, view_of
 
 
@@ -60,7 +61,7 @@ def hits_of(scene: Scene) -> Hits:
         here = np.flatnonzero(rows[Stage.OBJECT][:, 0] == index)
         surface = surface_of(shape)
         if isinstance(surface, Ellipsoid):
-            depths = rows[Stage.DISTANCE][here, 0] / np.linalg.norm(directions[here], axis=1)
+            depths = rows[Stage.DISTANCE][here, 0] / length(directions[here])
             sheet[here] = ellipsoid_sheet(view, directions[here], surface, 1 / depths)
             continue
         if isinstance(surface, Flat):

@@ -16,6 +16,7 @@ from reference.analytic.feelers import above_horizon, blocked
 from reference.analytic.planes import Flat
 from reference.analytic.polygons import Polygons
 from reference.analytic.surfaces import Surface, surface_of
+from reference.analytic.vectors import cross, dot, length
 
 # Of the coordinates: lights farther from a surface than this are told apart by whatever renderer is worth judging.
 NEAR = 1e-3
@@ -93,12 +94,12 @@ def _gaps(surface: Surface, point: np.ndarray) -> np.ndarray:
         # |to_unit (x - center)| changes by at most the map's norm per metre.
         height = np.linalg.norm(surface.to_unit @ (point - surface.center)) - 1
         return np.abs([height]) / np.linalg.norm(surface.to_unit, 2)
-    units = surface.normals / np.linalg.norm(surface.normals, axis=1, keepdims=True)
-    height = ((point - surface.corners[:, 0]) * units).sum(axis=1)
+    units = surface.normals / length(surface.normals)[:, np.newaxis]
+    height = dot(point - surface.corners[:, 0], units)
     along = np.roll(surface.corners, -1, axis=1) - surface.corners
-    outward = np.cross(along, units[:, np.newaxis])
-    outward = outward / np.linalg.norm(outward, axis=2, keepdims=True)
-    outside = ((point - surface.corners) * outward).sum(axis=2).max(axis=1, initial=0)
+    outward = cross(along, units[:, np.newaxis])
+    outward = outward / length(outward)[..., np.newaxis]
+    outside = dot(point - surface.corners, outward).max(axis=1, initial=0)
     return np.hypot(height, outside)
 
 

@@ -14,6 +14,7 @@ from reference.analytic.edges.sheets import FARTHEST, metric
 from reference.analytic.edges.sights import Sight
 from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.pencils import FEW, bundles
+from reference.analytic.vectors import cross, dot, length
 
 # With this many edges hardly a pixel of theirs is farther than that from the nearest, and looking farther is slow.
 MANY = 2000
@@ -27,22 +28,23 @@ def edge_distances(sight: Sight, borders: Borders, counted: np.ndarray, screens:
     """
     starts, ends = borders.starts[counted] - sight.apex, borders.ends[counted] - sight.apex
     hulls = borders.hulls[counted]
-    planes = np.cross(starts, ends - starts)
+    planes = cross(starts, ends - starts)
     # An edge on a line through the apex is seen as a point, which its neighbours end in.
     spread = planes.any(axis=1)
     starts, ends, hulls, planes = starts[spread], ends[spread], hulls[spread], planes[spread]
-    from_start, from_end = np.cross(planes, starts), np.cross(ends, planes)
+    from_start, from_end = cross(planes, starts), cross(ends, planes)
 
     distances, margins = np.full(len(sight.directions), np.inf), np.zeros(len(sight.directions))
     if len(starts) > FEW:
         distances, margins = sight.caps(FARTHEST if len(starts) < MANY else FARTHEST_OF_MANY)
     for rays, edges in bundles(sight.directions, np.stack([starts, ends], axis=1), margins):
-        _, near = sight.linear(rays, planes[edges])
+        part = sight[rays]
+        _, near = part.linear(planes[edges])
         for side in (from_start, from_end):
             # Most edges of a mesh are too far already.
             left = np.flatnonzero((near < distances[rays, np.newaxis]).any(axis=0))
             edges, near = edges[left], near[:, left]
-            value, distance = sight.linear(rays, side[edges])
+            value, distance = part.linear(side[edges])
             near = np.maximum(near, np.where(value < 0, distance, 0))
         left = np.flatnonzero((near < distances[rays, np.newaxis]).any(axis=0))
         near = np.where(screens.hides_hulls(rays, hulls[edges[left]]), np.inf, near[:, left])
@@ -61,7 +63,8 @@ def ellipsoid_distances(sight: Sight, surface: Ellipsoid, screens: Screens) -> n
     sheet = sight.sheet
 
     # Q and its derivatives by the chain rule: q changes by `steps`, and they by offset x (second derivative of w).
-    value = (along**2).sum(axis=1) - (np.cross(start, along) ** 2).sum(axis=1)
+    crossed = cross(start, along)
+    value = dot(along, along) - dot(crossed, crossed)
     gradient = 2 * (steps @ metric(start, along)[:, :, np.newaxis])[:, :, 0]
     bend = 2 * np.linalg.norm(metric(start, steps) @ steps.transpose(0, 2, 1), axis=(1, 2))
     if offset.any() and sheet.bend.any():
@@ -69,14 +72,14 @@ def ellipsoid_distances(sight: Sight, surface: Ellipsoid, screens: Screens) -> n
         bent_offset = metric(start, offset)
         with np.errstate(all="ignore"):
             swing = sheet.bend * radius
-            drag = np.linalg.norm(steps @ bent_offset, axis=1)
+            drag = length(steps @ bent_offset)
             own = abs(bent_offset @ offset)
             bend = bend + 4 * drag * swing + 2 * own * swing**2
             bend += 2 * sheet.bend * (np.abs(along @ bent_offset) + drag * radius + own * swing * radius / 2)
-    cone = reach(value, np.linalg.norm(gradient, axis=1), bend, sheet.radius)
+    cone = reach(value, length(gradient), bend, sheet.radius)
 
     # Of the double cone only the half towards the ellipsoid counts.
     toward = -surface.to_unit.T @ start
-    side, distance = sight.linear(np.arange(len(along)), toward[np.newaxis])
+    side, distance = sight.linear(toward[np.newaxis])
     distances = np.maximum(cone, np.where(side < 0, distance, 0)[:, 0])
     return np.where(screens.hides_ellipsoid(surface), np.inf, distances)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reference.analytic.ellipsoids import Ellipsoid
+from reference.analytic.vectors import dot, length
 
 # Float64 roundings of a plane's height, relative to the coordinates that enter it, with room to spare.
 ROUNDING = 1e-12
@@ -27,9 +28,10 @@ class Screens:
 
     def hides_hulls(self, rays: np.ndarray, hulls: np.ndarray) -> np.ndarray:
         """Return whether the convex hulls of points (K, corners, 3) lie behind, for each of the rays, shape (n, K)."""
-        heights = np.full((len(rays), len(hulls)), -np.inf)
-        for corner in range(hulls.shape[1]):
-            heights = np.maximum(heights, self.normals[rays] @ hulls[:, corner].T)
+        normals = self.normals[rays]
+        heights = normals @ hulls[:, 0].T
+        for corner in range(1, hulls.shape[1]):
+            np.maximum(heights, normals @ hulls[:, corner].T, out=heights)
         return self._behind(rays, heights, float(np.abs(hulls).max(initial=0)))
 
     def hides_own_hulls(self, rays: np.ndarray, hulls: np.ndarray) -> np.ndarray:
@@ -39,7 +41,7 @@ class Screens:
 
     def hides_ellipsoid(self, surface: Ellipsoid) -> np.ndarray:
         """Return whether an ellipsoid lies behind, for every ray, shape (N,)."""
-        heights = self.normals @ surface.center + np.linalg.norm(self.normals @ surface.axes, axis=1)
+        heights = self.normals @ surface.center + length(self.normals @ surface.axes)
         size = np.abs(surface.center).max() + np.abs(surface.axes).max()
         return self._behind(np.arange(len(heights)), heights[:, np.newaxis], float(size))[:, 0]
 
@@ -57,13 +59,13 @@ def no_screens(count: int, *, hides_touching: bool) -> Screens:
 def flat_screen(apex: np.ndarray, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return normals and offsets of the planes through `points` (N, 3), with the apex in front."""
     with np.errstate(all="ignore"):
-        units = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    units = units * np.where(((apex - points) * units).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
-    return units, -(points * units).sum(axis=1)
+        units = normals / length(normals)[:, np.newaxis]
+    units = units * np.where(dot(apex - points, units)[:, np.newaxis] < 0, -1.0, 1.0)
+    return units, -dot(points, units)
 
 
 def polar_screen(apex: np.ndarray, surface: Ellipsoid) -> tuple[np.ndarray, float]:
     """Return normal and offset of the polar plane of an apex outside the ellipsoid, with the apex in front."""
     normal = surface.to_unit.T @ (surface.to_unit @ (apex - surface.center))
-    length = np.linalg.norm(normal)
-    return normal / length, float(-(normal @ surface.center + 1) / length)
+    size = np.linalg.norm(normal)
+    return normal / size, float(-(normal @ surface.center + 1) / size)

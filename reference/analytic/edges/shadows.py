@@ -14,6 +14,7 @@ from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.feelers import above_horizon, blocked_by_itself
 from reference.analytic.planes import Flat
 from reference.analytic.surfaces import surface_of
+from reference.analytic.vectors import dot, length
 
 
 def shadow_distances(hits: Hits, light: PointLight) -> np.ndarray:
@@ -77,13 +78,13 @@ def terminator_distances(hits: Hits, light: PointLight) -> np.ndarray:
         else:
             vectors = hits.rows[Stage.NORMAL][here]
             lever = vectors @ (hits.view.eye - source)
-        value = lever * sheet.value + (vectors * directions).sum(axis=1)
+        value = lever * sheet.value + dot(vectors, directions)
         if isinstance(surface, Ellipsoid) or isinstance(shape, Triangle | Mesh):
             gradient = lever[:, np.newaxis] * sheet.gradient + vectors @ steps
             bend = np.abs(lever) * sheet.bend
-            distances[here] = reach(value, np.linalg.norm(gradient, axis=1), bend, sheet.radius)
+            distances[here] = reach(value, length(gradient), bend, sheet.radius)
         else:
-            height = ((source - hits.points[here]) * vectors).sum(axis=1)
+            height = dot(source - hits.points[here], vectors)
             size = np.abs(source).max() + np.abs(hits.points[here]).max(axis=1)
             distances[here] = np.where(np.abs(height) <= ROUNDING * size, 0, np.inf)
     return distances

@@ -11,6 +11,7 @@ import numpy as np
 
 from reference.analytic.edges.bounds import reach
 from reference.analytic.ellipsoids import Ellipsoid
+from reference.analytic.vectors import cross, dot, length
 from reference.analytic.views import View
 
 FARTHEST = 8.0  # px: no curved surface is followed farther than this
@@ -38,7 +39,7 @@ class Sheet:
 
     def meets(self, other: "Sheet") -> np.ndarray:
         """Return a lower bound [px] of the distance to where both sheets have the same depth, shape (N,)."""
-        slope = np.linalg.norm(self.gradient - other.gradient, axis=1)
+        slope = length(self.gradient - other.gradient)
         return reach(self.value - other.value, slope, self.bend + other.bend, np.minimum(self.radius, other.radius))
 
 
@@ -59,7 +60,7 @@ def constant_sheet(count: int, value: float) -> Sheet:
 
 def shell_sheet(view: View, directions: np.ndarray, radius: float) -> Sheet:
     """Return a sphere of `radius` [m] around the eye: w = |D| / radius, convex in the image."""
-    lengths = np.linalg.norm(directions, axis=1)
+    lengths = length(directions)
     steps = np.stack([view.across, view.down], axis=1)
     # |D| >= 1 everywhere, so its second derivative is at most that of D, squared.
     bend = np.linalg.norm(steps) ** 2 / radius
@@ -75,9 +76,9 @@ def flat_sheet(view: View, directions: np.ndarray, points: np.ndarray, normals: 
     """Return the sheet of the planes through `points` (N, 3) with `normals` (N, 3); linear in the image."""
     with np.errstate(all="ignore"):
         # Infinite where the eye lies in the plane itself, which then shows as a line and hides nothing.
-        scaled = normals / ((points - view.eye) * normals).sum(axis=1, keepdims=True)
+        scaled = normals / dot(points - view.eye, normals)[:, np.newaxis]
         return Sheet(
-            value=(directions * scaled).sum(axis=1),
+            value=dot(directions, scaled),
             gradient=scaled @ np.stack([view.across, view.down], axis=1),
             bend=np.zeros(len(directions)),
             radius=np.full(len(directions), np.inf),
@@ -91,7 +92,7 @@ def ellipsoid_sheet(view: View, directions: np.ndarray, surface: Ellipsoid, inve
     along = directions @ surface.to_unit.T
     steps = np.stack([view.across, view.down]) @ surface.to_unit.T
     chord, chord_gradient, chord_bend = outline(start, along, steps)
-    slope = np.linalg.norm(chord_gradient, axis=1)
+    slope = length(chord_gradient)
     # Where Q has fallen by no more than half, its square root is smooth, with these derivatives.
     radius = reach(chord / 2, slope, chord_bend, np.full(len(chord), FARTHEST))
     with np.errstate(all="ignore"):
@@ -109,8 +110,8 @@ def outline(start: np.ndarray, along: np.ndarray, steps: np.ndarray) -> tuple[np
     In unit-sphere space, where `along` changes by `steps` (2, 3) per pixel: Q = |along|^2 - |start x along|^2 is
     positive where the line meets the sphere.
     """
-    crossed = np.cross(start, along)
-    value = (along**2).sum(axis=1) - (crossed**2).sum(axis=1)
+    crossed = cross(start, along)
+    value = dot(along, along) - dot(crossed, crossed)
     gradient = 2 * metric(start, along) @ steps.T
     bend = 2 * np.linalg.norm(metric(start, steps) @ steps.T)
     return value, gradient, np.full(len(along), bend)
@@ -118,4 +119,4 @@ def outline(start: np.ndarray, along: np.ndarray, steps: np.ndarray) -> tuple[np
 
 def metric(start: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return C v for vectors (..., 3), where v.C v = |v|^2 - |start x v|^2."""
-    return vectors + np.cross(start, np.cross(start, vectors))
+    return vectors + cross(start, cross(start, vectors))

@@ -4,12 +4,13 @@ Up to a positive factor the direction from the apex to the point eye + D(p) / w(
 linear in p where the point lies on a flat surface, and always where the apex is the eye.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from reference.analytic.edges.bounds import reach
 from reference.analytic.edges.sheets import Sheet, no_sheet
+from reference.analytic.vectors import length
 from reference.analytic.views import View
 
 
@@ -21,26 +22,29 @@ class Sight:
     offset: np.ndarray  # (3,) m, eye - apex
     steps: np.ndarray  # (2, 3) change of D per pixel
     directions: np.ndarray  # (N, 3)
-    sheet: Sheet
+    sheet: Sheet  # of each ray, or one for all
 
     def jacobian(self) -> np.ndarray:
-        """Return the change of q per pixel, shape (N, 2, 3)."""
+        """Return the change of q per pixel, shape (N, 2, 3), or (1, 2, 3) where it is the same for all."""
         return self.sheet.gradient[:, :, np.newaxis] * self.offset + self.steps
 
-    def linear(self, rays: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return q.v and a lower bound [px] of the distance to its zero, for rays x vectors (K, 3): shapes (n, K)."""
-        value = self.directions[rays] @ vectors.T
-        lever = vectors @ self.offset
-        across, down = (
-            self.sheet.gradient[rays, axis, np.newaxis] * lever + vectors @ self.steps[axis] for axis in range(2)
-        )
-        bend = self.sheet.bend[rays, np.newaxis] * np.abs(lever)
-        return value, reach(value, np.hypot(across, down), bend, self.sheet.radius[rays, np.newaxis])
+    def __getitem__(self, rays: np.ndarray) -> "Sight":
+        """Return the sight of some of the rays."""
+        sheet = self.sheet if len(self.sheet.value) == 1 else self.sheet[rays]
+        return replace(self, directions=self.directions[rays], sheet=sheet)
+
+    def linear(self, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return q.v and a lower bound [px] of the distance to its zero, for rays x vectors (K, 3): shapes (N, K)."""
+        value = self.directions @ vectors.T
+        lever, sheet = vectors @ self.offset, self.sheet
+        across, down = (sheet.gradient[:, axis, np.newaxis] * lever + vectors @ self.steps[axis] for axis in range(2))
+        bend = sheet.bend[:, np.newaxis] * np.abs(lever)
+        return value, reach(value, np.hypot(across, down), bend, sheet.radius[:, np.newaxis])
 
     def caps(self, farthest: float) -> tuple[np.ndarray, np.ndarray]:
         """Return distances [px] up to `farthest` in which q changes moderately, and by how much there, both (N,)."""
         speed = np.linalg.norm(self.jacobian(), axis=(1, 2))
-        lengths = np.linalg.norm(self.directions, axis=1)
+        lengths = length(self.directions)
         with np.errstate(all="ignore"):
             caps = np.minimum(farthest, np.minimum(self.sheet.radius, 0.25 * lengths / speed))
         swing = np.linalg.norm(self.offset) * self.sheet.bend * caps
@@ -49,7 +53,7 @@ class Sight:
 
 def sight_from_eye(view: View, directions: np.ndarray) -> Sight:
     """Return how the eye sees the image points: q = D, whatever the surface."""
-    return _sight(view.eye, view, directions, no_sheet(len(directions)))
+    return _sight(view.eye, view, directions, no_sheet(1))
 
 
 def sight_from_light(source: np.ndarray, view: View, directions: np.ndarray, sheet: Sheet) -> Sight:
