@@ -8,55 +8,64 @@ from cases.scene import Camera, PointLight
 from reference.mitsuba3.tracing import Feelers, Hits, Interval, pixel_centers
 from reference.mitsuba3.worlds import World
 
-NOWHERE = (0.0, 0.0, 0.0)
-
 
 def trace(world: World, camera: Camera, interval: Interval | None) -> Hits:
     """Return what the rays through the pixel centres hit."""
-    mi, scene, sensor = world.mi, world.loaded, world.sensor
-    centers = pixel_centers(camera)
-    count = len(centers)
-    # Coordinate after coordinate: lists take vectors faster than rows of arrays do.
-    direction, position, normal = [], [], []
-    shape, primitive = np.full(count, -1), np.zeros(count, dtype=int)
-    interactions = []
-    unused = mi.Point2f(0.5, 0.5)
-    for number, (x, y) in enumerate(centers.tolist()):
-        ray, _ = sensor.sample_ray(0.0, 0.0, mi.Point2f(x, y), unused)
-        direction.extend(ray.d)
+    mi, indices = world.mi, world.indices
+    # Looked up once and not for every ray, as are numbers put into lists: rows of arrays take them more slowly.
+    sample, intersect, point = world.sensor.sample_ray, world.loaded.ray_intersect, mi.Point2f
+    unused, eye = point(0.5, 0.5), mi.Point3f(*camera.eye)
+    directions: list[float] = []
+    hit_by: list[int] = []
+    shapes: list[int] = []
+    primitives: list[int] = []
+    places: list[float] = []
+    interactions: list[Any] = []
+    centers = pixel_centers(camera).tolist()
+    for number, (x, y) in enumerate(centers):
+        ray = sample(0.0, 0.0, point(x, y), unused)[0]
+        direction = ray.d
+        directions += direction[0], direction[1], direction[2]
         if interval is not None:
-            origin = mi.Point3f(*camera.eye) + interval.start * ray.d
-            ray = mi.Ray3f(origin, ray.d, interval.end - interval.start, 0.0, ray.wavelengths)
-        hit = scene.ray_intersect(ray)
-        interactions.append(hit)
+            origin = eye + interval.start * direction
+            ray = mi.Ray3f(origin, direction, interval.end - interval.start, 0.0, ray.wavelengths)
+        hit = intersect(ray)
         if hit.is_valid():
-            shape[number] = world.indices[hit.shape if hit.instance is None else hit.instance]
-            primitive[number] = hit.prim_index
-            position.extend(hit.p)
-            normal.extend(hit.n)
-        else:
-            position.extend(NOWHERE)
-            normal.extend(NOWHERE)
+            instance, p, n = hit.instance, hit.p, hit.n
+            hit_by.append(number)
+            shapes.append(indices[hit.shape if instance is None else instance])
+            primitives.append(hit.prim_index)
+            places += p[0], p[1], p[2], n[0], n[1], n[2]
+            interactions.append(hit)
+    shape, primitive = np.full(len(centers), -1), np.zeros(len(centers), dtype=int)
+    position, normal = np.zeros((len(centers), 3)), np.zeros((len(centers), 3))
+    shape[hit_by], primitive[hit_by] = shapes, primitives
+    position[hit_by], normal[hit_by] = np.array(places).reshape(-1, 2, 3).swapaxes(0, 1)
     return Hits(
-        direction=np.array(direction).reshape(-1, 3),
+        direction=np.array(directions).reshape(-1, 3),
         shape=shape,
         primitive=primitive,
-        position=np.array(position).reshape(-1, 3),
-        normal=np.array(normal).reshape(-1, 3),
-        interactions=interactions,
+        position=position,
+        normal=normal,
+        interactions=dict(zip(hit_by, interactions, strict=True)),
     )
 
 
 def feel(world: World, hits: Hits, light: PointLight, asked: np.ndarray) -> Feelers:
     """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
-    mi, scene = world.mi, world.loaded
+    mi = world.mi
     world.place(light)
-    emitter, target, unused = world.emitter, mi.Point3f(*light.position), mi.Point2f(0.5, 0.5)
-    free, arriving = np.zeros(len(asked), dtype=bool), np.zeros((len(asked), 3))
+    blocked, emitted = world.loaded.ray_test, world.emitter.sample_direction
+    target, unused = mi.Point3f(*light.position), mi.Point2f(0.5, 0.5)
+    frees: list[bool] = []
+    colors: list[float] = []
     for number in np.flatnonzero(asked).tolist():
         hit = hits.interactions[number]
-        free[number] = not scene.ray_test(hit.spawn_ray_to(target))
-        arriving[number] = tuple(emitter.sample_direction(hit, unused)[1])
+        frees.append(not blocked(hit.spawn_ray_to(target)))
+        color = emitted(hit, unused)[1]
+        colors += color[0], color[1], color[2]
+    free, arriving = np.zeros(len(asked), dtype=bool), np.zeros((len(asked), 3))
+    free[asked], arriving[asked] = frees, np.array(colors).reshape(-1, 3)
     return Feelers(free=free, arriving=arriving)
 
 
