@@ -44,6 +44,7 @@ class _Mitsuba:
         near, far = camera.near, camera.far
         traced = set(stages) - {Stage.RADIANCE} if samples == 1 else set()
         found: Answers = {}
+        world = None
         if traced or scene.clip != "depth":
             world = build(mi, scene, near=near, far=far)
             hits = self.tracing.trace(world, camera, own_interval(scene))
@@ -53,7 +54,10 @@ class _Mitsuba:
             if scene.clip != "depth":
                 near, far = clip_planes_beyond(camera, hits)
         if Stage.RADIANCE in stages:
-            world = build(mi, scene, near=near, far=far, samples=samples)
+            # Never two at once: where its tables lie would be other code than for one alone.
+            if samples > 1 or (near, far) != (camera.near, camera.far):
+                world = None
+            world = world or build(mi, scene, near=near, far=far, samples=samples)
             found[Stage.RADIANCE] = radiance(world, scene, self.tracing.integrator(world), samples)
         return found
 
