@@ -13,6 +13,7 @@ from reference.mitsuba3 import scalar, variants, vectorized
 from reference.mitsuba3.cameras import camera_answer
 from reference.mitsuba3.epsilons import SHADOW_EPSILON, offsets
 from reference.mitsuba3.images import clip_planes_beyond, radiance
+from reference.mitsuba3.numbering import hold_a_high_number
 from reference.mitsuba3.planes import reach
 from reference.mitsuba3.refusals import refusal
 from reference.mitsuba3.stages import answers
@@ -107,3 +108,8 @@ class MitsubaLlvm(_Mitsuba):
 
     variant = "llvm_ad_rgb"
     tracing = vectorized
+
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+        """Answer `stages` as the other variant does, with kernels that scenes share."""
+        hold_a_high_number(variants.load(self.variant))
+        return super().render(scene, stages, samples=samples)
