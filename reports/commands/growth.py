@@ -32,13 +32,16 @@ def growth(*cases: int, json: Path | None = None) -> int:
             writable_folder(json.parent)
     from reports.growth.marginal import marginal
     from reports.growth.measuring import GrowthError, measured
+    from reports.run.stopping import terminated_as_interrupted
 
     rows: list[dict[str, Any]] = []
     try:
-        for row in measured(counts):
-            rows.append(row)
-            say(f"{row['cases']} cases {row['when']}: {row['seconds']:.1f} s")
-            write_json(json, {"runs": rows, "further": marginal(rows)})
+        # A suite under way ends with the measurement, however that is stopped.
+        with terminated_as_interrupted():
+            for row in measured(counts):
+                rows.append(row)
+                say(f"{row['cases']} cases {row['when']}: {row['seconds']:.1f} s")
+                write_json(json, {"runs": rows, "further": marginal(rows)})
     except GrowthError as error:
         say(str(error))
         return NOT_MEASURED

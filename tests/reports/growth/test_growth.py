@@ -1,10 +1,14 @@
 """Growth: different scenes, two runs of each suite, and the price of a further case."""
 
 import json
+import os
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from reports.commands.growth import growth
 from reports.growth import measuring
 from reports.growth.marginal import marginal
 from reports.growth.measuring import GrowthError, measured
@@ -51,6 +55,34 @@ def test_a_run_that_fails_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> 
 
     with pytest.raises(GrowthError, match="a run of 1 cases ended with 1: it broke"):
         list(measured([1]))
+
+
+def test_a_measurement_that_is_terminated_ends_its_suite_and_keeps_what_it_has(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = []
+
+    def told_to_stop(counts: list[int]) -> Iterator[dict[str, float | str]]:
+        try:
+            yield {
+                "cases": 1,
+                "when": "again",
+                "seconds": 1,
+                "processor_seconds": 1,
+                "peak_bytes": 1,
+                "folder_bytes": 1,
+            }
+            os.kill(os.getpid(), signal.SIGTERM)
+        except KeyboardInterrupt:
+            ended.append(counts)
+            raise
+
+    monkeypatch.setattr(measuring, "measured", told_to_stop)
+    with pytest.raises(KeyboardInterrupt):
+        growth(1, json=tmp_path / "growth.json")
+
+    assert ended == [[1]]
+    assert len(json.loads((tmp_path / "growth.json").read_text())["runs"]) == 1
 
 
 def test_a_suite_without_cases_is_refused(rayproof: Rayproof) -> None:
