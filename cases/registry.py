@@ -1,15 +1,13 @@
 """A registry: a decorator puts a thing in under a name, an explained lookup takes it out.
 
-One folder is one extension point. Its `__init__.py` makes the registry and states the contract; the modules in the
-folder are imported when something is looked up, so that a new file needs no second place to be listed in: all of them
-to list what there is, and to find one name those first that are called like it, because others may be dear to import. A
+One folder is one extension point. Its `__init__.py` makes the registry and states the contract; every module
+below the folder is imported at the first look-up, so that a new file needs no second place to be listed in. A
 module that fails to import stops the run, because a formula that silently vanished would be a formula not tested.
 """
 
 import importlib
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
-from itertools import takewhile
 from typing import Any, Generic, TypeVar, cast
 
 Thing = TypeVar("Thing")
@@ -45,7 +43,8 @@ class Registry(Generic[Thing]):
 
     def __getitem__(self, name: str) -> Thing:
         """Return the thing called `name`; raise LookupError that lists what is known."""
-        if name not in self:
+        self.load()
+        if name not in self._things:
             known = ", ".join(sorted(self._things)) or "none"
             raise LookupError(f"no {self.kind} is called {name!r}; known: {known}")
         return self._things[name]
@@ -56,11 +55,7 @@ class Registry(Generic[Thing]):
         return iter(sorted(self._things))
 
     def __contains__(self, name: object) -> bool:
-        if name not in self._things and not self._loaded:
-            for module in self._modules(like=str(name)):
-                _import(module)
-                if name in self._things:
-                    break
+        self.load()
         return name in self._things
 
     def __len__(self) -> int:
@@ -77,24 +72,6 @@ class Registry(Generic[Thing]):
         if self._loaded:
             return
         self._loaded = True
-        for module in self._modules():
-            _import(module)
-
-    def _modules(self, like: str = "") -> list[str]:
-        """Return the modules in the registry's folder in alphabetical order, or those first that are called `like`."""
         package = importlib.import_module(self.package)
-        names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
-        names.sort(key=lambda name: -_begin_alike(name, like))
-        return [f"{self.package}.{name}" for name in names]
-
-
-def _import(name: str) -> None:
-    """Import a module and, if it is a package, every module below it."""
-    module = importlib.import_module(name)
-    for below in pkgutil.walk_packages(getattr(module, "__path__", ()), prefix=f"{name}."):
-        importlib.import_module(below.name)
-
-
-def _begin_alike(one: str, other: str) -> int:
-    """Return how many letters from the first on two names share."""
-    return sum(1 for _ in takewhile(lambda letters: letters[0] == letters[1], zip(one, other, strict=False)))
+        for module in pkgutil.walk_packages(package.__path__, prefix=f"{self.package}."):
+            importlib.import_module(module.name)
