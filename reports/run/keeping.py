@@ -18,7 +18,6 @@ from reports.publish.exr import write_answers
 from reports.publish.pixels import write_pixels
 from reports.run.orders import JudgeTask
 from reports.subjects import TRACER, Subject
-from tracer.configuration import Configuration
 
 
 def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str | None]:
@@ -80,6 +79,8 @@ def _comments(renderer: str, subject: Subject) -> str:
     """Return what an image's header must say of who made it: a wrong formula shouts here too."""
     if not subject.is_tracer or not renderer.startswith(f"{TRACER}-"):
         return renderer
+    from tracer.configuration import Configuration  # and with it Dr.Jit, which no other judgement needs
+
     configuration = Configuration.parse(renderer.removeprefix(f"{TRACER}-"))
     wrong = (*configuration.faults, *configuration.controls)
     return f"PLANTED FAULT: {', '.join(wrong)}; {renderer}" if wrong else renderer
