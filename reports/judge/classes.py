@@ -6,41 +6,19 @@ So is one where rounding decides which of two surfaces is nearer, or on which si
 Everything else is interior and judged strictly.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.channels import any_of, dot, length
-from reports.judge.conditioning import Conditioning, surface_error
+from reports.judge.channels import any_of
+from reports.judge.conditioning import Conditioning
+from reports.judge.edges import Edges
 from reports.judge.limits import HIT, Limits, Roundoff
-from reports.judge.sides import widest_near
-
-
-class LightEnd(Protocol):
-    """A light near a shape's surface, and the pixels whose view of it hangs on which side of the surface it lies."""
-
-    light: int
-    shape: int
-    face: int
-    gap: float  # m
-    pixels: np.ndarray  # (height, width)
-
-
-class Edges(Protocol):
-    """The oracle's distances to the nearest edge [px]; inf where there is none."""
-
-    silhouette: np.ndarray  # (height, width)
-    shadow: np.ndarray  # (height, width, lights)
-    terminator: np.ndarray  # (height, width, lights)
-    gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface
-    behind: np.ndarray  # (height, width): that surface's shape, -1 without one
-    light_ends: Sequence[LightEnd]
+from reports.judge.unrounded import Unrounded
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,47 +73,36 @@ class _Lit:
     undecided: np.ndarray  # bool: the terminator is too near
 
 
-def unlit(scene: Scene, truth: Answers, edges: Edges, conditioning: Conditioning, limits: Limits, g: Roundoff) -> Unlit:
+def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     """Return what one precision leaves undecided before any shadow epsilon is counted."""
-    c = conditioning
+    c, edges = about.conditioning, about.edges
     with np.errstate(divide="ignore", invalid="ignore"):
-        # An outline shifts by its rays' error and by its points' error seen from the eye. Of the surfaces that meet
-        # there the worst counts: what is seen within two pixels, or for something thinner the scene's middling one.
-        seen = widest_near(np.where(c.hit, c.point / c.distance, 0.0))
-        seen = np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
-        reach = (limits.end_to_end[Stage.RAY] + g(HIT) * seen) / c.pixel_angle
-    depth = _indistinct_depth(scene, truth, edges, c, limits, g)
+        # An outline shifts by its rays' error and by its points' error seen from the eye.
+        reach = (limits.end_to_end[Stage.RAY] + g(HIT) * about.seen) / c.pixel_angle
+    # How far apart along the ray two surfaces may seem for rounding alone: the errors of both distances.
+    depth = limits.end_to_end[Stage.DISTANCE].copy()
+    for here, other in about.behind:
+        depth[here] += g(HIT) * other
     flagged = np.zeros(c.hit.shape, dtype=bool)
-    lights, ends = [], []
-    if scene.lights and Stage.VISIBILITY in truth:
-        blocker = _typical_point(truth, c)
-        for index, one in enumerate(scene.lights):
-            toward = np.asarray(one.position) - truth[Stage.POSITION]
-            r = length(toward)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                cosine = np.abs(dot(toward, truth[Stage.NORMAL])) / r
-                # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
-                throw = np.maximum(1.0, r / np.min(r[c.hit], initial=np.inf))
-                lit = _Lit(
-                    cosine=cosine,
-                    shift=limits.position + g(HIT) * blocker * throw,
-                    shadow=edges.shadow[..., index],
-                    pixel=c.distance * c.pixel_angle,
-                    undecided=(cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach),
-                )
-            lights.append(lit)
-            flagged |= c.hit & (r <= 4 * limits.position)
-        for end in edges.light_ends:
-            position = np.asarray(scene.lights[end.light].position, dtype=np.float64)
-            shape = scene.shapes[end.shape]
-            ends.append(g(HIT) * surface_error(shape, truth[Stage.POSITION], position, face=end.face))
+    lights = []
+    for index, lamp in enumerate(about.lamps):
+        with np.errstate(invalid="ignore"):
+            lit = _Lit(
+                cosine=lamp.cosine,
+                shift=limits.position + g(HIT) * about.blocker * lamp.throw,
+                shadow=edges.shadow[..., index],
+                pixel=about.pixel,
+                undecided=(lamp.cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach),
+            )
+        lights.append(lit)
+        flagged |= c.hit & (lamp.distance <= 4 * limits.position)
     return Unlit(
         outline=(edges.silhouette <= reach) | (edges.gap <= depth),
         reach=reach,
         depth=depth,
         flagged=flagged,
         lights=tuple(lights),
-        ends=tuple(ends),
+        ends=tuple(g(HIT) * error for error in about.ends),
     )
 
 
@@ -156,7 +123,9 @@ def classify(
     start; a shadow's edge may shift by as much, seen at the light's angle. `before` is the `unlit` of the same, if
     it is known.
     """
-    before = before or unlit(scene, truth, edges, conditioning, limits, g)
+    if before is None:
+        about = Unrounded(scene=scene, truth=truth, edges=edges, conditioning=conditioning)
+        before = unlit(about, limits, g)
     c = conditioning
     light = np.zeros((*c.hit.shape, len(scene.lights)), dtype=bool)
     notes = []
@@ -181,26 +150,3 @@ def classify(
         flagged=before.flagged,
         notes=tuple(notes),
     )
-
-
-def _indistinct_depth(
-    scene: Scene, truth: Answers, edges: Edges, c: Conditioning, limits: Limits, g: Roundoff
-) -> np.ndarray:
-    """Return how far apart [m] along the ray two surfaces may seem for rounding alone: the errors of both distances."""
-    depth = limits.end_to_end[Stage.DISTANCE].copy()
-    eye = np.asarray(scene.camera.eye, dtype=np.float64)
-    for index in np.unique(edges.behind[c.hit & (edges.behind >= 0)]):
-        here = c.hit & (edges.behind == index)
-        other = surface_error(scene.shapes[int(index)], eye, truth[Stage.POSITION][here])
-        # Where the two come so near each other, they look along one normal, or an outline between them is near.
-        depth[here] += g(HIT) * (other / c.cosine[here] + c.distance[here])
-    return depth
-
-
-def _typical_point(truth: Answers, c: Conditioning) -> float:
-    """Return the point error [m per roundoff] of the worst shape, each by the median of what is seen of it.
-
-    Not the largest: an infinite plane's error grows towards its horizon, where it blocks nothing.
-    """
-    objects = truth[Stage.OBJECT][..., 0]
-    return max((float(np.median(c.point[objects == one])) for one in np.unique(objects[c.hit])), default=0.0)

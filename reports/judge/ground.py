@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -9,10 +10,12 @@ import numpy as np
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.classes import Classes, Edges, Unlit, classify, unlit
+from reports.judge.classes import Classes, Unlit, classify, unlit
 from reports.judge.conditioning import Conditioning, condition
+from reports.judge.edges import Edges
 from reports.judge.limits import Limits, Roundoff, limits
 from reports.judge.oracle import FullOracle
+from reports.judge.unrounded import Unrounded
 
 T = TypeVar("T")
 
@@ -30,6 +33,10 @@ class Ground:
     _classes: dict[tuple, Classes] = field(default_factory=dict)
     _unlit: dict[tuple, Unlit] = field(default_factory=dict)
     _known: dict[tuple, tuple[tuple, Any]] = field(default_factory=dict)
+
+    @cached_property
+    def _unrounded(self) -> Unrounded:
+        return Unrounded(scene=self.scene, truth=self.truth, edges=self.edges, conditioning=self.conditioning)
 
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
         """Return the limits of one kind of rounding."""
@@ -65,9 +72,9 @@ class Ground:
         """Return the pixel classes under limits; `key` says which ones these are."""
         whole = (*key, np.asarray(shadow_epsilon, dtype=np.float64).tobytes())
         if whole not in self._classes:
-            about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
             if key not in self._unlit:
-                self._unlit[key] = unlit(*about)
+                self._unlit[key] = unlit(self._unrounded, limits, g)
+            about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
             self._classes[whole] = classify(*about, shadow_epsilon=shadow_epsilon, before=self._unlit[key])
         return self._classes[whole]
 

@@ -26,7 +26,7 @@ class FullOracle(Protocol):
         ...
 
     def edges(self, scene: Scene) -> Any:
-        """Return each pixel's distance to the nearest edges [px], as `reports.judge.classes.Edges`."""
+        """Return each pixel's distance to the nearest edges [px], as `reports.judge.edges.Edges`."""
         ...
 
 

@@ -16,7 +16,7 @@ from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge import judging
 from reports.judge.adjudication import adjudication
-from reports.judge.classes import Edges
+from reports.judge.edges import Edges
 from reports.judge.oracle import FullOracle
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness

@@ -1,0 +1,27 @@
+"""What judging reads of the oracle's edges: how far away they are, and what no distance in the image can say."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+
+class LightEnd(Protocol):
+    """A light near a shape's surface, and the pixels whose view of it hangs on which side of the surface it lies."""
+
+    light: int
+    shape: int
+    face: int
+    gap: float  # m
+    pixels: np.ndarray  # (height, width)
+
+
+class Edges(Protocol):
+    """The oracle's distances to the nearest edge [px]; inf where there is none."""
+
+    silhouette: np.ndarray  # (height, width)
+    shadow: np.ndarray  # (height, width, lights)
+    terminator: np.ndarray  # (height, width, lights)
+    gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface
+    behind: np.ndarray  # (height, width): that surface's shape, -1 without one
+    light_ends: Sequence[LightEnd]

@@ -1,0 +1,99 @@
+"""What pixel classes need of a scene before anybody rounds: computed once, whoever is judged and however precisely."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import PointLight, Scene
+from cases.stages import Stage
+from reports.judge.channels import dot, length
+from reports.judge.conditioning import Conditioning, surface_error
+from reports.judge.edges import Edges
+from reports.judge.sides import widest_near
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lamp:
+    """One light at every pixel (height, width)."""
+
+    distance: np.ndarray  # m
+    cosine: np.ndarray  # |n.l|
+    throw: np.ndarray  # how many times as large a blocker's own error may be on the receiver
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unrounded:
+    """A scene, what the oracle answers, and what follows from them alone."""
+
+    scene: Scene
+    truth: Answers
+    edges: Edges
+    conditioning: Conditioning
+
+    @cached_property
+    def seen(self) -> np.ndarray:
+        """Return the angle [rad per roundoff] (height, width) by which points may seem off from the eye.
+
+        Of the surfaces that meet at an outline the worst counts: what is seen within two pixels, or for something
+        thinner the scene's middling one.
+        """
+        c = self.conditioning
+        with np.errstate(divide="ignore", invalid="ignore"):
+            seen = widest_near(np.where(c.hit, c.point / c.distance, 0.0))
+            return np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
+
+    @cached_property
+    def pixel(self) -> np.ndarray:
+        """Return the length [m] (height, width) that a pixel spans across the ray, where it hits."""
+        return self.conditioning.distance * self.conditioning.pixel_angle
+
+    @cached_property
+    def behind(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Return for each surface behind what is hit where that is (height, width), and its error [m per roundoff]."""
+        c, found = self.conditioning, []
+        eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
+        for index in np.unique(self.edges.behind[c.hit & (self.edges.behind >= 0)]):
+            here = c.hit & (self.edges.behind == index)
+            other = surface_error(self.scene.shapes[int(index)], eye, self.truth[Stage.POSITION][here])
+            # Where the two come so near each other, they look along one normal, or an outline between them is near.
+            found.append((here, other / c.cosine[here] + c.distance[here]))
+        return tuple(found)
+
+    @cached_property
+    def blocker(self) -> float:
+        """Return the point error [m per roundoff] of the worst shape, each by the median of what is seen of it.
+
+        Not the largest: an infinite plane's error grows towards its horizon, where it blocks nothing.
+        """
+        c, objects = self.conditioning, self.truth[Stage.OBJECT][..., 0]
+        return max((float(np.median(c.point[objects == one])) for one in np.unique(objects[c.hit])), default=0.0)
+
+    @cached_property
+    def lamps(self) -> tuple[Lamp, ...]:
+        """Return every light, none where no light is asked about."""
+        if Stage.VISIBILITY not in self.truth:
+            return ()
+        return tuple(self._lamp(light) for light in self.scene.lights)
+
+    def _lamp(self, light: PointLight) -> Lamp:
+        toward = np.asarray(light.position) - self.truth[Stage.POSITION]
+        r = length(toward)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cosine = np.abs(dot(toward, self.truth[Stage.NORMAL])) / r
+            # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
+            throw = np.maximum(1.0, r / np.min(r[self.conditioning.hit], initial=np.inf))
+        return Lamp(distance=r, cosine=cosine, throw=throw)
+
+    @cached_property
+    def ends(self) -> tuple[np.ndarray, ...]:
+        """Return for each light near a surface how far off [m per roundoff] (height, width) the surface may seem."""
+        if not self.lamps:
+            return ()
+        found = []
+        for end in self.edges.light_ends:
+            position = np.asarray(self.scene.lights[end.light].position, dtype=np.float64)
+            shape = self.scene.shapes[end.shape]
+            found.append(surface_error(shape, self.truth[Stage.POSITION], position, face=end.face))
+        return tuple(found)
