@@ -37,6 +37,8 @@ def drawing_environment() -> dict[str, str]:
     environment = dict(os.environ)
     if sys.platform.startswith("linux"):
         environment.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+        # A picture is small, and waiting for Mesa's threads costs more than they do of it.
+        environment.setdefault("LP_NUM_THREADS", "0")
     return environment
 
 
