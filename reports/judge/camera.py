@@ -62,6 +62,8 @@ def worst_part(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> tuple[f
         mine, other = np.asarray(ours.get(name, np.nan), dtype=np.float64), np.asarray(theirs[name], dtype=np.float64)
         if mine.shape != other.shape:
             return np.inf, name, np.inf, 0.0
+        if worst[0] >= 0 and np.array_equal(mine, other):
+            continue  # no worse than what there is already
         error = np.where(mine == other, 0.0, np.abs(mine - other))
         limit = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), error.shape)
         ratio = np.where(np.isnan(error), np.inf, error / limit)

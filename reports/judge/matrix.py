@@ -81,11 +81,12 @@ def matrices(
     }
     names = tuple(candidate.name for candidate, _ in parties)
     cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
+    able = [{stage for stage in stages if _answers(ground, mine, stage)} for mine, _ in parties]
     for index, (mine, i_am) in enumerate(parties):
-        for theirs, they_are in parties[index + 1 :]:
+        for other, (theirs, they_are) in enumerate(parties[index + 1 :], start=index + 1):
             here = Bench(ground=ground, candidate=mine, witness=they_are)
             there = Bench(ground=ground, candidate=theirs, witness=i_am)
-            for stage in _both(ground, stages, mine, theirs):
+            for stage in (stage for stage in stages if stage in able[index] and stage in able[other]):
                 check = known.get((mine.name, theirs.name, stage))
                 forth, home = _cells(here, there, stage, check)
                 cells[stage][mine.name, theirs.name] = forth
@@ -93,17 +94,12 @@ def matrices(
     return {stage: Matrix(stage=stage, renderers=names, cells=found) for stage, found in cells.items()}
 
 
-def _both(ground: Ground, stages: Sequence[Stage], one: Candidate, other: Candidate) -> list[Stage]:
-    """Return the stages that two parties both answer, in the scene's size."""
-    size = ground.conditioning.hit.shape
-
-    def right(party: Candidate, stage: Stage) -> bool:
-        image = (party.answers or {}).get(stage)
-        if image is None or stage in party.unsupported:
-            return False
-        return stage is Stage.CAMERA or (np.ndim(image) == 3 and np.shape(image)[:2] == size)
-
-    return [stage for stage in stages if right(one, stage) and right(other, stage)]
+def _answers(ground: Ground, party: Candidate, stage: Stage) -> bool:
+    """Say whether a party answers a stage, in the scene's size."""
+    image = (party.answers or {}).get(stage)
+    if image is None or stage in party.unsupported:
+        return False
+    return stage is Stage.CAMERA or (np.ndim(image) == 3 and np.shape(image)[:2] == ground.conditioning.hit.shape)
 
 
 def _cells(here: Bench, there: Bench, stage: Stage, check: Check | None) -> tuple[Cell, Cell]:

@@ -40,23 +40,20 @@ class Measurement:
 
     def as_json(self) -> dict[str, Any]:
         """Return plain JSON data; inf and nan become the strings "inf" and "nan"."""
-        return {
-            name: value if type(value) is int or (type(value) is float and math.isfinite(value)) else jsonable(value)
-            for name, value in vars(self).items()
-        }
+        return {name: jsonable(value) for name, value in vars(self).items()}
 
 
 def jsonable(value: Any) -> Any:
     """Return `value` with numbers that JSON cannot carry written as strings."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
+    # The usual kinds first: a record holds tens of thousands of numbers.
+    if type(value) is int or (type(value) is float and math.isfinite(value)):
+        return value
     if isinstance(value, tuple | list):
-        return [jsonable(item) for item in value]
-    if isinstance(value, np.integer):
-        return int(value)
-    if isinstance(value, np.floating):
-        return jsonable(float(value))
-    return value
+        return [item if type(item) is float and math.isfinite(item) else jsonable(item) for item in value]
+    if isinstance(value, float | np.floating):
+        number = float(value)
+        return number if math.isfinite(number) else "nan" if math.isnan(number) else ("inf" if number > 0 else "-inf")
+    return int(value) if isinstance(value, np.integer) else value
 
 
 def error(stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
