@@ -188,9 +188,17 @@ class Bench:
         if stage in GEOMETRY:
             good = self._excused(stage, theirs, limit, edge, continued=False)
         else:
-            finite = np.isfinite(self.candidate.answers[stage])
-            good = np.ones(shape, dtype=bool) if finite.all() else all_of(finite)
+            good = np.ones(shape, dtype=bool) if self._finite(stage) else all_of(np.isfinite(self._ours(stage)))
         return self._measure(stage, theirs, limit, edge, good)
+
+    def _ours(self, stage: Stage) -> np.ndarray:
+        assert self.candidate.answers is not None
+        return self.candidate.answers[stage]
+
+    def _finite(self, stage: Stage) -> bool:
+        """Say whether all of the candidate's stage is finite; asked once of an image, whoever it is held against."""
+        ours = self._ours(stage)
+        return self.ground.once(("finite",), (ours,), lambda: bool(np.isfinite(ours).all()))
 
     def inside(self, stage: Stage) -> np.ndarray:
         """Return error over limit end to end, (height, width), 0 at edges: what is judged strictly."""
@@ -261,4 +269,5 @@ class Bench:
             excused=good | self._near,
             window=self.window,
             precision=self.candidate.precision,
+            finite=self._finite(stage),
         )

@@ -63,8 +63,9 @@ def error(stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     counts; position: Euclidean distance; both (height, width). The rest: absolute difference, all channels.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        difference = np.abs(ours - theirs)
-        if not np.isfinite(difference).all():
+        difference = np.asarray(ours - theirs)
+        np.abs(difference, out=difference)
+        if not difference.max(initial=0.0) < np.inf:  # nor is NaN
             difference = np.where(ours == theirs, 0.0, difference)
         if stage in DIRECTIONS:
             distance = length(difference)
@@ -97,8 +98,9 @@ def _over(wrong: np.ndarray, limit: np.ndarray) -> np.ndarray:
     """Return errors over their limits, 0 without an error and inf for NaN."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = wrong / (limit if limit.ndim == wrong.ndim else limit[..., np.newaxis])
-    usual = ratio >= 0
-    return ratio if usual.all() else np.where(usual, ratio, np.where(wrong <= 0, 0.0, np.inf))
+        if ratio.min(initial=0.0) >= 0:  # nor is NaN
+            return ratio
+    return np.where(ratio >= 0, ratio, np.where(wrong <= 0, 0.0, np.inf))
 
 
 def _worst_channel(wrong: Sequence[float], limit: Sequence[float]) -> float:
@@ -128,11 +130,13 @@ def measure(
     excused: np.ndarray,
     precision: str,
     window: np.ndarray | None = None,
+    finite: bool | None = None,
 ) -> Measurement:
     """Measure `ours` against `theirs`: interior pixels strictly, edge pixels excused only where `excused` says so.
 
     `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides;
-    `window` are those that only a party's own epsilon leaves undecided.
+    `window` are those that only a party's own epsilon leaves undecided. `finite` says whether all of `ours` is, if that
+    is known.
     """
     ratio, wrong = ratios(stage, ours, theirs, limit)
     forgiven, inside = edge & excused, ~edge
@@ -150,7 +154,7 @@ def measure(
     elif stage is Stage.DISTANCE:
         misses = np.isinf(ours[..., 0]) != np.isinf(theirs[..., 0])
     everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
-    finite = bool(np.isfinite(ours).all())
+    finite = bool(np.isfinite(ours).all()) if finite is None else finite
     within = None if window is None or stage is Stage.RAY else window & edge
     own, others = (tuple(map(float, image[row, column])) for image in (ours, theirs))
     errors, bounds = (np.atleast_1d(image[row, column]).tolist() for image in (wrong, limit))
