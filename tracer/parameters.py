@@ -3,8 +3,9 @@
 As literals they save a load each and fold where they can, and every scene compiles a kernel of its own. In memory, the
 scenes of one structure share a kernel: what a scene does not need, such as a transform that is the identity or a
 coefficient that is 0, is left out either way. Where several stages are asked for, and written to memory, each may begin
-from there: its kernel is then shared by scenes and configurations that differ in another stage. docs/performance.md has
-what all of this costs.
+from there: its kernel is then shared by scenes and configurations that differ in another stage. Each unrolled shape is
+such a stage, so that scenes share its kernel whatever their number of shapes. docs/performance.md has what all of this
+costs.
 """
 
 from typing import Any, Protocol

@@ -1,6 +1,7 @@
 """Where a shape stands: its model matrix, inverted on the host in float64 and rounded once to the working precision.
 
 Coefficients that are 0 or 1 cost no operation, so that a translation or an axis-aligned scale is no more than that.
+Where kernels are to be shared (`tracer.parameters`), only those that are 0 cost none.
 """
 
 from dataclasses import dataclass, field
@@ -35,11 +36,9 @@ class Placement:
                 value = matrix[at]
                 if value == 0:
                     continue
-                factor = (
-                    None
-                    if value == 1 and not self.parameters.shared
-                    else self._number(f"{what} {at}", value, component)
-                )
+                # A product with 1 is exact, and with it scenes share a kernel; one with 0 would turn -0 into 0.
+                spared = value == 1 and not self.parameters.shared
+                factor = None if spared else self._number(f"{what} {at}", value, component)
                 if total is None:
                     total = component if factor is None else component * factor
                 else:
@@ -78,7 +77,8 @@ class Placement:
 
     def point_to_object(self, point: Any) -> Any:
         """Return a world point in object space."""
-        # Subtracting first keeps the error proportional to the distance from the shape, not from the world's origin.
+        # Subtracting first keeps the error proportional to the distance from the shape, not from the world's origin;
+        # subtracting 0 changes nothing.
         pairs = zip(point, self._origin(point, whole=self.parameters.shared), strict=True)
         return self._product("inverse", self.inverse, type(point)(*(x if t is None else x - t for x, t in pairs)))
 
