@@ -10,6 +10,8 @@ import json
 import os
 import subprocess
 import sys
+import threading
+from concurrent.futures import Future
 from importlib.metadata import version
 from pathlib import Path
 
@@ -65,6 +67,20 @@ def why_not(cache: Path | None = None) -> str | None:
     # A home that cannot be written costs a second at the next start, nothing else.
     with contextlib.suppress(OSError):
         write_text(path, json.dumps({"why_not": answer}))
+    return answer
+
+
+def ask() -> "Future[str | None]":
+    """Ask `why_not` while other work goes on; nobody waits for a question that is still open at the end."""
+    answer: Future[str | None] = Future()
+
+    def put() -> None:
+        try:
+            answer.set_result(why_not())
+        except BaseException as error:
+            answer.set_exception(error)
+
+    threading.Thread(target=put, daemon=True).start()
     return answer
 
 

@@ -10,6 +10,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
@@ -36,8 +37,8 @@ def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str
 class Drawing:
     """Pictures and views made in a child process while other work goes on: submit cases, leave the block, ask why.
 
-    The child starts with the first case that can be drawn, after the machine was asked whether it can. What `store`
-    has of the very same images is taken from there.
+    Whether the machine can draw is asked when the block is entered: the answer takes seconds, the first time. The child
+    starts with the first case that can be drawn. What `store` has of the very same images is taken from there.
     """
 
     def __init__(
@@ -51,7 +52,7 @@ class Drawing:
         self._cases: dict[str, dict[str, Any]] = {}
         self._drawn = 0
         self._pictures = True  # whether the machine can draw
-        self._asked_machine = False
+        self._asked: Future[str | None] | None = None
         self._current = "the first case"
         self._failures: list[str] = []
         self._child: subprocess.Popen[str] | None = None
@@ -60,6 +61,7 @@ class Drawing:
         self._complaints: IO[bytes] | None = None
 
     def __enter__(self) -> "Drawing":
+        self._asked = gl.ask()
         return self
 
     def submit(self, case: dict[str, Any]) -> None:
@@ -68,9 +70,8 @@ class Drawing:
         job = _job(self._folder, case)
         if job is None:
             return
-        if not self._asked_machine:
-            self._asked_machine = True
-            self.reason = gl.why_not()
+        if self._asked is not None:
+            self.reason, self._asked = self._asked.result(), None
             self._pictures = self.reason is None
         if not self._pictures:
             job["picture"] = None
