@@ -12,14 +12,22 @@ PACKAGES = ("drjit", "mitsuba", "numpy", "openexr", "scikit-image", "scipy", "tr
 
 def ask_once(name: str, guard: Callable[[], object], store: Store) -> None:
     """Ask a guard that never passed this code, or not here; raise what it raises. Only that it passed is kept."""
-    key = digest(["guard", name, code(CODE), machine(PACKAGES)])
-    try:
-        if store.get(key) is not None:
-            return
-    except DamagedEntryError:
-        pass  # it is gone, and the guard is asked
+    if passed(name, store):
+        return
     guard()
     try:
-        store.put(key, {"kind": "guard", "reference": name}, {})
+        store.put(_key(name), {"kind": "guard", "reference": name}, {})
     except OSError:
         return  # it is asked again next time
+
+
+def passed(name: str, store: Store) -> bool:
+    """Say whether a guard passed this code here before."""
+    try:
+        return store.get(_key(name)) is not None
+    except DamagedEntryError:
+        return False  # it is gone, and the guard is asked
+
+
+def _key(name: str) -> str:
+    return digest(["guard", name, code(CODE), machine(PACKAGES)])

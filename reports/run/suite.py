@@ -10,7 +10,7 @@ from rich.console import Console
 
 from cases.case import Case
 from cases.families import all_cases, select
-from reports.cache.guards import ask_once
+from reports.cache.guards import ask_once, passed
 from reports.cache.store import usual_store
 from reports.judge.outcomes import Outcome, exit_code
 from reports.publish.pictures import Drawing
@@ -19,7 +19,9 @@ from reports.run.document import results_document
 from reports.run.guards import stand_guards
 from reports.run.journal import NAME as JOURNAL
 from reports.run.journal import settle
+from reports.run.kinds import JUDGE
 from reports.run.llvm import choose_packaged_llvm
+from reports.run.orders import GuardTask
 from reports.run.panel import panel
 from reports.run.plan import PlannedCase, plan
 from reports.run.pool import Pool
@@ -45,6 +47,10 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     """
     choose_packaged_llvm()
     store = usual_store() if request.cached else None
+    if pool is not None and not (store is not None and passed("judge", store)):
+        # Its sentinels take seconds, and there is little else to do until the first cases are rendered.
+        pool.prepare(JUDGE, GuardTask(cached=request.cached))
+        pool.start()
     if store is None:
         stand_guards()
     else:
