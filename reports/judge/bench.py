@@ -142,16 +142,12 @@ class Bench:
         return with_twins(around, oracle, self.scene, self.truth, self.candidate.answers, classes.depth)
 
     def _excused(
-        self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
+        self, stage: Stage, ratio: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
     ) -> np.ndarray:
         """Return the edge pixels that have a side's value; the oracle is asked only if an edge pixel differs at all."""
         assert self.candidate.answers is not None
-        nobody = np.zeros(edge.shape, dtype=bool)
-        ours, theirs = np.asarray(self.candidate.answers[stage]), np.asarray(theirs, dtype=np.float64)
-        if not edge.any() or ours.shape != theirs.shape:  # measuring refuses those
-            return nobody
-        if not np.any(ratios(stage, ours[edge], theirs[edge], limit[edge])[0] > 1):
-            return nobody
+        if not np.any(edge & (ratio > 1)):
+            return np.zeros(edge.shape, dtype=bool)
         if Stage.OBJECT not in self.candidate.answers:
             return excused_anyhow(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
         return excused(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
@@ -184,12 +180,13 @@ class Bench:
         shape = self.classes.outline.shape
         limit = self.limits.end_to_end.get(stage, np.zeros(shape))
         edge = self.classes.edge(stage)
-        theirs = self.witness.answers[stage]
+        theirs, compared = np.asarray(self.witness.answers[stage], dtype=np.float64), None
         if stage in GEOMETRY:
-            good = self._excused(stage, theirs, limit, edge, continued=False)
+            compared = ratios(stage, self._ours(stage), theirs, limit)
+            good = self._excused(stage, compared[0], limit, edge, continued=False)
         else:
             good = np.ones(shape, dtype=bool) if self._finite(stage) else all_of(np.isfinite(self._ours(stage)))
-        return self._measure(stage, theirs, limit, edge, good)
+        return self._measure(stage, theirs, limit, edge, good, compared)
 
     def _ours(self, stage: Stage) -> np.ndarray:
         assert self.candidate.answers is not None
@@ -239,13 +236,20 @@ class Bench:
             # continued from; at an edge the passes need not agree on the side.
             own = self.ground.limits(self._roundoffs[0], by_matrices=self.candidate.by_matrices)
             limit, edge = limit + 2 * own.end_to_end[stage], edge | self.classes.edge(stage)
-        good = np.ones(shape, dtype=bool)
+        good, value, compared = np.ones(shape, dtype=bool), np.asarray(value, dtype=np.float64), None
         if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL):
-            good = self._excused(stage, value, limit, edge, continued=True)
-        return self._measure(stage, value, limit, edge, good)
+            compared = ratios(stage, self._ours(stage), value, limit)
+            good = self._excused(stage, compared[0], limit, edge, continued=True)
+        return self._measure(stage, value, limit, edge, good, compared)
 
     def _measure(
-        self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, good: np.ndarray
+        self,
+        stage: Stage,
+        theirs: np.ndarray,
+        limit: np.ndarray,
+        edge: np.ndarray,
+        good: np.ndarray,
+        compared: tuple[np.ndarray, np.ndarray] | None,
     ) -> Measurement:
         assert self.candidate.answers is not None
         ours = self.candidate.answers[stage]
@@ -270,4 +274,5 @@ class Bench:
             window=self.window,
             precision=self.candidate.precision,
             finite=self._finite(stage),
+            compared=compared,
         )

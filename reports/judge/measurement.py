@@ -40,7 +40,7 @@ class Measurement:
 
     def as_json(self) -> dict[str, Any]:
         """Return plain JSON data; inf and nan become the strings "inf" and "nan"."""
-        return {name: jsonable(value) for name, value in vars(self).items()}
+        return {name: value if type(value) is int else jsonable(value) for name, value in vars(self).items()}
 
 
 def jsonable(value: Any) -> Any:
@@ -131,14 +131,15 @@ def measure(
     precision: str,
     window: np.ndarray | None = None,
     finite: bool | None = None,
+    compared: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Measurement:
     """Measure `ours` against `theirs`: interior pixels strictly, edge pixels excused only where `excused` says so.
 
     `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides;
-    `window` are those that only a party's own epsilon leaves undecided. `finite` says whether all of `ours` is, if that
-    is known.
+    `window` are those that only a party's own epsilon leaves undecided. `finite` says whether all of `ours` is, and
+    `compared` what `ratios` says, if that is known.
     """
-    ratio, wrong = ratios(stage, ours, theirs, limit)
+    ratio, wrong = compared or ratios(stage, ours, theirs, limit)
     forgiven, inside = edge & excused, ~edge
     judged = np.where(forgiven, 0.0, ratio) if forgiven.any() else ratio
     row, column = divmod(int(judged.argmax()), judged.shape[1])
