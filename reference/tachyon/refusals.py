@@ -1,5 +1,7 @@
 """What Tachyon cannot answer, in sentences."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from cases.scene import Scene, Sphere
@@ -25,6 +27,7 @@ def refusal(scene: Scene, stage: Stage) -> str | None:
     return missing() or _shapes(scene) or _clipping(scene) or _backs(scene, stage)
 
 
+@lru_cache(maxsize=4)
 def _shapes(scene: Scene) -> str | None:
     for index, shape in enumerate(scene.shapes):
         if isinstance(shape, Sphere) and not is_similarity(shape.to_world):
@@ -40,6 +43,7 @@ def _shapes(scene: Scene) -> str | None:
     return None
 
 
+@lru_cache(maxsize=4)
 def _clipping(scene: Scene) -> str | None:
     found = cut(scene)
     return found and f"Tachyon's clipping cuts shadows too, and the camera's may cut {found}."
