@@ -12,6 +12,7 @@ slender triangle, by the product of two edges over twice its area.
 """
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,7 @@ def clearance(scale: Any, *, spread: Any, precision: str) -> Any:
     return scale * (FACTOR * UNIT_ROUNDOFF[precision]) * spread
 
 
+@lru_cache(maxsize=32)  # a scene is rendered by one configuration after another
 def spread(shape: Shape) -> float:
     """Return what multiplies a shape's rounding errors, at least 1; of a mesh, the largest over its triangles."""
     match shape:
@@ -53,6 +55,7 @@ def spread(shape: Shape) -> float:
             return 1.0
 
 
+@lru_cache(maxsize=32)
 def extent(shape: Shape) -> float:
     """Return a bound on distance from the world's origin plus size [m]; of a plane, of its own origin only."""
     match shape:
