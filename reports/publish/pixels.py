@@ -14,7 +14,7 @@ from cases.stages import IMAGE_STAGES, Stage
 from reports.plain import as_json
 from reports.publish.atomic import write_text
 from reports.publish.encoding import decode, encode
-from reports.publish.predicting import pinhole, predicted, predictions
+from reports.publish.predicting import Factors, pinhole, predicted, predictions
 
 # The renderer against which the others are stored: the one they should all be close to.
 BASE = "analytic"
@@ -37,13 +37,17 @@ def write_pixels(
     base = BASE if BASE in images else next(iter(images), None)
     rays = pinhole(camera)
     x, y, z = map(float, camera["eye"]) if rays is not None and camera is not None else (0.0, 0.0, 0.0)
+    tables: dict[Stage, Factors] = {}
     encoded = {
         renderer: {
             stage.value: {
                 "height": image.shape[0],
                 "width": image.shape[1],
                 **encode(
-                    image, predictions(stage, own, images[base] if base and base != renderer else None, (x, y, z), rays)
+                    image,
+                    predictions(
+                        stage, own, images[base] if base and base != renderer else None, (x, y, z), rays, tables
+                    ),
                 ),
             }
             for stage, image in own.items()

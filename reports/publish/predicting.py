@@ -14,6 +14,7 @@ import numpy as np
 from cases.stages import Stage
 
 Images = Mapping[Stage, np.ndarray]  # of one renderer, float32 (height, width, channels)
+Factors = dict[str, list[float]]  # by object, of each channel
 
 # A stage that is an earlier one times a constant per object: M = albedo E, L = M / pi.
 TIMES = {Stage.EXITANCE: Stage.IRRADIANCE, Stage.RADIANCE: Stage.EXITANCE}
@@ -25,11 +26,13 @@ def predictions(
     base: Images | None,
     eye: tuple[float, float, float],
     rays: list[list[float]] | None = None,
+    tables: dict[Stage, Factors] | None = None,
 ) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
     """Yield each way to foretell `own[stage]`: how, as plain JSON data, and the float32 prediction.
 
     `own` holds the renderer's stages, `base` those of the renderer that all are compared with, if it is another one.
-    `eye` is the camera's (3), m; `rays` its `pinhole`, where the camera is known.
+    `eye` is the camera's (3), m; `rays` its `pinhole`, where the camera is known. `tables` keeps the factors that were
+    found, for the other renderers of the same scene.
     """
     image = own[stage]
     yield {"by": "nothing"}, np.zeros_like(image)
@@ -37,7 +40,7 @@ def predictions(
         yield {"by": "base"}, base[stage]
     source = TIMES.get(stage)
     if source is not None and source in own and Stage.OBJECT in own and own[source].shape == image.shape:
-        table = factors(image, own[source], own[Stage.OBJECT])
+        table = _factors(stage, source, own, base, {} if tables is None else tables)
         yield {"by": "factors", "of": source.value, "factors": table}, times(own[source], own[Stage.OBJECT], table)
     if stage is Stage.RAY and rays is not None:
         yield {"by": "pinhole", "rays": rays}, through(rays, image.shape[0], image.shape[1])
@@ -57,12 +60,22 @@ def predicted(how: Mapping[str, Any], stage: Stage, own: Images, base: Images | 
     return along(own[Stage.RAY], own[Stage.DISTANCE], how["eye"]) if how["by"] == "ray" else None
 
 
-def factors(image: np.ndarray, source: np.ndarray, objects: np.ndarray) -> dict[str, list[float]]:
+def _factors(stage: Stage, source: Stage, own: Images, base: Images | None, tables: dict[Stage, Factors]) -> Factors:
+    """Return what the renderer that all are compared with found, which finds the same albedos; without it, the own."""
+    known = own if base is None else base
+    if any(one not in known or known[one].shape != own[one].shape for one in (stage, source, Stage.OBJECT)):
+        return factors(own[stage], own[source], own[Stage.OBJECT])
+    if stage not in tables:
+        tables[stage] = factors(known[stage], known[source], known[Stage.OBJECT])
+    return tables[stage]
+
+
+def factors(image: np.ndarray, source: np.ndarray, objects: np.ndarray) -> Factors:
     """Return the median of image / source of each object by channel, float32: the albedo, or 1 / pi."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = np.ascontiguousarray((image.astype(np.float64) / source).reshape(-1, image.shape[-1]).T)
     known, numbers = np.isfinite(ratio), objects[..., 0].ravel()
-    table: dict[str, list[float]] = {}
+    table: Factors = {}
     for index in np.unique(numbers):
         here = numbers == index
         medians = _medians(ratio[:, here], known[:, here])

@@ -85,3 +85,16 @@ def test_factors_are_each_object_s_and_channel_s_medians_of_what_is_finite(seed)
     for index in np.unique(objects):
         columns = [column[np.isfinite(column)] for column in ratio[objects[..., 0] == index].T]
         assert table[str(int(index))] == [float(np.float32(np.median(column))) for column in columns]
+
+
+def test_factors_are_found_once_for_all_who_are_compared_with_one(own):
+    other = {stage: image * np.float32(1.5) for stage, image in own.items()} | {Stage.OBJECT: own[Stage.OBJECT]}
+    misshapen = {stage: image[1:] for stage, image in own.items()}
+    tables = {}
+
+    def told(images, base):
+        ways = predictions(Stage.EXITANCE, images, base, tuple(EYE), None, tables)
+        return next(how["factors"] for how, _ in ways if how["by"] == "factors")
+
+    assert told(other, own) is told(own, None) is tables[Stage.EXITANCE]
+    assert told(misshapen, own) is not tables[Stage.EXITANCE]
