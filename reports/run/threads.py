@@ -16,4 +16,4 @@ SMALL = 2**17  # samples that one thread traces sooner than it compiles how
 def set_threads(scene: Scene, samples: int) -> None:
     """Let kernels for samples x samples points per pixel run on this thread, or on all processors' where they last."""
     small = scene.camera.width * scene.camera.height * samples * samples < SMALL
-    dr.set_thread_count(1 if small else len(os.sched_getaffinity(0)))
+    dr.set_thread_count(1 if small else os.cpu_count() or 1)

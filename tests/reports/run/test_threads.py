@@ -14,7 +14,7 @@ from reports.run.tasks import handler
 from reports.run.threads import SMALL, set_threads
 from tests.reports.judge.scenes import SCENE
 
-PROCESSORS = len(os.sched_getaffinity(0))
+PROCESSORS = os.cpu_count() or 1
 LARGE = dataclasses.replace(SCENE, camera=dataclasses.replace(SCENE.camera, width=SMALL // 64, height=64))
 
 
