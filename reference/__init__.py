@@ -2,8 +2,7 @@
 
 To add one: a class that keeps `cases.answers.Reference`, in a new file, under `@REFERENCES.register("name")`.
 `independent=True` says that it shares neither code nor Dr.Jit's compiler with the tracer and so can be a witness;
-`optional=True` that it is a program which may not be installed, `on_request=True` that only `--require` asks it,
-`drjit=True` that it computes in Dr.Jit's threads, of which a run's worker says how many there are.
+`optional=True` that it is a program which may not be installed, `on_request=True` that only `--require` asks it.
 What the decorator says is read from the source, so it stands in the reference's file, or in one right in its folder,
 with literal arguments: a process imports only the references that it asks.
 

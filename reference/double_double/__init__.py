@@ -26,7 +26,7 @@ class PairAnswers:
     margin: np.ndarray  # (N,): below questions.LOW_MARGIN a certified reference should be asked
 
 
-@REFERENCES.register("double_double", independent=False, drjit=True, on_request=True)
+@REFERENCES.register("double_double", independent=False, on_request=True)
 class DoubleDouble:
     """Exact mathematics in about 31 digits; shares Dr.Jit and LLVM with the tracer, so `certified` is its witness.
 

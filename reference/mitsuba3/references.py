@@ -94,7 +94,7 @@ class _Mitsuba:
         return found
 
 
-@REFERENCES.register("mitsuba_scalar", independent=True, drjit=True)
+@REFERENCES.register("mitsuba_scalar", independent=True)
 class MitsubaScalar(_Mitsuba):
     """Mitsuba without a compiler: Embree and C++ in float32, sharing neither code nor Dr.Jit's compiler with us."""
 
@@ -102,7 +102,7 @@ class MitsubaScalar(_Mitsuba):
     tracing = scalar
 
 
-@REFERENCES.register("mitsuba_llvm", independent=False, drjit=True)
+@REFERENCES.register("mitsuba_llvm", independent=False)
 class MitsubaLlvm(_Mitsuba):
     """Mitsuba through Dr.Jit and LLVM: the compiler is also the tracer's, so its word is no witness on its own."""
 

@@ -36,12 +36,10 @@ def handler(kind: str) -> Callable[[Any], Any]:
 def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
     """Render by the tracer."""
     from reports.run.clearances import shadow_epsilons
-    from reports.run.threads import set_threads
     from tracer.configuration import Configuration
     from tracer.render import render
     from tracer.versions import versions
 
-    set_threads(task.scene, task.samples)
     configuration = Configuration.parse(task.configuration)
     answers = render(task.scene, stages_of(task.scene), configuration)
     fine = None
@@ -62,14 +60,10 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]
     """Return the task of one reference."""
     from reference import REFERENCES
 
-    reference, about = REFERENCES[name](), REFERENCES.about(name)
-    independent = bool(about.get("independent", False))
+    reference = REFERENCES[name]()
+    independent = bool(REFERENCES.about(name).get("independent", False))
 
     def refer(task: ReferenceTask) -> tuple[Witness, dict[str, str]]:
-        if about.get("drjit", False):
-            from reports.run.threads import set_threads
-
-            set_threads(task.scene, task.samples)
         witness = heard(name, reference, task, independent=independent)
         return witness, {name: reference.version()}
 
