@@ -7,7 +7,7 @@ module that fails to import stops the run, because a formula that silently vanis
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, Generic, TypeVar, cast
 
 Thing = TypeVar("Thing")
@@ -45,26 +45,27 @@ class Registry(Generic[Thing]):
         """Return the thing called `name`; raise LookupError that lists what is known."""
         self.load()
         if name not in self._things:
-            known = ", ".join(sorted(self._things)) or "none"
-            raise LookupError(f"no {self.kind} is called {name!r}; known: {known}")
+            raise LookupError(f"no {self.kind} is called {name!r}; known: {', '.join(self) or 'none'}")
         return self._things[name]
+
+    def _names(self) -> Collection[str]:
+        self.load()
+        return self._things
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names in alphabetical order."""
-        self.load()
-        return iter(sorted(self._things))
+        return iter(sorted(self._names()))
 
     def __contains__(self, name: object) -> bool:
-        self.load()
-        return name in self._things
+        return name in self._names()
 
     def __len__(self) -> int:
-        self.load()
-        return len(self._things)
+        return len(self._names())
 
     def about(self, name: str) -> Mapping[str, Any]:
         """Return the facts given when `name` was registered; raise LookupError as `[]` does."""
-        self[name]
+        if name not in self:
+            self[name]
         return self._about[name]
 
     def load(self) -> None:

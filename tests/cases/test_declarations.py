@@ -69,7 +69,19 @@ def test_an_unknown_name_is_told_what_is_known(things: DeclaredRegistry[type]) -
 def test_a_name_that_is_declared_twice_is_refused(things: DeclaredRegistry[type], tmp_path: Path) -> None:
     (tmp_path / things.package / "other.py").write_text(thing("one", package=things.package))
 
-    with pytest.raises(ValueError, match="thing 'one' is registered twice"):
+    for _ in range(2):
+        with pytest.raises(ValueError, match="thing 'one' is registered twice"):
+            list(things)
+
+
+def test_what_registers_in_another_way_is_refused_and_not_overlooked(
+    things: DeclaredRegistry[type], tmp_path: Path
+) -> None:
+    (tmp_path / things.package / "deep" / "below").mkdir()
+    late = f"from {things.package} import THINGS\n\nTHINGS.register('late')(dict)\n"
+    (tmp_path / things.package / "deep" / "below" / "late.py").write_text(late)
+
+    with pytest.raises(ValueError, match=r"\.deep\.below\.late, line 3: THINGS\.register must decorate"):
         list(things)
 
 
@@ -81,10 +93,18 @@ def test_a_fact_that_is_no_literal_is_refused(things: DeclaredRegistry[type], tm
 
 
 def test_references_are_declared_as_they_register() -> None:
-    for name in REFERENCES:
-        declared = dict(REFERENCES.about(name))
-        _ = REFERENCES[name]
-        assert REFERENCES.about(name) == declared
+    # In a process of its own: here another test may have imported them before they were declared.
+    script = """
+        from reference import REFERENCES
+        declared = {name: dict(REFERENCES.about(name)) for name in REFERENCES}
+        REFERENCES._about.clear()
+        for name in declared:
+            REFERENCES[name]
+        print(REFERENCES._about == declared, len(declared))
+    """
+    told = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True).stdout
+
+    assert told.split() == ["True", str(len(REFERENCES))]
 
 
 def test_a_process_that_asks_the_oracle_imports_no_other_reference() -> None:
