@@ -81,7 +81,7 @@ def test_every_stage_costs_more_than_what_it_is_made_of_and_nothing_that_comes_a
     counts = [operations(BOTH, (stage,)) for stage in order]
 
     assert counts == sorted(set(counts))
-    # Asked for together they share all but what a kernel hands to the next: each array is an operation to read or write.
+    # Asked for together they share all but what a kernel hands on: each array is an operation to read or write.
     render(BOTH, IMAGE_STAGES, Configuration())
     together = dr.kernel_history([dr.KernelType.JIT])
     handed = sum(kernel["input_count"] + kernel["output_count"] for kernel in together)
