@@ -1,8 +1,12 @@
-"""Put a wrong function in the place of a right one, wherever it was imported to, and back again."""
+"""Put a wrong function in the place of a right one, wherever it was imported to, and back again.
+
+What a module keeps of earlier answers (`functools.cache`) goes both times: it came of what was there before.
+"""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from types import ModuleType
 from typing import Any
 
 OURS = ("cases", "reference", "reports", "tracer")
@@ -27,19 +31,31 @@ def replaced(right: Any, wrong: Any) -> Iterator[None]:
         raise LookupError(f"no module holds {right!r}")
     for module, name in places:
         setattr(module, name, wrong)
+    _forget(module for module, _ in places)
     try:
         yield
     finally:
         for module, name in places:
             setattr(module, name, right)
+        _forget(module for module, _ in places)
 
 
 @contextmanager
 def altered(owner: Any, name: str, wrong: Any) -> Iterator[None]:
     """Replace the attribute `name` of a class or module until the block ends."""
-    right = vars(owner)[name]
+    right, module = vars(owner)[name], sys.modules[getattr(owner, "__module__", owner.__name__)]
     setattr(owner, name, wrong)
+    _forget([module])
     try:
         yield
     finally:
         setattr(owner, name, right)
+        _forget([module])
+
+
+def _forget(modules: Iterable[ModuleType]) -> None:
+    for module in modules:
+        for value in list(vars(module).values()):
+            # One that was imported is another module's.
+            if getattr(value, "__module__", None) == module.__name__ and hasattr(value, "cache_clear"):
+                value.cache_clear()

@@ -23,10 +23,5 @@ from reports.faults.patching import altered
 @contextmanager
 def embree_half_squares() -> Iterator[None]:
     """Leave out the second triangle of each square."""
-    # What is kept of a scene was made of whole squares, and what is made now is not to be kept.
-    facets.facets.cache_clear()
-    try:
-        with altered(facets, "HALVES", facets.HALVES[:1]):
-            yield
-    finally:
-        facets.facets.cache_clear()
+    with altered(facets, "HALVES", facets.HALVES[:1]):
+        yield

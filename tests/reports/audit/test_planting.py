@@ -5,9 +5,12 @@ from typing import Any
 
 import pytest
 
+from cases.scene import Scene, Square
+from reference.embree import facets
 from reports.faults import FAULTS
 from reports.faults.patching import OURS, altered, replaced
 from reports.judge import outcomes
+from tests.reports.judge.scenes import SCENE
 
 
 def _state() -> dict[tuple[str, str], int]:
@@ -46,6 +49,18 @@ def test_a_function_is_replaced_wherever_it_was_imported_to() -> None:
         assert outcomes.worst is wrong
         assert assemble.worst is wrong
     assert outcomes.worst is assemble.worst is right
+
+
+def test_what_was_kept_of_right_answers_is_forgotten_and_so_is_what_was_kept_of_wrong_ones() -> None:
+    scene = Scene(camera=SCENE.camera, shapes=(Square(albedo=(0.5, 0.5, 0.5)),))
+
+    def count() -> int:
+        return len(facets.facets(scene).shape)
+
+    assert count() == 2
+    with altered(facets, "HALVES", facets.HALVES[:1]):
+        assert count() == 1
+    assert count() == 2
 
 
 def test_a_fault_that_would_not_be_planted_is_told() -> None:
