@@ -51,10 +51,8 @@ class Literals:
         return value
 
 
-class Numbers:
+class Numbers(Literals):
     """Numbers that are read from memory."""
-
-    shared = False
 
     def __init__(self) -> None:
         self._kept: dict[tuple[str, type], Any] = {}
@@ -69,13 +67,6 @@ class Numbers:
             dr.make_opaque(copied)
             self._kept[key] = copied
         return self._kept[key]
-
-    def store(self, *values: Any) -> None:
-        """Let the kernel go on."""
-
-    def per_lane(self, value: Any, width: int) -> Any:
-        """Return the value as it is."""
-        return value
 
 
 class Stages(Numbers):

@@ -253,7 +253,6 @@ class Bench:
     ) -> Measurement:
         assert self.candidate.answers is not None
         ours = self.candidate.answers[stage]
-        theirs = np.asarray(theirs, dtype=np.float64)
         if stage is not Stage.RAY and self._near.any():
             edge = edge | self._near
         if stage is Stage.VISIBILITY and ours.shape == theirs.shape:
