@@ -4,6 +4,7 @@ Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. (2002), 
 """
 
 UNIT_ROUNDOFF: dict[str, float] = {"float32": 2.0**-24, "float64": 2.0**-53}
+PRECISIONS: tuple[str, ...] = tuple(UNIT_ROUNDOFF)
 
 
 def gamma(n: float, *, precision: str) -> float:

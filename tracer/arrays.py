@@ -14,7 +14,7 @@ import drjit as dr
 
 from tracer import llvm
 
-PRECISIONS = {"float32": "f", "float64": "f64"}
+SUFFIXES = {"float32": "f", "float64": "f64"}  # of the names of Dr.Jit's types
 BACKENDS = {"cuda": dr.JitBackend.CUDA, "llvm": dr.JitBackend.LLVM}  # the first that is there is taken
 VARIABLE = "RAYPROOF_BACKEND"  # names one of them, for a machine that has both
 
@@ -69,12 +69,12 @@ def array_types(precision: str) -> ArrayTypes:
         NoBackendError: Dr.Jit has no backend.
 
     """
-    if precision not in PRECISIONS:
-        raise LookupError(f"no precision is called {precision!r}; known: {', '.join(PRECISIONS)}")
+    if precision not in SUFFIXES:
+        raise LookupError(f"no precision is called {precision!r}; known: {', '.join(SUFFIXES)}")
     name = backend()
     module = importlib.import_module(f"drjit.{name}")
     dr.set_flag(dr.JitFlag.FastMath, False)
-    suffix = PRECISIONS[precision]
+    suffix = SUFFIXES[precision]
     return ArrayTypes(
         precision=precision,
         backend=name,

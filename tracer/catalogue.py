@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
-from cases.registry import Registry
+from cases.declarations import DeclaredRegistry
 from cases.stages import Stage
 from tracer.camera import CAMERA
 from tracer.clipping import CLIPPING
@@ -17,7 +17,7 @@ from tracer.transforms import TRANSFORMS
 
 Kind = Literal["right", "control", "fault"]
 KINDS: tuple[Kind, ...] = ("right", "control", "fault")
-REGISTRIES: tuple[Registry[Callable[..., Any]], ...] = (
+REGISTRIES: tuple[DeclaredRegistry[Callable[..., Any]], ...] = (
     CAMERA,
     CLIPPING,
     TRANSFORMS,
@@ -38,7 +38,7 @@ class Formula:
 
     slot: str
     variant: str
-    function: Callable[..., Any]
+    load: Callable[[], Callable[..., Any]]  # imports its module
     covers: tuple[str, ...]  # specification ids
     kind: Kind
     stage: Stage  # the one blamed when it is wrong
@@ -47,7 +47,7 @@ class Formula:
     erratum: str | None = None  # such as "E6"
     known_bad: str | None = None  # where a form that computes the right thing in exact arithmetic breaks down
     equivalent: str | None = None  # why a wrong form is right on every valid scene
-    facts: Mapping[str, Any]  # what else was registered
+    facts: Mapping[str, Any]  # all that was registered, what only its slot knows included
 
     @property
     def name(self) -> str:
@@ -55,33 +55,36 @@ class Formula:
         return f"{self.slot}/{self.variant}"
 
     @property
+    def function(self) -> Callable[..., Any]:
+        """Return the function itself."""
+        return self.load()
+
+    @property
     def summary(self) -> str:
         """Return the first line of the function's docstring."""
         return (self.function.__doc__ or "").strip().split("\n")[0]
 
 
-def _formula(registry: Registry[Callable[..., Any]], name: str) -> Formula:
+def _formula(registry: DeclaredRegistry[Callable[..., Any]], name: str) -> Formula:
     slot, variant = name.split("/")
-    about = dict(registry.about(name))
-    kind = about.pop("kind")
-    if kind not in KINDS:
-        raise ValueError(f"{registry.kind} {name!r}: kind must be one of {', '.join(KINDS)}, got {kind!r}")
-    known = {key: about.pop(key) for key in ("default", "erratum", "known_bad", "equivalent") if key in about}
+    facts = registry.about(name)
+    if facts["kind"] not in KINDS:
+        raise ValueError(f"{registry.kind} {name!r}: kind must be one of {', '.join(KINDS)}, got {facts['kind']!r}")
     return Formula(
         slot=slot,
         variant=variant,
-        function=registry[name],
-        covers=tuple(about.pop("covers")),
-        kind=kind,
-        stage=about.pop("stage"),
+        load=lambda: registry[name],
+        covers=tuple(facts["covers"]),
+        kind=facts["kind"],
+        stage=facts["stage"],
         folder=registry.package.rsplit(".", 1)[1],
-        facts=about,
-        **known,
+        facts=facts,
+        **{key: facts[key] for key in ("default", "erratum", "known_bad", "equivalent") if key in facts},
     )
 
 
 class Catalogue(Mapping[str, Formula]):
-    """All formulas by "slot/variant"; the modules that hold them are imported at the first look-up."""
+    """All formulas by "slot/variant", as they are declared; computing with one imports it."""
 
     @cached_property
     def _formulas(self) -> dict[str, Formula]:

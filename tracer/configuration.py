@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from tracer.arrays import PRECISIONS
+from cases.rounding import PRECISIONS
 from tracer.catalogue import FORMULAS, Formula
 
 

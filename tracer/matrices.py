@@ -4,11 +4,11 @@ from typing import Any
 
 import drjit as dr
 
-from tracer.arrays import PRECISIONS, array_types
+from tracer.arrays import array_types
 
 
 def _types(like: Any) -> Any:
-    return array_types("float64" if dr.type_v(like) == dr.VarType.Float64 else next(iter(PRECISIONS)))
+    return array_types("float64" if dr.type_v(like) == dr.VarType.Float64 else "float32")
 
 
 def matrix(rows: list[list[Any]], *, like: Any) -> Any:

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from cases.rounding import PRECISIONS
 from cases.stages import Stage
 from reports.compare.own import own_formula
-from tracer.arrays import PRECISIONS
 from tracer.catalogue import FORMULAS, Formula
 from tracer.configuration import Configuration
 

@@ -36,7 +36,7 @@ def own_formula(text: str) -> Formula:
     function = _function(Path(path), name)
     _same_signature(place, function, default)
     checked = Checked(place, function, default)
-    return replace(default, variant=place, function=checked, default=False, kind="right", erratum=None)
+    return replace(default, variant=place, load=lambda: checked, default=False, kind="right", erratum=None)
 
 
 def _function(path: Path, name: str) -> Callable[..., Any]:

@@ -7,7 +7,7 @@ from cases.scene import Mesh, Scene, Triangle
 from cases.stages import Stage
 from tracer.clearance import spread
 from tracer.configuration import Configuration
-from tracer.feelers import shadow_epsilon
+from tracer.shadow_epsilon import shadow_epsilon
 from tracer.triangles import slenderness
 
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from cases.rounding import PRECISIONS
 from cases.scene import CLIPS, SHADINGS, Matrix, Scene
 from cases.scene_json import NAMES, SHAPES
 from cases.similarity import is_similarity
 from cases.stages import IMAGE_STAGES, Stage
 
 PROTOCOL = 1
-PRECISIONS = ("float32", "float64")
 EPSILONS = ("shadow", "ray")
 LONGEST_NAME = 80
 

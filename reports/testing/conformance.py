@@ -8,6 +8,7 @@ import numpy as np
 
 from cases.answers import Answers
 from cases.case import Case
+from cases.rounding import PRECISIONS
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge.adjudicate import ORACLE
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from tracer.configuration import Configuration
 
 Renderer = Callable[[Scene, Sequence[Stage]], Mapping[str, Any]]
-PRECISIONS = ("float32", "float64")
 NAME = "subject"
 
 

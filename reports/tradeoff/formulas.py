@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from cases.answers import Answers
-from cases.rounding import UNIT_ROUNDOFF
+from cases.rounding import PRECISIONS, UNIT_ROUNDOFF
 from cases.scene import Scene
 from cases.stages import Stage
 from reference import REFERENCES
@@ -20,7 +20,6 @@ from reports.tradeoff.clocks import kernel_seconds
 from reports.tradeoff.entry import Entry
 from reports.tradeoff.points import Point
 from reports.tradeoff.tails import quantile, tail
-from tracer.arrays import PRECISIONS
 from tracer.catalogue import FORMULAS, Formula
 from tracer.configuration import Configuration
 from tracer.render import render

@@ -8,14 +8,13 @@ import numpy as np
 
 from cases.ladders import all_ladders
 from cases.ladders.ladder import Inputs, Ladder
-from cases.rounding import UNIT_ROUNDOFF
+from cases.rounding import PRECISIONS, UNIT_ROUNDOFF
 from reports.stability.questions import QUESTIONS, Grades, Question
 from reports.tradeoff.clocks import kernel_seconds
 from reports.tradeoff.entry import Entry
 from reports.tradeoff.formulas import variants
 from reports.tradeoff.points import Point
 from reports.tradeoff.tails import quantile, tail
-from tracer.arrays import PRECISIONS
 from tracer.catalogue import Formula
 
 RAYS = 2**16  # in a timed launch; a question carries its rays to the device and back each time

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from cases.rounding import PRECISIONS
 from cases.scene import Scene
 from cases.stages import Stage
 from reference.analytic import Analytic
@@ -19,7 +20,6 @@ from reports.tradeoff.entry import Entry
 from reports.tradeoff.formulas import pixels
 from reports.tradeoff.points import Point
 from reports.tradeoff.tails import root_mean_square
-from tracer.arrays import PRECISIONS
 from tracer.configuration import Configuration
 from tracer.render import render
 

@@ -1,5 +1,6 @@
 """What a folder declares is known before anything in it is imported, and is what importing registers."""
 
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -8,8 +9,10 @@ from textwrap import dedent
 import pytest
 
 from cases.declarations import DeclaredRegistry
-from reference import REFERENCES
+from cases.stages import Stage
+from tracer.catalogue import REGISTRIES
 
+FORMULAS = tuple(f"{one.package}.{one.package.rsplit('.', 1)[1].upper()}" for one in REGISTRIES)
 INIT = """
 from cases.declarations import DeclaredRegistry
 THINGS = DeclaredRegistry("thing", package="{package}", name="THINGS")
@@ -85,26 +88,45 @@ def test_what_registers_in_another_way_is_refused_and_not_overlooked(
         list(things)
 
 
-def test_a_fact_that_is_no_literal_is_refused(things: DeclaredRegistry[type], tmp_path: Path) -> None:
-    (tmp_path / things.package / "other.py").write_text(thing("new", package=things.package, facts=", when=now()"))
+def test_stages_are_read_too_and_any_other_fact_is_asked_of_its_module(
+    things: DeclaredRegistry[type], tmp_path: Path
+) -> None:
+    facts = ", stage=Stage.RAY, also=(Stage.OBJECT, 2), when=len('four')"
+    text = "from cases.stages import Stage\n" + thing("new", package=things.package, facts=facts)
+    (tmp_path / things.package / "other.py").write_text(text)
+    about = things.about("new")
+
+    assert (list(about), len(about)) == (["stage", "also", "when"], 3)
+    assert (about["stage"], about["also"]) == (Stage.RAY, (Stage.OBJECT, 2))
+    assert about.get("optional") is None
+    assert imported(things) == set()
+    assert about["when"] == 4
+    assert imported(things) == {".other"}
+
+
+def test_a_name_that_is_no_literal_is_refused(things: DeclaredRegistry[type], tmp_path: Path) -> None:
+    text = thing("new", package=things.package).replace("'new'", "str(1)")
+    (tmp_path / things.package / "other.py").write_text(text)
 
     with pytest.raises(ValueError, match="malformed node"):
         list(things)
 
 
-def test_references_are_declared_as_they_register() -> None:
+@pytest.mark.parametrize("registry", ["reference.REFERENCES", *FORMULAS])
+def test_what_is_declared_is_what_registers(registry: str) -> None:
     # In a process of its own: here another test may have imported them before they were declared.
-    script = """
-        from reference import REFERENCES
-        declared = {name: dict(REFERENCES.about(name)) for name in REFERENCES}
-        REFERENCES._about.clear()
+    module, name = registry.rsplit(".", 1)
+    script = f"""
+        from {module} import {name}
+        declared = {{name: {name}.about(name) for name in {name}}}
+        {name}._about.clear()
         for name in declared:
-            REFERENCES[name]
-        print(REFERENCES._about == declared, len(declared))
+            {name}[name]
+        print({name}._about == {{name: dict(about) for name, about in declared.items()}}, len(declared))
     """
     told = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True).stdout
 
-    assert told.split() == ["True", str(len(REFERENCES))]
+    assert told.split() == ["True", str(len(getattr(importlib.import_module(module), name)))]
 
 
 def test_a_process_that_asks_the_oracle_imports_no_other_reference() -> None:
@@ -118,3 +140,15 @@ def test_a_process_that_asks_the_oracle_imports_no_other_reference() -> None:
     told = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True).stdout
 
     assert told.splitlines() == ["analytic", ""]
+
+
+def test_what_formulas_there_are_is_known_without_dr_jit() -> None:
+    script = """
+        import sys
+        from tracer.configuration import Configuration
+        print(*Configuration.parse("float32/lambert=fault_squared").faults)
+        print("drjit" in sys.modules)
+    """
+    told = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True).stdout
+
+    assert told.splitlines() == ["lambert/fault_squared", "False"]

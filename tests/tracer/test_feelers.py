@@ -10,8 +10,8 @@ from cases.stages import Stage
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, affine, camera, matrix, scene
 from tracer.catalogue import FORMULAS
 from tracer.configuration import Configuration
-from tracer.feelers import shadow_epsilon
 from tracer.render import render
+from tracer.shadow_epsilon import shadow_epsilon
 
 STRATEGIES = [formula.variant for formula in FORMULAS.variants("feeler") if formula.kind == "right"]
 # An object far away and under the floor: a blocker as far as the kernel knows, in nobody's way.

@@ -2,8 +2,9 @@
 
 Contract. A file registers one formula as "slot/variant" with the facts covers (specification ids), kind ("right",
 "control" or "fault"), stage (the one blamed) and, where it applies, erratum, equivalent, and default=True for the
-variant that runs unless another is named. Arguments and results are Dr.Jit arrays of the configuration's precision
-(literals for what belongs to the camera, so that they fold away); a `frame` is `tracer.frame.Frame`.
+variant that runs unless another is named. Facts are read from the source, so they are literals. Arguments and results
+are Dr.Jit arrays of the configuration's precision (literals for what belongs to the camera, so that they fold away); a
+`frame` is `tracer.frame.Frame`.
 
     half_extent(Float, fovy, aspect)             -> (horizontal, vertical) half-sizes of the image at depth 1, Float;
                                                     fovy in degrees and aspect as Python numbers
@@ -21,6 +22,8 @@ variant that runs unless another is named. Arguments and results are Dr.Jit arra
 from collections.abc import Callable
 from typing import Any
 
-from cases.registry import Registry
+from cases.declarations import DeclaredRegistry
 
-CAMERA: Registry[Callable[..., Any]] = Registry("camera formula", package="tracer.camera")
+CAMERA: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
+    "camera formula", package="tracer.camera", name="CAMERA"
+)

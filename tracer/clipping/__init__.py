@@ -8,6 +8,8 @@ Contract: "clip_depth/...", "clip_shell/...", "clip_none/..." with the facts lis
 from collections.abc import Callable
 from typing import Any
 
-from cases.registry import Registry
+from cases.declarations import DeclaredRegistry
 
-CLIPPING: Registry[Callable[..., Any]] = Registry("clipping formula", package="tracer.clipping")
+CLIPPING: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
+    "clipping formula", package="tracer.clipping", name="CLIPPING"
+)

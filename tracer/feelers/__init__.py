@@ -17,21 +17,8 @@ Contract, with the facts listed in `tracer.camera`:
 from collections.abc import Callable
 from typing import Any
 
-from cases.registry import Registry
-from tracer.clearance import bound
+from cases.declarations import DeclaredRegistry
 
-FEELERS: Registry[Callable[..., Any]] = Registry("feeler formula", package="tracer.feelers")
-
-
-def shadow_epsilon(configuration: Any, *, scale: Any, spread: Any = 1.0) -> Any:
-    """Return how far from a surface [m] a blocker may stand unnoticed, by the configuration's strategy.
-
-    `scale` is the largest absolute coordinate of the scene [m]; `spread` the largest `tracer.clearance.spread` of its
-    shapes; both may be arrays. It is a bound for the whole image; the strategies use each pixel's own, smaller
-    clearance.
-    """
-    strategy = configuration.formula("feeler")
-    precision = "float64" if strategy.facts["doubles"] else configuration.precision
-    epsilon = strategy.facts["epsilon"](bound(scale=scale, spread=spread, precision=precision))
-    moved = strategy.facts.get("moved")
-    return epsilon if moved is None else epsilon + moved(scale, precision)
+FEELERS: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
+    "feeler formula", package="tracer.feelers", name="FEELERS"
+)

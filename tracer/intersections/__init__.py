@@ -18,6 +18,8 @@ A NaN is a miss; nothing else may turn a hit into a miss afterwards, so a formul
 from collections.abc import Callable
 from typing import Any
 
-from cases.registry import Registry
+from cases.declarations import DeclaredRegistry
 
-INTERSECTIONS: Registry[Callable[..., Any]] = Registry("intersection formula", package="tracer.intersections")
+INTERSECTIONS: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
+    "intersection formula", package="tracer.intersections", name="INTERSECTIONS"
+)

@@ -12,6 +12,8 @@ Contract, with the facts listed in `tracer.camera`:
 from collections.abc import Callable
 from typing import Any
 
-from cases.registry import Registry
+from cases.declarations import DeclaredRegistry
 
-NORMALS: Registry[Callable[..., Any]] = Registry("normal formula", package="tracer.normals")
+NORMALS: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
+    "normal formula", package="tracer.normals", name="NORMALS"
+)

@@ -9,8 +9,6 @@ from cases.stages import Stage
 from tracer.normals import NORMALS
 from tracer.placement import Placement
 
-PROOF = "the inverse transpose of an affine 4x4 matrix has the 3x3 part's inverse transpose as its xyz block, and w = 0"
-
 
 @NORMALS.register(
     "world_normal/whole_matrix",
@@ -18,7 +16,8 @@ PROOF = "the inverse transpose of an affine 4x4 matrix has the 3x3 part's invers
     kind="control",
     stage=Stage.NORMAL,
     erratum="E13",
-    equivalent=PROOF,
+    equivalent="the inverse transpose of an affine 4x4 matrix has the 3x3 part's inverse transpose as its xyz block, "
+    "and w = 0",
 )
 def whole_matrix(normal: Any, placement: Placement) -> Any:
     """Return xyz of the 4x4 inverse transpose times (n, 0), normalised as a 3-vector."""

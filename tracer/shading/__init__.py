@@ -17,6 +17,8 @@ Contract, with the facts listed in `tracer.camera`. `cosine` is dot(N, L), which
 from collections.abc import Callable
 from typing import Any
 
-from cases.registry import Registry
+from cases.declarations import DeclaredRegistry
 
-SHADING: Registry[Callable[..., Any]] = Registry("shading formula", package="tracer.shading")
+SHADING: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
+    "shading formula", package="tracer.shading", name="SHADING"
+)

@@ -12,6 +12,8 @@ Contract, with the facts listed in `tracer.camera`; a `placement` is `tracer.pla
 from collections.abc import Callable
 from typing import Any
 
-from cases.registry import Registry
+from cases.declarations import DeclaredRegistry
 
-TRANSFORMS: Registry[Callable[..., Any]] = Registry("transform", package="tracer.transforms")
+TRANSFORMS: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
+    "transform", package="tracer.transforms", name="TRANSFORMS"
+)
