@@ -84,7 +84,7 @@ def camera_check(bench: Bench) -> Check:
     # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
     g = max(Roundoff(bench.candidate.precision), Roundoff(bench.witness.precision), key=lambda each: each(1))
     ratio, part, error, limit = bench.ground.once(
-        ("camera", g.key), (mine, theirs), lambda: camera.worst_part(mine, theirs, bench.scene.camera, g)
+        ("camera", g.key), (mine, theirs), lambda: camera.worst_part(mine, theirs, bench.ground.scene.camera, g)
     )
     check = Check(
         configuration=bench.candidate.name,
@@ -98,8 +98,8 @@ def camera_check(bench: Bench) -> Check:
     if not ratio <= 1:
         check.outcome = Outcome.FAIL
         check.reason = f"{part} is off by {error:.3g}, limit {limit:.3g} ({ratio:.3g} times)"
-        ours_bad = camera.inconsistency(mine, bench.scene.camera, g)
-        theirs_bad = camera.inconsistency(theirs, bench.scene.camera, g)
+        ours_bad = camera.inconsistency(mine, bench.ground.scene.camera, g)
+        theirs_bad = camera.inconsistency(theirs, bench.ground.scene.camera, g)
         if ours_bad <= 1 < theirs_bad:
             check.outcome = Outcome.REFERENCE_SUSPECT
             check.reason += f"; {bench.candidate.name}'s camera is consistent in itself, {bench.witness.name}'s is not"
@@ -109,13 +109,13 @@ def camera_check(bench: Bench) -> Check:
 def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
     """Judge one image stage end to end and, where `oracle` is given, continued from the candidate's own stages."""
     check = Check(configuration=bench.candidate.name, reference=bench.witness.name, stage=stage, outcome=Outcome.PASS)
-    check.steps = bench.because(stage)
+    check.steps = bench.terms.because(stage)
     ours = bench.candidate.answers
     assert ours is not None
     try:
         check.end_to_end = bench.end_to_end(stage)
         if oracle is not None and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
-            check.continued = bench.continued(stage, oracle.continue_from(bench.scene, stage, ours))
+            check.continued = bench.continued(stage, oracle.continue_from(bench.ground.scene, stage, ours))
     except ValueError as wrong:
         check.outcome, check.reason, check.ratio = Outcome.FAIL, str(wrong), float("inf")
         return check

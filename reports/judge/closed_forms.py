@@ -6,16 +6,16 @@ import numpy as np
 
 from cases.case import Case
 from cases.stages import Stage
-from reports.judge.bench import Bench
 from reports.judge.channels import largest
 from reports.judge.expectations import judge
 from reports.judge.limits import Roundoff
 from reports.judge.measurement import jsonable
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate
+from reports.judge.terms import Terms
 
 
-def closed_forms(case: Case, candidate: Candidate, bench: Bench) -> list[dict[str, Any]]:
+def closed_forms(case: Case, candidate: Candidate, terms: Terms) -> list[dict[str, Any]]:
     """Judge the case's closed forms on one candidate's answers."""
     assert candidate.answers is not None
     found = []
@@ -23,7 +23,7 @@ def closed_forms(case: Case, candidate: Candidate, bench: Bench) -> list[dict[st
         stage = getattr(expectation, "stage", Stage.VISIBILITY if hasattr(expectation, "form") else Stage.IRRADIANCE)
         if not _needed(expectation, stage) <= set(candidate.answers):
             continue  # not every renderer answers every stage
-        finding = judge(expectation, case.scene, candidate.answers, _slack(bench, stage))
+        finding = judge(expectation, case.scene, candidate.answers, _slack(terms, stage))
         outcome = Outcome.MISSING if not finding.used else Outcome.PASS if finding.ratio <= 1 else Outcome.FAIL
         found.append(
             {
@@ -52,11 +52,11 @@ def _needed(expectation: Any, stage: Stage) -> set[Stage]:
     return needed
 
 
-def _slack(bench: Bench, stage: Stage) -> float:
+def _slack(terms: Terms, stage: Stage) -> float:
     """Return the candidate's own rounding relative to the image's typical value: the median of limit over value."""
     if stage is Stage.VISIBILITY:
-        return Roundoff(bench.candidate.precision)(64)
-    value, limit = largest(np.abs(bench.truth[stage])), bench.limits.end_to_end[stage]
+        return Roundoff(terms.candidate.precision)(64)
+    value, limit = largest(np.abs(terms.truth[stage])), terms.limits.end_to_end[stage]
     limit = largest(limit) if limit.ndim == 3 else limit
-    good = bench.conditioning.hit & (value > 0) & np.isfinite(value)
+    good = terms.conditioning.hit & (value > 0) & np.isfinite(value)
     return float(np.median(limit[good] / value[good])) if np.any(good) else 0.0

@@ -23,6 +23,7 @@ from reports.judge.shapes_of_answers import without
 from reports.judge.sharing import shared
 from reports.judge.sufficiency import crowded, only_at_edges, too_little
 from reports.judge.summing_up import Judged, sum_up
+from reports.judge.terms import Terms
 from reports.judge.voices import voice
 
 
@@ -57,9 +58,6 @@ def judge_case(
     misshapen = {candidate.name: misshapen_answers(scene, candidate) for candidate in candidates}
     candidates = shared([without(candidate, misshapen[candidate.name]) for candidate in candidates])
 
-    def bench(candidate: Candidate, witness: Witness) -> Bench:
-        return Bench(ground=base, candidate=candidate, witness=witness)
-
     checks: list[Check] = []
     expectations: list[dict[str, Any]] = []
     sparse: list[str] = []
@@ -67,10 +65,10 @@ def judge_case(
     for candidate in candidates:
         for witness in witnesses:
             mine = [stage for stage in stages if witness.answers_at(stage)]
-            at = bench(candidate, witness)
+            at = Bench(ground=base, candidate=candidate, witness=witness)
             checks += _checks(at, mine, oracle if witness is truth else None, misshapen[candidate.name])
         if candidate.answers is not None:
-            at_oracle = bench(candidate, truth)
+            at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
             expectations += closed_forms(case, candidate, at_oracle)
             sparse += too_little(case, candidate, at_oracle)
             if crowded(case, at_oracle):
@@ -130,7 +128,7 @@ def _checks(
             checks.append(unmeasured(candidate, witness, stage, Outcome.MISSING, f"{witness.name} gave no {stage}"))
         elif stage is Stage.CAMERA:
             checks.append(camera_check(bench))
-        elif (why_not := coarse.too_coarse(stage, bench.truth[stage])) is not None:
+        elif (why_not := coarse.too_coarse(stage, bench.ground.truth[stage])) is not None:
             checks.append(unmeasured(candidate, witness, stage, Outcome.UNSUPPORTED, f"{candidate.name}: {why_not}"))
         else:
             checks.append(stage_check(bench, stage, oracle))

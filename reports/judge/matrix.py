@@ -130,11 +130,11 @@ def _within(bench: Bench, stage: Stage) -> Cell | None:
     if stage in WHOLE:
         return Cell(ratio=0.0, differing=0) if np.array_equal(ours, theirs) else None
     worst = bench.ground.once(
-        ("within", stage, bench.rounding), (ours, theirs), lambda: _worst(bench, stage, ours, theirs)
+        ("within", stage, bench.terms.rounding), (ours, theirs), lambda: _worst(bench, stage, ours, theirs)
     )
     return Cell(ratio=worst, differing=0) if worst <= 1 else None
 
 
 def _worst(bench: Bench, stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> float:
     """Return the worst error over limit in the whole image."""
-    return float(ratios(stage, ours, theirs, bench.limits.end_to_end[stage])[0].max())
+    return float(ratios(stage, ours, theirs, bench.terms.limits.end_to_end[stage])[0].max())

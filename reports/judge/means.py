@@ -7,13 +7,13 @@ import numpy as np
 
 from cases.case import Case
 from cases.stages import Stage
-from reports.judge.bench import Bench
 from reports.judge.checks import Check, unmeasured
 from reports.judge.ground import ground
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.judge.supersampled import box_mean, finer, supersampled_check
+from reports.judge.terms import Terms
 
 
 def mean_checks(
@@ -35,7 +35,7 @@ def mean_checks(
             why = candidate.error or witness.error or "no box-filtered image was given"
             checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, why))
             continue
-        fine = Bench(
+        fine = Terms(
             ground=base,
             candidate=replace(
                 candidate,

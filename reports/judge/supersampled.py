@@ -11,10 +11,10 @@ import numpy as np
 
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.bench import Bench
 from reports.judge.checks import Check
 from reports.judge.measurement import measure
 from reports.judge.outcomes import Outcome
+from reports.judge.terms import Terms
 
 BECAUSE = "the mean of the fine image's limits, plus the share of fine pixels that are edges times the radiance there"
 
@@ -31,8 +31,8 @@ def box_mean(image: np.ndarray, samples: int) -> np.ndarray:
     return image.reshape(height, samples, width, samples, -1).mean(axis=(1, 3))
 
 
-def supersampled_check(fine: Bench, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
-    """Judge one mean image against another; `fine` is the bench of the candidate at the fine resolution."""
+def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
+    """Judge one mean image against another; `fine` are the terms of the two at the fine resolution."""
     truth = fine.truth[Stage.RADIANCE]
     edge = fine.classes.edge(Stage.RADIANCE)
     limit = np.where(edge[..., np.newaxis], _largest_near(truth), fine.limits.end_to_end[Stage.RADIANCE])

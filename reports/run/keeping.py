@@ -8,11 +8,11 @@ from typing import Any
 from cases.answers import Answers
 from cases.stages import IMAGE_STAGES
 from reports.judge.adjudicate import ORACLE
-from reports.judge.bench import Bench
 from reports.judge.ground import ground
 from reports.judge.masks import mask
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome
+from reports.judge.terms import Terms
 from reports.publish.encoding import pack
 from reports.publish.exr import write_answers
 from reports.publish.pixels import write_pixels
@@ -54,7 +54,7 @@ def masks(task: JudgeTask, oracle: FullOracle) -> dict[str, Any] | None:
         return None
     scene = task.case.scene
     base = ground(scene, stages_of(scene), oracle, known=truth.answers)
-    found = mask(Bench(ground=base, candidate=candidate, witness=truth).classes, base.edges)
+    found = mask(Terms(ground=base, candidate=candidate, witness=truth).classes, base.edges)
     return {
         "configuration": candidate.name,
         "height": found.shape[0],

@@ -1,0 +1,162 @@
+"""The terms on which a candidate is held against a witness: what the two may differ by, and in which pixels."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import Stage
+from reports.judge.calibration import calibration
+from reports.judge.channels import largest, length
+from reports.judge.classes import Classes
+from reports.judge.conditioning import Conditioning
+from reports.judge.ground import Ground
+from reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit
+from reports.judge.parties import Candidate, Witness
+from reports.judge.resolving import Coarseness
+
+LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Terms:
+    """Limits, pixel classes and epsilons of one pair, computed once; who is right they do not say."""
+
+    ground: Ground
+    candidate: Candidate
+    witness: Witness
+
+    @property
+    def scene(self) -> Scene:
+        """Return the scene judged."""
+        return self.ground.scene
+
+    @property
+    def truth(self) -> Answers:
+        """Return the oracle's answers."""
+        return self.ground.truth
+
+    @property
+    def conditioning(self) -> Conditioning:
+        """Return how much the scene magnifies rounding."""
+        return self.ground.conditioning
+
+    @cached_property
+    def rounding(self) -> tuple:
+        """Return what the limits depend on beside the ground."""
+        steps = tuple(tuple(party.resolutions.items()) for party in (self.candidate, self.witness))
+        return tuple(each.key for each in self._roundoffs), self._by_matrices, steps
+
+    @cached_property
+    def rules(self) -> tuple:
+        """Return what limits and classes depend on beside the ground."""
+        epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
+        near = self.candidate.ray_epsilon, self.witness.ray_epsilon
+        return self.rounding, epsilon.tobytes(), near, self.candidate.chained
+
+    @cached_property
+    def _roundoffs(self) -> tuple[Roundoff, Roundoff]:
+        return _roundoff(self.candidate), _roundoff(self.witness)
+
+    @property
+    def _by_matrices(self) -> bool:
+        return self.candidate.by_matrices or self.witness.by_matrices
+
+    @property
+    def _coarse(self) -> bool:
+        return bool(self.candidate.resolutions or self.witness.resolutions)
+
+    @cached_property
+    def _coarseness(self) -> tuple[Coarseness, Coarseness]:
+        return Coarseness(resolutions=self.candidate.resolutions), Coarseness(resolutions=self.witness.resolutions)
+
+    def because(self, stage: Stage) -> str:
+        """Return what the parties' outputs add to a stage's limit, in words that follow its derivation, or nothing."""
+        names = (self.candidate.name, self.witness.name)
+        return "".join(one.because(stage, name) for one, name in zip(self._coarseness, names, strict=True))
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Return the limits: the candidate's rounding and output steps plus the witness's."""
+        rounding = self.ground.together(*self._roundoffs, by_matrices=self._by_matrices)
+        if not self._coarse:
+            return rounding
+        return self.ground.once(("coarse", self.rounding), (), lambda: self._coarsened(rounding))
+
+    def _coarsened(self, rounding: Limits) -> Limits:
+        """Return limits with the parties' output steps added."""
+        truth, whole = self.truth, dict(rounding.end_to_end)
+        for stage in whole:
+            whole[stage] = whole[stage] + sum(one.step(stage, truth[stage]) for one in self._coarseness)
+        # The oracle continues from what the candidate's output kept of its positions and normals.
+        moved, turned = (self._coarseness[0].step(stage, truth[stage]) for stage in (Stage.POSITION, Stage.NORMAL))
+        cosine = rounding.cosine.copy()
+        for index, light in enumerate(self.scene.lights):
+            r = length(np.asarray(light.position) - truth[Stage.POSITION])
+            cosine[..., index] += np.divide(moved, r, out=np.zeros_like(r), where=r > 0) + turned
+        return replace(rounding, end_to_end=whole, cosine=cosine, position=rounding.position + moved)
+
+    @cached_property
+    def classes(self) -> Classes:
+        """Return the pixel classes for the larger of the two roundoffs and the sum of the two epsilons."""
+        return self._classes(self.candidate.shadow_epsilon + self.witness.shadow_epsilon)
+
+    def _classes(self, shadow_epsilon: float | np.ndarray) -> Classes:
+        """Return the classes for one epsilon; kept on the ground, since many parties round and step alike."""
+        g = max(self._roundoffs, key=lambda each: each(1))
+        return self.ground.classes(self.limits, g, shadow_epsilon, key=self.rounding)
+
+    @cached_property
+    def window(self) -> np.ndarray:
+        """Return the pixels (height, width) that only the parties' own epsilons leave undecided."""
+        unlit = np.zeros_like(self.classes.outline)
+        epsilon = self.candidate.shadow_epsilon + self.witness.shadow_epsilon
+        if self.scene.lights and np.any(epsilon > 0):
+            unlit = self.classes.undecided & ~self._classes(0.0).undecided
+        return self.near | (unlit & ~self.classes.outline)
+
+    @cached_property
+    def near(self) -> np.ndarray:
+        """Return the pixels (height, width) whose hit lies nearer to the eye than a party sees."""
+        nearest = self.candidate.ray_epsilon + self.witness.ray_epsilon
+        if not nearest:
+            return np.zeros(self.conditioning.hit.shape, dtype=bool)
+        return self.conditioning.hit & (self.conditioning.distance <= nearest + self._largest(Stage.DISTANCE))
+
+    def _largest(self, stage: Stage) -> np.ndarray:
+        limit = self.limits.end_to_end[stage]
+        return largest(limit) if limit.ndim == 3 else limit
+
+    def continued(self, stage: Stage, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return limit and edge pixels of a stage held against `value`, continued from the candidate's own stages."""
+        assert self.candidate.answers is not None
+        shape = self.classes.outline.shape
+        edge = self.classes.outline if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL) else np.zeros(shape, bool)
+        limit = self.limits.continued.get(stage, np.zeros(shape))
+        if stage is Stage.POSITION:
+            # By the tracer's own distance: at an outline it may have hit where the oracle's ray misses.
+            limit = continued_position_limit(self.scene, self.candidate.answers, self._roundoffs)
+        if stage in LIGHT:
+            edge = self.classes.flagged
+            mine, other = (
+                continued_light_limit(self.scene, stage, self.candidate.answers, value, g) for g in self._roundoffs
+            )
+            limit = mine + other
+        if self._coarse:
+            mine, other = self._coarseness
+            limit = limit + mine.step(stage, value) + other.step(stage, value)
+            limit = limit + mine.handed_down(self.scene, stage, self.candidate.answers, self.conditioning)
+        if not self.candidate.chained and stage in self.limits.end_to_end:
+            # Stages by passes of their own: each is off by its own end-to-end error, and by as much what it is
+            # continued from; at an edge the passes need not agree on the side.
+            own = self.ground.limits(self._roundoffs[0], by_matrices=self.candidate.by_matrices)
+            limit, edge = limit + 2 * own.end_to_end[stage], edge | self.classes.edge(stage)
+        return limit, edge
+
+
+def _roundoff(party: Candidate | Witness) -> Roundoff:
+    """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
+    known = calibration(party.name)
+    return Roundoff(party.precision, scale=known.factor, baked=known.baked_normals)
