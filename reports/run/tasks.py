@@ -5,13 +5,11 @@ from typing import Any
 
 from reports.cache.entries import DamagedEntryError
 from reports.cache.references import damage
-from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate, Witness
-from reports.judge.supersampled import finer
 from reports.run.asking import heard, put_to_test, recalled
 from reports.run.kinds import JUDGE, RECALLING, TRACING, UNDER_TEST
 from reports.run.llvm import choose_packaged_llvm
-from reports.run.orders import QuestionTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
+from reports.run.orders import QuestionTask, RecallTask, ReferenceTask, SubjectTask
 from reports.subjects import PROGRAM
 
 
@@ -19,7 +17,10 @@ def handler(kind: str) -> Callable[[Any], Any]:
     """Return the function that does a worker's tasks; its imports are made here, once, in the worker."""
     choose_packaged_llvm()
     if kind == TRACING:
-        return _trace
+        from reports.run.trace_task import prepare, trace
+
+        prepare()
+        return trace
     if kind == JUDGE:
         from reports.run.judge_task import judge
 
@@ -31,29 +32,6 @@ def handler(kind: str) -> Callable[[Any], Any]:
     if kind.startswith(UNDER_TEST):
         return _tested(kind.removeprefix(UNDER_TEST))
     return _refer(kind.removeprefix("reference:"))
-
-
-def _trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
-    """Render by the tracer."""
-    from reports.run.clearances import shadow_epsilons
-    from tracer.configuration import Configuration
-    from tracer.render import render
-    from tracer.versions import versions
-
-    configuration = Configuration.parse(task.configuration)
-    answers = render(task.scene, stages_of(task.scene), configuration)
-    fine = None
-    if task.samples > 1:
-        fine = render(finer(task.scene, task.samples), stages_of(task.scene), configuration)
-    candidate = Candidate(
-        name=configuration.name,
-        precision=configuration.precision,
-        items=configuration.items,
-        shadow_epsilon=shadow_epsilons(task.scene, answers, configuration),
-        answers=answers,
-        fine=fine,
-    )
-    return candidate, versions()
 
 
 def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]]]:
