@@ -159,6 +159,8 @@ class Frames:
         trace = self._recipe.trace(0, 0, Assets(dict(self._arrays)))
         with asked() as conditions:
             _ = trace.radiance_alone
+        # At once: one by one, each would have a kernel with all that comes before it.
+        dr.eval(conditions)
         return [np.array(condition) for condition in conditions]
 
     def pixels(self) -> np.ndarray:
