@@ -66,4 +66,6 @@ def extent(shape: Shape) -> float:
             local = math.hypot(*shape.center) + shape.radius
         case _:
             placement, local = Placement(to_world=shape.to_world), 1.0
+    if placement.identity:
+        return local
     return float(np.linalg.norm(placement.translation) + np.linalg.norm(placement.linear, 2) * local)
