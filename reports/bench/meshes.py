@@ -3,7 +3,6 @@
 from functools import lru_cache
 
 import numpy as np
-import trimesh
 
 from cases.scene import Mesh, Rgb
 
@@ -14,11 +13,11 @@ SEED = 6
 @lru_cache(maxsize=1)
 def bumpy(subdivisions: int) -> Mesh:
     """Return a subdivided icosahedron (20 x 4^subdivisions triangles) with bumps of three sizes, about 1 m across."""
-    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
-    x, y, z = np.asarray(ball.vertices).T
+    vertices, faces = _icosphere(subdivisions)
+    x, y, z = vertices.T
     coarse = 0.15 * np.sin(7 * x + 1) * np.sin(9 * y) * np.sin(8 * z + 2)
     fine = 0.03 * np.sin(31 * x) * np.sin(29 * y + 1) * np.sin(33 * z)
-    return _mesh(np.asarray(ball.vertices) * (1 + coarse + fine)[:, np.newaxis], np.asarray(ball.faces))
+    return _mesh(vertices * (1 + coarse + fine)[:, np.newaxis], faces)
 
 
 @lru_cache(maxsize=1)
@@ -37,23 +36,30 @@ def uneven(count: int) -> Mesh:
         [np.stack([this, following, this + n], 1), np.stack([following, following + n, this + n], 1)]
     )
     faces = np.concatenate([lower, lower + n])
-    cap = trimesh.creation.icosphere(subdivisions=max(1, round(np.log2(max(1, count // 2 / 20)) / 2)), radius=0.15)
-    tiny = np.asarray(cap.vertices) + np.array([0.35, -0.7, 0.75])
-    return _mesh(np.concatenate([vertices, tiny]), np.concatenate([faces, np.asarray(cap.faces) + len(vertices)]))
+    cap, triangles = _icosphere(max(1, round(np.log2(max(1, count // 2 / 20)) / 2)), radius=0.15)
+    tiny = cap + np.array([0.35, -0.7, 0.75])
+    return _mesh(np.concatenate([vertices, tiny]), np.concatenate([faces, triangles + len(vertices)]))
 
 
 @lru_cache(maxsize=1)
 def scanned(subdivisions: int) -> Mesh:
     """Return a ball as a scanner delivers it: noisy, with holes, its triangles in no order."""
     random = np.random.default_rng(SEED)
-    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
-    x, y, z = np.asarray(ball.vertices).T
+    vertices, faces = _icosphere(subdivisions)
+    x, y, z = vertices.T
     shape = 1 + 0.2 * np.sin(3 * x) * np.cos(4 * y + z)
-    noise = 0.15 * np.sqrt(4 * np.pi / len(ball.faces)) * random.normal(size=len(x))  # of a triangle's size
-    faces = np.asarray(ball.faces)
-    centers = np.asarray(ball.vertices)[faces].mean(axis=1)
+    noise = 0.15 * np.sqrt(4 * np.pi / len(faces)) * random.normal(size=len(x))  # of a triangle's size
+    centers = vertices[faces].mean(axis=1)
     holes = (np.sin(9 * centers[:, 0]) * np.sin(8 * centers[:, 1]) * np.sin(7 * centers[:, 2])) > 0.7
-    return _mesh(np.asarray(ball.vertices) * (shape + noise)[:, np.newaxis], random.permutation(faces[~holes]))
+    return _mesh(vertices * (shape + noise)[:, np.newaxis], random.permutation(faces[~holes]))
+
+
+def _icosphere(subdivisions: int, *, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vertices [m] and faces of a subdivided icosahedron."""
+    import trimesh  # here, because it takes most of a second and most scenes have no mesh
+
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
+    return np.asarray(ball.vertices), np.asarray(ball.faces)
 
 
 def _ring(longitudes: np.ndarray, latitude: float) -> np.ndarray:

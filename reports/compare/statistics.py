@@ -9,7 +9,7 @@ section 3.8, for clusters.
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 LEVEL = 0.95
 REPLICATES = 1000
@@ -19,6 +19,8 @@ Interval = tuple[float, float]
 
 def mcnemar(only_first: int, only_second: int) -> float:
     """Return the two-sided exact p value that two error rates are equal, from the pixels at which just one errs."""
+    from scipy import stats  # here, because it takes most of a second, and a benchmark's intervals need none of it
+
     discordant = only_first + only_second
     return float(stats.binomtest(only_first, discordant).pvalue) if discordant else 1.0
 
@@ -43,7 +45,7 @@ def median_interval(values: Sequence[float], *, level: float) -> Interval:
     if n % 2 == 0:
         raise ValueError(f"an odd number of values has a median among them; got {n}")
     k = np.arange(1, n + 1)
-    at_most = stats.binom.sf(n // 2, n, k / n)
+    at_most = special.bdtrc(n // 2, n, k / n)
     tail = (1 - level) / 2
     low = int(np.searchsorted(at_most, tail, side="right"))
     high = int(np.searchsorted(at_most, 1 - tail, side="left"))
