@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.run.kinds import JUDGE, RECALLING, UNDER_TEST
@@ -13,7 +12,8 @@ from reports.run.memory import Memory
 from reports.run.orders import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from reports.run.plan import PlannedCase
 from reports.run.pool import Pool
-from reports.run.reproducing import reproduce, write_scene
+from reports.run.reproducing import reproduce
+from reports.run.unjudged import unjudged
 from reports.run.worker import Reply
 from reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
 
@@ -139,8 +139,8 @@ class CaseRun:
         if len(self._witnesses) == len(self._references):
             task = JudgeTask(
                 case=self.planned.case,
-                candidates=tuple(self._candidates[name] for name in self.planned.configurations),
-                witnesses=tuple(self._witnesses[name] for name in self._references),
+                candidates=self._everybody[0],
+                witnesses=self._everybody[1],
                 versions=self.versions,
                 folder=self._folder,
                 require=self._require,
@@ -152,8 +152,17 @@ class CaseRun:
             # Judged before anything else is rendered: finished cases leave memory.
             self._pool.submit(JUDGE, task, self._judged, first=True)
 
+    @property
+    def _everybody(self) -> tuple[tuple[Candidate, ...], tuple[Witness, ...]]:
+        """Return the parties in the plan's order, whoever answered first."""
+        candidates = tuple(self._candidates[name] for name in self.planned.configurations)
+        return candidates, tuple(self._witnesses[name] for name in self._references)
+
     def _judged(self, reply: Reply) -> None:
-        record = reply.value if reply.error is None else self._unjudged(reply)
+        record = reply.value
+        if reply.error is not None:
+            about = (self.planned.case, *self._everybody, reply)
+            record = unjudged(*about, folder=self._folder, subject=self._subject)
         record["judge_seconds"] = round(reply.seconds, 4)
         record["remembered"] = False
         record["versions"] = self.versions
@@ -181,51 +190,3 @@ class CaseRun:
             render["seconds"] = round(self._seconds.get(render["renderer"], 0.0), 4)
         record["seconds"] = round(sum(self._seconds.values()) + record["judge_seconds"], 4)
         self._finished(self, record)
-
-    def _unjudged(self, reply: Reply) -> dict[str, Any]:
-        """Return the record of a case whose judge died or raised: every planned check is an error."""
-        case = self.planned.case
-        why = f"judging failed: {reply.error}"
-        checks = [
-            {
-                "configuration": configuration,
-                "reference": name,
-                "stage": stage.value,
-                "verdict": Outcome.ERROR.value,
-                "reason": why,
-                "ratio": 0.0,
-                "end_to_end": None,
-                "continued": None,
-                "because": "",
-            }
-            for configuration in self.planned.configurations
-            for name, witness in self._witnesses.items()
-            for stage in stages_of(case.scene)
-            if witness.answers_at(stage)
-        ]
-        return {
-            "name": case.name,
-            "family": case.family,
-            "verdict": Outcome.ERROR.value,
-            "stage": None,
-            "item": None,
-            "reason": why,
-            "trace": reply.trace,
-            "stresses": case.stresses,
-            "covers": list(case.covers),
-            "planned": len(checks),
-            "reproduce": reproduce(self._folder, case, self.planned.configurations, self._subject),
-            "scene": write_scene(self._folder, case),
-            "picture": None,
-            "width": case.scene.camera.width,
-            "height": case.scene.camera.height,
-            "lights": len(case.scene.lights),
-            "shapes": [type(shape).__name__ for shape in case.scene.shapes],
-            "renders": [{"renderer": name, "image": None, "error": None} for name in self._seconds],
-            "ran": {},
-            "unsupported": [],
-            "notes": [],
-            "checks": checks,
-            "expectations": [],
-            "adjudication": {},
-        }

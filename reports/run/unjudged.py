@@ -1,0 +1,77 @@
+"""The record of a case that nobody judged, because its judge died or raised: every planned check is an error."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from cases.case import Case
+from reports.judge.oracle import stages_of
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate, Witness
+from reports.run.reproducing import reproduce, write_scene
+from reports.run.worker import Reply
+from reports.subjects import Subject
+
+
+def unjudged(
+    case: Case,
+    candidates: Sequence[Candidate],
+    witnesses: Sequence[Witness],
+    reply: Reply,
+    *,
+    folder: Path,
+    subject: Subject,
+) -> dict[str, Any]:
+    """Return the record, as docs/results.md describes it; `reply` is what came of judging."""
+    why = f"judging failed: {reply.error}"
+    checks = [
+        {
+            "configuration": candidate.name,
+            "reference": witness.name,
+            "stage": stage.value,
+            "verdict": Outcome.ERROR.value,
+            "reason": why,
+            "ratio": 0.0,
+            "end_to_end": None,
+            "continued": None,
+            "because": "",
+        }
+        for candidate in candidates
+        for witness in witnesses
+        for stage in stages_of(case.scene)
+        if witness.answers_at(stage)
+    ]
+    renders = [(subject.renderer(one.name), one.name, one.error, False) for one in candidates]
+    renders += [(one.name, None, one.error, one.cached) for one in witnesses]
+    return {
+        "name": case.name,
+        "family": case.family,
+        "verdict": Outcome.ERROR.value,
+        "stage": None,
+        "item": None,
+        "reason": why,
+        "trace": reply.trace,
+        "stresses": case.stresses,
+        "covers": list(case.covers),
+        "planned": len(checks),
+        "reproduce": reproduce(folder, case, tuple(one.name for one in candidates), subject),
+        "scene": write_scene(folder, case),
+        "picture": None,
+        "width": case.scene.camera.width,
+        "height": case.scene.camera.height,
+        "lights": len(case.scene.lights),
+        "shapes": [type(shape).__name__ for shape in case.scene.shapes],
+        "settings": {},
+        "renders": [
+            {"renderer": name, "configuration": configuration, "image": None, "error": error, "cached": cached}
+            for name, configuration, error, cached in renders
+        ],
+        "ran": {},
+        "unsupported": [],
+        "notes": [],
+        "checks": checks,
+        "expectations": [],
+        "adjudication": {},
+        "pixels": None,
+        "masks": None,
+    }
