@@ -18,7 +18,7 @@ from reports.audit.request import AuditRequest
 from reports.audit.selection import Assignment, first_round, later_round
 from reports.audit.tables import show
 from reports.audit.worker import serve_audit
-from reports.judge.adjudicate import ORACLE
+from reports.judge.oracle import ORACLE
 from reports.judge.outcomes import Outcome
 from reports.publish import publish_all
 from reports.publish.atomic import write_text

@@ -5,10 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 from cases.stages import Stage
 from reports.judge.checks import Check
 from reports.judge.matrix import Matrix
+from reports.judge.oracle import ORACLE
 from reports.judge.outcomes import Outcome
 from reports.judge.voices import SUBJECT
-
-ORACLE = "analytic"
 
 
 def adjudicate(

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from cases.stages import Stage
-from reports.judge.adjudicate import ORACLE
 from reports.judge.conventions import Tested, in_words, tested
-from reports.judge.oracle import FullOracle
+from reports.judge.oracle import ORACLE, FullOracle
 from reports.judge.parties import Candidate, Witness, as_candidate
 from reports.judge.standing import Standing, standing
 from reports.judge.summing_up import Judged

@@ -9,6 +9,8 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 
+ORACLE = "analytic"  # its name among the references
+
 
 class FullOracle(Protocol):
     """What judging asks of the analytic reference."""

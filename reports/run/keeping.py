@@ -7,10 +7,9 @@ from typing import Any
 
 from cases.answers import Answers
 from cases.stages import IMAGE_STAGES
-from reports.judge.adjudicate import ORACLE
 from reports.judge.ground import ground
 from reports.judge.masks import mask
-from reports.judge.oracle import FullOracle, stages_of
+from reports.judge.oracle import ORACLE, FullOracle, stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.terms import Terms
 from reports.publish.encoding import pack

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from reports.judge.adjudicate import ORACLE
+from reports.judge.oracle import ORACLE
 from reports.subjects import THE_TRACER, Subject
 from reports.subjects.choosing import reason_missing
 

@@ -4,15 +4,18 @@ Checks of such stages stay `unsupported`; a case in which nothing else was measu
 """
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.parties import Candidate
-from reports.judge.summing_up import Judged
+
+if TYPE_CHECKING:
+    from reports.judge.summing_up import Judged
 
 MEASURED = (Outcome.PASS, Outcome.WARN)
 
 
-def count_what_is_supported(judged: Judged, candidates: Sequence[Candidate]) -> None:
+def count_what_is_supported(judged: "Judged", candidates: Sequence[Candidate]) -> None:
     """Set the case's outcome by what was measured, if nothing is amiss but stages that a candidate declared."""
     if judged.outcome is not Outcome.UNSUPPORTED:
         return

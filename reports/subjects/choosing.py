@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from reports.judge.oracle import ORACLE
 from reports.subjects import PROGRAM, Subject
 from reports.subjects.capabilities import Capabilities
 
 PREFIX = f"{PROGRAM}:"
-ORACLE = "analytic"
 
 
 def chosen(text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities]) -> Subject:

@@ -11,9 +11,8 @@ from cases.case import Case
 from cases.rounding import PRECISIONS
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.adjudicate import ORACLE
 from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
+from reports.judge.oracle import ORACLE, stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.judge.remembering import Remembering

@@ -19,7 +19,7 @@ def stand_guards() -> None:
 
     """
     from reference import REFERENCES
-    from reports.judge.adjudicate import ORACLE
+    from reports.judge.oracle import ORACLE
     from reports.run.guards.cache import guard_cache
     from reports.run.guards.journal import guard_journal
     from reports.run.guards.judgements import guard_judgements
