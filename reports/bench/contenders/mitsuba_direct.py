@@ -28,7 +28,7 @@ class _Direct:
     def prepare(self, scene: Scene) -> Prepared:
         """Load the scene."""
         mi = load(self.variant)
-        world, seconds = loaded(mi, scene)
+        world, seconds = loaded(self.variant, scene)
         is_jit = self.variant.startswith("llvm")
         last: list[Any] = [None]
 

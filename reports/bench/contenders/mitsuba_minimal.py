@@ -35,7 +35,7 @@ class _Minimal:
     def prepare(self, scene: Scene) -> Prepared:
         """Load the scene."""
         mi = load(VARIANT)
-        world, seconds = loaded(mi, scene)
+        world, seconds = loaded(VARIANT, scene)
         draw = _kernel(mi, world, scene)
         if self.frozen:
             draw = dr.freeze(draw)

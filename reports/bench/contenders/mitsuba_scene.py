@@ -1,17 +1,22 @@
 """A bench scene as a Mitsuba user would load it: indexed meshes, all lights at once, nothing robust but slow."""
 
 import time
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from cases.scene import Mesh, Scene
 from reference.mitsuba3.shapes import entries
+from reference.mitsuba3.variants import load
 from reference.mitsuba3.worlds import intensity, sensor
 
 
-def loaded(mi: Any, scene: Scene) -> tuple[Any, float]:
+# One for each of two variants: Dr.Jit asks all shapes in the process at every call, so that a copy slows the others.
+@lru_cache(maxsize=2)
+def loaded(variant: str, scene: Scene) -> tuple[Any, float]:
     """Return Mitsuba's scene, direct integrator and one box-filtered sample a pixel, and the seconds of loading."""
+    mi = load(variant)
     start = time.perf_counter()
     camera = scene.camera
     meshes = {index: shape for index, shape in enumerate(scene.shapes) if isinstance(shape, Mesh)}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from reports.bench import CONTENDERS
+from reports.bench.contenders.mitsuba_scene import loaded
 from reports.bench.scenes import chosen
 
 
@@ -22,3 +23,12 @@ def test_a_contender_draws_the_same_after_mitsubas_scalar_variant_ran(name: str)
     if prepared.image is not None:
         assert before is not None
         assert np.array_equal(prepared.image(), before)
+
+
+def test_mitsubas_contenders_share_a_scene_and_its_variants_do_not() -> None:
+    scene = chosen(("sphere_and_floor",), quick=True)[0].scene(16, 12)
+
+    compiled, interpreted = loaded("llvm_ad_rgb", scene), loaded("scalar_rgb", scene)
+
+    assert loaded("llvm_ad_rgb", scene)[0] is compiled[0]
+    assert interpreted[0] is not compiled[0]
