@@ -31,6 +31,7 @@ class Prepared:
     image: Callable[[], np.ndarray] | None  # the last radiance, float32 (height, width, 3); None where it draws none
     does: str  # what one run is, in words
     kernels: Callable[[], tuple["Kernel", ...]] | None = None  # of one more run
+    asked: Callable[[], list[np.ndarray]] | None = None  # which of its lanes, (lanes,) bool, ask for each branch
     ready: Callable[[], object] | None = None  # put in force what the process must be set to; takes none of the time
 
 

@@ -1,14 +1,17 @@
-"""One scene at one size in a process of its own.
+"""One scene at one size in a process of its own, and the next one's started as soon as nothing is timed any more.
 
 What a renderer keeps of a scene that is done slows the next: after a thousand spheres Mitsuba took two to seven times
 as long for a mesh.
 """
 
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from reports.bench.document import entry
+from reports.bench import CONTENDERS
+from reports.bench.document import entry, measured
 from reports.bench.scenes import chosen
 from reports.run.pool import Pool
 from reports.run.worker import Reply, serve
@@ -31,31 +34,90 @@ class Task:
     budget: float  # s
 
 
-def _timed(task: Task) -> dict[str, Any]:
+def _steps(task: Task) -> Iterator[Any]:
+    """Load what is to be timed; time it, which nobody may disturb; then say what was found, which is not timed."""
     (bench,) = chosen((task.scene,), quick=False)
-    return entry(bench, bench.scene(*task.size), task.contenders, task.machine, task.budget)
+    scene = bench.scene(*task.size)
+    CONTENDERS.load()
+    yield None
+    found = measured(scene, task.contenders, task.budget)
+    yield None
+    yield entry(bench, scene, found, task.machine)
+
+
+def _handler(kind: str) -> Callable[[Task], Any]:
+    """Return what takes the next step of the one task that this process has."""
+    begun: list[Iterator[Any]] = []
+
+    def take(task: Task) -> Any:
+        if not begun:
+            begun.append(_steps(task))
+        return next(begun[0])
+
+    return take
 
 
 def _serve(kind: str, connection: Connection) -> None:
-    serve(kind, connection, lambda kind: _timed)
+    serve(kind, connection, _handler)
 
 
-def timed_apart(task: Task) -> dict[str, Any]:
-    """Return a scene's entry in the benchmark's document.
+class _Apart:
+    """A task in a process of its own, which begins to load at once; close it."""
 
-    Raises:
-        BenchError: the process died or met an error.
+    def __init__(self, task: Task) -> None:
+        self._task, self._replies = task, list[Reply]()
+        self._pool = Pool(jobs=1, timeout=float("inf"), target=_serve)
+        self._ask()
 
+    def _ask(self) -> None:
+        """Ask for the next step, and do not wait."""
+        self._pool.submit(KIND, self._task, self._replies.append)
+        self._pool.start()
+
+    def _answer(self) -> Any:
+        """Return what the step that was asked for gave; raise BenchError if it failed."""
+        while not self._replies:
+            self._pool.step()
+        reply = self._replies.pop()
+        if reply.error is not None:
+            width, height = self._task.size
+            raise BenchError(f"{self._task.scene}, {width}x{height}: {reply.error}")
+        return reply.value
+
+    def time(self) -> None:
+        """Wait until it is loaded, and time it."""
+        self._answer()
+        self._ask()
+        self._answer()
+        self._ask()
+
+    def entry(self) -> dict[str, Any]:
+        """Return the scene's entry in the benchmark's document, once it is timed."""
+        return self._answer()
+
+    def close(self) -> None:
+        """End the process."""
+        self._pool.close()
+
+
+def timed_apart(tasks: Sequence[Task]) -> Generator[dict[str, Any] | BenchError]:
+    """Yield each task's entry in the benchmark's document, or why there is none.
+
+    While one is timed there is no other; while the errors of its pictures are found, the next one loads.
     """
-    pool, replies = Pool(jobs=1, timeout=float("inf"), target=_serve), list[Reply]()
+    waiting, current, following = deque(tasks), None, None
     try:
-        pool.submit(KIND, task, replies.append)
-        while not replies:
-            pool.step()
+        while waiting or following is not None:
+            current, following = following or _Apart(waiting.popleft()), None
+            try:
+                current.time()
+                following = _Apart(waiting.popleft()) if waiting else None
+                found = current.entry()
+            except BenchError as error:
+                found = error
+            current.close()
+            yield found
     finally:
-        pool.close()
-    (reply,) = replies
-    if reply.error is not None:
-        width, height = task.size
-        raise BenchError(f"{task.scene}, {width}x{height}: {reply.error}")
-    return reply.value
+        for one in (current, following):
+            if one is not None:
+                one.close()

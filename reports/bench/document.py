@@ -1,15 +1,19 @@
 """The benchmark's JSON: machine, scenes, every contender on each, as docs/bench.md describes it."""
 
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from typing import Any
 
 from cases.scene import Scene
-from reports.bench import CONTENDERS
+from reports.bench import CONTENDERS, Prepared
+from reports.bench.branches import shared
 from reports.bench.errors import error, sampled
+from reports.bench.kernels import Kernel
 from reports.bench.limits import limit
 from reports.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
 from reports.bench.scenes import BenchScene
+from reports.bench.work import loops
 
 SCHEMA = 1
 
@@ -25,19 +29,34 @@ def begun(machine: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def entry(
-    bench: BenchScene,
-    scene: Scene,
-    names: tuple[str, ...],
-    peaks: dict[str, Any],
-    budget: float,
-) -> dict[str, Any]:
-    """Return what is said of one scene: times, ratios and errors; `budget` [s] goes to the rounds."""
-    camera = scene.camera
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """What is timed of one scene."""
+
+    found: dict[str, Timed]
+    kernels: tuple[Kernel, ...]  # of one frame of ours
+
+
+def measured(scene: Scene, names: tuple[str, ...], budget: float) -> Measured:
+    """Time everybody on a scene; `budget` [s] goes to the rounds."""
     found = timed(scene, names, budget=budget)
+    ours = found[OURS].prepared
+    return Measured(found=found, kernels=() if ours is None or ours.kernels is None else ours.kernels())
+
+
+def _counted(kernels: tuple[Kernel, ...], ours: Prepared | None) -> tuple[Kernel, ...]:
+    """Return the kernels with the share of packets that take each branch, where that says how often their code runs."""
+    if ours is None or ours.asked is None or any(loops(kernel.code) for kernel in kernels):
+        return kernels
+    return shared(kernels, ours.asked())
+
+
+def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: dict[str, Any]) -> dict[str, Any]:
+    """Return what is said of one scene: times, ratios and errors."""
+    camera, found = scene.camera, timing.found
     pixels, truth = sampled(scene)
     ours = found[OURS]
-    kernels = ours.prepared.kernels() if ours.prepared is not None and ours.prepared.kernels is not None else ()
+    kernels = _counted(timing.kernels, ours.prepared)
     minimal, direct, control = (ratio(found, others) for others in (MINIMAL, DIRECT, (CONTROL,)))
     return {
         "name": bench.name,

@@ -56,19 +56,21 @@ def bench(
 
     names = everybody(quick=quick)
     document, failed = begun(machine()), False
-    for one in asked:
-        for size in QUICK_SIZES if quick else SIZES:
-            budget = QUICK_BUDGET if quick else BUDGET
-            task = Task(scene=one.name, size=size, contenders=names, machine=document["machine"], budget=budget)
-            try:
-                document["scenes"].append(timed_apart(task))
-            except BenchError as error:
-                say(f"error: {error}")
-                failed = True
-                continue
-            for file in files:
-                write_json(file, document)
-            say(line(document["scenes"][-1]))
+    budget, sizes = (QUICK_BUDGET, QUICK_SIZES) if quick else (BUDGET, SIZES)
+    tasks = [
+        Task(scene=one.name, size=size, contenders=names, machine=document["machine"], budget=budget)
+        for one in asked
+        for size in sizes
+    ]
+    for found in timed_apart(tasks):
+        if isinstance(found, BenchError):
+            say(f"error: {found}")
+            failed = True
+            continue
+        document["scenes"].append(found)
+        for file in files:
+            write_json(file, document)
+        say(line(found))
     if old is not None:
         document["changes"] = compared(old, document)
         for file in files:

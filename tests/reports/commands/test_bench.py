@@ -1,6 +1,7 @@
 """`rayproof bench`, small."""
 
 import json
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -52,8 +53,8 @@ def test_bad_usage_is_one_line_and_2(arguments: list[str], message: str, capsys:
 def test_a_scene_on_which_somebody_dies_is_left_out(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def dies(task: apart.Task) -> dict:
-        raise apart.BenchError(f"{task.scene}: the worker died")
+    def dies(tasks: Sequence[apart.Task]) -> Iterator[apart.BenchError]:
+        yield from (apart.BenchError(f"{task.scene}: the worker died") for task in tasks)
 
     monkeypatch.setattr(apart, "timed_apart", dies)
 
