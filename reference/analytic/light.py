@@ -33,7 +33,10 @@ def irradiance(scene: Scene, positions: np.ndarray, normals: np.ndarray, visible
 
 def exitance(scene: Scene, objects: np.ndarray, arriving: np.ndarray) -> np.ndarray:
     """Return M = albedo E [W/m^2], shape (N, 3)."""
-    albedo = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])[objects[:, 0].astype(int)]
+    # A number that is no shape's comes from a renderer under test: nothing is lit there, as on a miss.
+    known = (objects[:, 0] >= 0) & (objects[:, 0] < len(scene.shapes))
+    albedos = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
+    albedo = albedos[np.where(known, objects[:, 0], -1).astype(int)]
     with np.errstate(all="ignore"):
         # A black surface under an infinite irradiance is black, not NaN.
         return np.where(albedo == 0, 0, albedo * arriving)

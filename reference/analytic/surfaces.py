@@ -61,8 +61,9 @@ def outward_normals(shape: Shape, points: np.ndarray, faces: np.ndarray) -> np.n
         return _units(inverse[axis] * sign)
     if isinstance(shape, Triangle | Mesh):
         winding = _winding_normals(shape)
-        # A number that is no face's comes from a renderer under test: any answer will show it.
-        return _units(winding[np.clip(faces.astype(int), 0, len(winding) - 1)] @ inverse)
+        # A number that is no face's, or no number, comes from a renderer under test: any answer will show it.
+        known = np.clip(np.nan_to_num(faces), 0, len(winding) - 1)
+        return _units(winding[known.astype(int)] @ inverse)
     return np.broadcast_to(_units(inverse[2]), points.shape)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cases.case import Case
+from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge import blame
 from reports.judge.checks import Check
@@ -76,10 +77,8 @@ def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> s
     if measured is not None and measured.pixel is not None and known:
         assert candidate.answers is not None
         column, row = measured.pixel
-        ours = int(candidate.answers[Stage.OBJECT][row, column, 0])
-        theirs = int(measured.theirs[0]) if check.stage is Stage.OBJECT else ours
-    if not -1 <= ours < len(case.scene.shapes):
-        ours = -1
+        ours = _shape(case.scene, candidate.answers[Stage.OBJECT][row, column, 0])
+        theirs = _shape(case.scene, measured.theirs[0]) if check.stage is Stage.OBJECT else ours
     turned = False
     if check.stage is Stage.NORMAL and measured is not None and ours >= 0:
         turned = blame.misplaced(case.scene.shapes[ours], measured.ours, measured.theirs)
@@ -94,3 +93,8 @@ def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> s
         phantom=phantom,
         misplaced=turned,
     )
+
+
+def _shape(scene: Scene, number: float) -> int:
+    """Return the index of the shape that a pixel's object names; -1 where it misses, or names none (NaN, say)."""
+    return int(number) if 0 <= number < len(scene.shapes) else -1
