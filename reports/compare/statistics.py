@@ -9,7 +9,6 @@ section 3.8, for clusters.
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import special
 
 LEVEL = 0.95
 REPLICATES = 1000
@@ -19,7 +18,7 @@ Interval = tuple[float, float]
 
 def mcnemar(only_first: int, only_second: int) -> float:
     """Return the two-sided exact p value that two error rates are equal, from the pixels at which just one errs."""
-    from scipy import stats  # here, because it takes most of a second, and a benchmark's intervals need none of it
+    from scipy import stats  # here, because it takes most of a second
 
     discordant = only_first + only_second
     return float(stats.binomtest(only_first, discordant).pvalue) if discordant else 1.0
@@ -40,6 +39,8 @@ def median_interval(values: Sequence[float], *, level: float) -> Interval:
         ValueError: there are none, or an even number.
 
     """
+    from scipy import special  # here, so that a benchmark's processes can time before they import it
+
     ordered = np.sort(np.asarray(values, dtype=np.float64))
     n = len(ordered)
     if n % 2 == 0:

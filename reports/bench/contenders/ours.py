@@ -1,5 +1,6 @@
 """The tracer: frames of one scene, warm and frozen, as `tracer.frames` makes them."""
 
+import time
 from typing import Any
 
 import drjit as dr
@@ -8,6 +9,8 @@ import numpy as np
 from cases.scene import Scene
 from reports.bench import CONTENDERS, Prepared
 from reports.bench.kernels import fastest
+from tracer.configuration import Configuration
+from tracer.frames import Frames
 
 REPETITIONS = 9  # frames, of which the fastest one's kernels are held against the machine's limit
 
@@ -28,11 +31,6 @@ class _Ours:
 
     def prepare(self, scene: Scene) -> Prepared:
         """Load the scene."""
-        import time
-
-        from tracer.configuration import Configuration
-        from tracer.frames import Frames
-
         start = time.perf_counter()
         frames = Frames(scene, Configuration(precision=self.precision))
         seconds = time.perf_counter() - start
