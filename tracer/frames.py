@@ -39,7 +39,7 @@ def _write(image: Any, numbers: list[Any], radiance: list[Any], lanes: Lanes, ty
             dr.scatter(image, color, number, mode=dr.ReduceMode.Permute)
         return
     packet = whole[0]
-    next_step(types)
+    next_step(types, samples=lanes.tile)
     for first in range(0, lanes.tile, packet):
         row = [channel for color in radiance[first : first + packet] for channel in color]
         for part in range(CHANNELS):

@@ -147,16 +147,12 @@ class Illumination:
         world, hits = self._feeling
         feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
         world.parameters.store([feeler.arrays for feeler in feelers])
-        self._next_step()
+        next_step(self.types, samples=len(self.surfaces))
         blocked = world.blocked(feelers, world.types.Vector(towards[0].light), place=towards[0].place)
         free = [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
         world.parameters.store(free)
-        self._next_step()
+        next_step(self.types, samples=len(self.surfaces))
         return free
-
-    def _next_step(self) -> None:
-        if len(self.surfaces) > 1:
-            next_step(self.types)
 
     @cached_property
     def _free(self) -> list[list[Any]]:

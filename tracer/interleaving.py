@@ -10,6 +10,10 @@ import drjit as dr
 from tracer.arrays import BACKENDS, ArrayTypes
 
 
-def next_step(types: ArrayTypes) -> None:
-    """End a step: what is computed from here on comes later in the kernel than all that was computed before."""
-    dr.detail.new_scope(BACKENDS[types.backend])
+def next_step(types: ArrayTypes, *, samples: int) -> None:
+    """End a step: what is computed from here on comes later in the kernel than all that was computed before.
+
+    A lane of one sample has nothing to put beside it.
+    """
+    if samples > 1:
+        dr.detail.new_scope(BACKENDS[types.backend])

@@ -38,19 +38,19 @@ def _image(trace: Trace, samples: list[tuple[Any, ...]]) -> np.ndarray:
 
 def _pixels(trace: Trace) -> list[tuple[Any, Any]]:
     camera, formula = trace.scene.camera, trace.configuration["pixel"]
-    return [formula(*ndc, camera.width, camera.height) for ndc in trace.ndc]
+    return [formula(*ndc, camera.width, camera.height) for ndc in trace.seen.ndc]
 
 
 def _camera(trace: Trace, pixels: list[tuple[Any, ...]]) -> dict[str, np.ndarray]:
     """Return the camera stage (see `cases.answers`)."""
-    frame = trace.frame
+    frame = trace.seen.frame
     return {
         **{
             name: _components([getattr(frame, name)[i, j] for i in range(4) for j in range(4)]).reshape(4, 4)
             for name in ("view", "view_inverse", "projection", "projection_inverse")
         },
         "frustum_corners": _components([x for corner in frame.corners for x in corner]).reshape(8, 3),
-        "ndc": _image(trace, trace.ndc),
+        "ndc": _image(trace, trace.seen.ndc),
         "pixel": _image(trace, pixels),
     }
 
@@ -85,7 +85,7 @@ def render(
     parameters = Stages() if len(wanted) > 1 else Numbers()
     trace = Trace(scene, configuration, per_side=samples, chosen=chosen, parameters=parameters)
     pixels = _pixels(trace) if Stage.CAMERA in wanted else []
-    ndc = trace.ndc if Stage.CAMERA in wanted else []
+    ndc = trace.seen.ndc if Stage.CAMERA in wanted else []
     parameters.store(pixels, ndc)
     images = {stage: trace.channels(stage) for stage in wanted if stage is not Stage.CAMERA}
     dr.eval(list(images.values()), pixels, ndc)

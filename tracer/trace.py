@@ -1,9 +1,7 @@
 """From pixel to radiance: every stage computed when it is first asked for, and not before."""
 
-import math
 import operator
 from copy import copy
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -15,26 +13,23 @@ from tracer.acceleration.beams import reduced
 from tracer.arrays import array_types
 from tracer.assets import Assets
 from tracer.branches import where
+from tracer.camera_rays import CameraRays
 from tracer.configuration import Configuration
-from tracer.frame import Frame, Viewpoint
 from tracer.illumination import Illumination
 from tracer.interleaving import next_step
 from tracer.lanes import Lanes
 from tracer.parameters import LITERALS, Parameters
 from tracer.plan import Plan, plan
-from tracer.rays import Interval, Nearest, Ray
+from tracer.rays import Nearest, Ray
 from tracer.surfaces import Surfaces
 from tracer.world import World
-
-WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and that of its neighbour 0.3
 
 
 class Trace:
     """One scene by one configuration; the stages are Dr.Jit arrays, evaluated only where `parameters` ends a kernel.
 
-    A lane holds one or several samples (`tracer.lanes`); every stage is a list with an entry for each of them. All
-    samples of the image are there side by side or, with `within`, that one of every pixel: its (column, row) among the
-    pixel's per_side x per_side.
+    A lane holds one or several samples (`tracer.lanes`); every stage is a list with an entry for each of them.
+    per_side and `within` say which samples of a pixel (`tracer.camera_rays`).
     """
 
     def __init__(
@@ -48,107 +43,55 @@ class Trace:
         assets: Assets | None = None,
         parameters: Parameters = LITERALS,
     ) -> None:
-        self.scene, self.configuration, self.per_side, self.within = scene, configuration, per_side, within
+        self.scene, self.configuration = scene, configuration
         self.types = array_types(configuration.precision)
-        self.frame = Frame(camera=scene.camera, configuration=configuration, types=self.types)
         self.plan = plan(scene, configuration, samples=per_side) if chosen is None else chosen
         self.assets = Assets() if assets is None else assets
-        self._parameters, self._seen_from = parameters, Viewpoint(self.frame, parameters)
+        self._parameters = parameters
         self.world = World(scene, configuration, self.types, plan=self.plan, assets=self.assets, parameters=parameters)
-        self._side_by_side = per_side if within is None else 1
-        size = {"width": scene.camera.width * self._side_by_side, "height": scene.camera.height * self._side_by_side}
-        tile = {} if self.plan.split else {"columns": self.plan.columns, "rows": self.plan.rows}
-        self.lanes = Lanes(**size, **tile)
 
-    @cached_property
-    def positions(self) -> list[tuple[Any, Any]]:
-        """Return (column, row) of every sample among all samples of the image."""
-        found = self.lanes.positions(self.types.UInt)
-        if self.within is None:
-            return found
-        across, down = self.within
-        return [(column * self.per_side + across, row * self.per_side + down) for column, row in found]
+        def seen(columns: int, rows: int) -> CameraRays:
+            size = {"columns": columns, "rows": rows, "per_side": per_side}
+            return CameraRays(scene, configuration, self.types, **size, within=within, parameters=parameters)
 
-    @cached_property
-    def ndc(self) -> list[tuple[Any, Any]]:
-        """Return (sx, sy) of every sample."""
-        camera, types = self.scene.camera, self.types
-        found = []
-        for position in self.positions:
-            # As signed integers: there is an instruction that converts those.
-            column, row = (types.Float(types.Int(place)) for place in position)
-            px, py = self.configuration["sample"](column, row, self.per_side)
-            found.append(self.configuration["ndc"](px, py, camera.width, camera.height))
-        return found
-
-    @cached_property
-    def rays(self) -> list[Ray]:
-        """Return the camera rays, with unit directions."""
-        formula = self.configuration["ray"]
-        found = [Ray(origin=self._seen_from.eye, direction=formula(self._seen_from, *ndc)) for ndc in self.ndc]
-        self._end([ray.direction for ray in found])
-        return found
-
-    def _next_step(self) -> None:
-        if self.lanes.tile > 1:
-            next_step(self.types)
-
-    def _end(self, *values: Any) -> None:
-        """End a stage, which has made `values`."""
-        self._parameters.store(*values)
-        self._next_step()
+        # Where a kernel of its own takes tiles of rays through the trees, what comes after takes one per lane.
+        self._tiles = seen(self.plan.columns, self.plan.rows)
+        self.seen = seen(1, 1) if self.plan.split else self._tiles
 
     @property
-    def _narrow(self) -> bool:
-        """Return whether the directions of a lane's rays differ by less than WIDEST."""
-        camera, lanes = self.scene.camera, self.lanes
-        pixel = 2 * math.tan(math.radians(camera.fovy) / 2) / (camera.height * self._side_by_side)
-        return max(lanes.columns, lanes.rows) * pixel < WIDEST and camera.fovy < 90
+    def lanes(self) -> Lanes:
+        """Return which samples each lane computes."""
+        return self.seen.lanes
 
-    @cached_property
-    def _intervals(self) -> list[Interval]:
-        """Return the part of each camera ray that counts."""
-        clip, seen = self.configuration[f"clip_{self.scene.clip}"], self._seen_from
-        intervals = []
-        for ray in self.rays:
-            ends = clip(ray.direction, seen.forward, seen.near, seen.far)
-            width = dr.width(ray.direction)
-            near, far = (self._parameters.per_lane(self.types.Float(end), width) for end in ends)
-            intervals.append(Interval(nearest=near, farthest=far))
-        self._end([(interval.nearest, interval.farthest) for interval in intervals])
-        return intervals
+    @property
+    def rays(self) -> list[Ray]:
+        """Return the camera rays, with unit directions."""
+        return self.seen.rays
 
     @cached_property
     def hits(self) -> list[Nearest]:
         """Return the nearest hits of the camera rays."""
+        seen = self.seen
         if self.plan.split:
-            (hit,) = self.world.bodies.nearest(self.rays, self._intervals)
+            (hit,) = self.world.bodies.nearest(seen.rays, seen.intervals)
             for grove, met in zip(self.world.groves, self._met_apart(), strict=True):
                 hit = self.world.nearer(grove, hit, *met)
             found = [hit]
         else:
-            found = self.world.nearest(self.rays, self._intervals, narrow=self._narrow)
-        self._end([(one.distance, one.shape, one.face, one.number) for one in found])
+            found = self.world.nearest(seen.rays, seen.intervals, narrow=seen.narrow)
+        seen.end([(one.distance, one.shape, one.face, one.number) for one in found])
         return found
 
     def _met_apart(self) -> list[tuple[Any, Any]]:
         """Return t [m] and number of what each ray meets in each tree: by tiles of rays, one per lane, and memory."""
-        tiles = Trace(
-            self.scene,
-            self.configuration,
-            per_side=self.per_side,
-            chosen=replace(self.plan, split=False),
-            assets=self.assets,
-            parameters=self._parameters,
-        )
-        count = self.lanes.width * self.lanes.height
+        tiles, count = self._tiles, self.lanes.width * self.lanes.height
         numbers = tiles.lanes.numbers(tiles.positions)
-        rays, intervals = tiles.rays, tiles._intervals
+        rays, intervals = tiles.rays, tiles.intervals
         self._parameters.store(numbers)
         found = []
-        for grove in tiles.world.groves:
+        for grove in self.world.groves:
             distance, item = dr.empty(self.types.Float, count), dr.empty(self.types.Int, count)
-            met = tiles.world.met(grove, rays, intervals, narrow=tiles._narrow)
+            met = self.world.met(grove, rays, intervals, narrow=tiles.narrow)
             for number, one in zip(numbers, met, strict=True):
                 for target, value in zip((distance, item), one, strict=True):
                     dr.scatter(target, value, number, mode=dr.ReduceMode.Permute)
@@ -159,18 +102,16 @@ class Trace:
     @cached_property
     def surfaces(self) -> list[Surfaces]:
         """Return the surfaces that the camera rays hit."""
-        return [
-            Surfaces(self.world, *found, eye=self._seen_from.eye) for found in zip(self.rays, self.hits, strict=True)
-        ]
+        return [Surfaces(self.world, *found, eye=self.seen.eye) for found in zip(self.rays, self.hits, strict=True)]
 
     def _lit_surfaces(self) -> list[Surfaces]:
         """Return the surfaces with what every light needs to know of them."""
         for one in self.surfaces:
             _ = one.mask, one.position
-        self._next_step()
+        next_step(self.types, samples=self.lanes.tile)
         for one in self.surfaces:
             _ = one.normal
-        self._end([one.arrays for one in self.surfaces])
+        self.seen.end([one.arrays for one in self.surfaces])
         return self.surfaces
 
     @cached_property
