@@ -8,11 +8,11 @@ from typing import Any
 import drjit as dr
 
 from cases.scene import Vector
-from tracer.arrays import array_types
 from tracer.feeling import Feeler, Hit
 from tracer.interleaving import next_step
 from tracer.lights import InTurn
 from tracer.rays import Interval, Ray
+from tracer.starting_points import starting_points
 from tracer.surfaces import Surfaces
 from tracer.world import World
 
@@ -29,17 +29,6 @@ class Towards:
     squared_distance: Any  # m^2
     distance: Any  # m
     cosine: Any  # dot(N, L); 0 for a light exactly at the point
-
-
-def _hit(surfaces: Surfaces) -> Hit:
-    return Hit(
-        position=surfaces.position,
-        normal=surfaces.normal,
-        shape=surfaces.hit.shape,
-        clearance=surfaces.clearance,
-        ray=surfaces.ray,
-        distance=surfaces.hit.distance,
-    )
 
 
 class Illumination:
@@ -76,42 +65,8 @@ class Illumination:
         ]
 
     @cached_property
-    def _feeling(self) -> tuple[World, list[Hit]]:
-        """Return the world that feelers run through and the points that they start from, in their precision."""
-        if not self.configuration.formula("feeler").facts["doubles"] or self.types.precision == "float64":
-            hits = [_hit(surfaces) for surfaces in self.surfaces]
-            self.world.parameters.store([hit.clearance for hit in hits])
-            return self.world, hits
-        types = array_types("float64")
-        usual = self.world
-        world = World(
-            self.scene, self.configuration, types, plan=usual.plan, assets=usual.assets, parameters=usual.parameters
-        )
-        rays, intervals = [], []
-        for surfaces in self.surfaces:
-            # The shape that the pixel shows is met again along the same ray; the window leaves the others out.
-            t = types.Float(surfaces.hit.distance)
-            window = t * 2.0**-10
-            rays.append(Ray(origin=types.Vector(surfaces.ray.origin), direction=types.Vector(surfaces.ray.direction)))
-            intervals.append(Interval(nearest=t - window, farthest=t + window))
-        usual.parameters.store([(ray.origin, ray.direction) for ray in rays])
-        usual.parameters.store([(interval.nearest, interval.farthest) for interval in intervals])
-        again = world.nearest(rays, intervals)
-        hits = []
-        for surfaces, ray, hit in zip(self.surfaces, rays, again, strict=True):
-            exact = Surfaces(world, ray, hit, eye=ray.origin)
-            hits.append(
-                Hit(
-                    position=dr.select(exact.mask, exact.position, types.Vector(surfaces.position)),
-                    normal=types.Vector(surfaces.normal),
-                    shape=surfaces.hit.shape,
-                    clearance=dr.select(exact.mask, exact.clearance, types.Float(surfaces.clearance)),
-                    ray=ray,
-                    distance=dr.select(exact.mask, hit.distance, types.Float(surfaces.hit.distance)),
-                )
-            )
-        world.parameters.store([(hit.position, hit.normal, hit.clearance, hit.distance) for hit in hits])
-        return world, hits
+    def _starting(self) -> tuple[World, list[Hit]]:
+        return starting_points(self.world, self.surfaces)
 
     def _feeler(self, world: World, hit: Hit, towards: Towards, active: Any) -> Feeler:
         Float, Vector = world.types.Float, world.types.Vector
@@ -144,7 +99,7 @@ class Illumination:
         masks = [surfaces.mask for surfaces in self.surfaces]
         if not self.world.has_blockers:
             return masks
-        world, hits = self._feeling
+        world, hits = self._starting
         feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
         world.parameters.store([feeler.arrays for feeler in feelers])
         next_step(self.types, samples=len(self.surfaces))
@@ -171,7 +126,7 @@ class Illumination:
         for surfaces in self.surfaces:
             _ = surfaces.mask, surfaces.normal
         if self.world.has_blockers:
-            _ = self._feeling
+            _ = self._starting
 
     @cached_property
     def _in_turn(self) -> InTurn | None:
