@@ -30,7 +30,8 @@ def largest(image: np.ndarray) -> np.ndarray:
 
 def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return dot products (...) of vectors."""
-    return _reduced(np.add, one * other)
+    # NumPy's sums begin at +0, so that negative zeros add up to +0: atan2 tells the two apart.
+    return _reduced(np.add, one * other) + 0.0
 
 
 def length(vectors: np.ndarray) -> np.ndarray:
