@@ -16,13 +16,13 @@ from reports.judge.oracle import FullOracle
 
 
 class Remembering:
-    """An oracle for one scene at a time that remembers `continue_from` and `edges`."""
+    """An oracle for one case that remembers `continue_from`, and of the last scene `edges`."""
 
     def __init__(self, oracle: FullOracle) -> None:
         self._oracle = oracle
-        self._known: dict[tuple[Stage, str], np.ndarray] = {}
+        # By identity, holding scene and image so that theirs is not given away: hashing is what takes the time.
+        self._known: dict[tuple[Stage, int, str], tuple[Scene, np.ndarray]] = {}
         self._edges: tuple[Scene, Any] | None = None
-        # By identity, holding the image so that its identity is not given away: hashing is what takes the time.
         self._digests: dict[int, tuple[np.ndarray, bytes]] = {}
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
@@ -41,16 +41,16 @@ class Remembering:
 
     def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
         """Return what the oracle continues, from memory if the stages before `stage` are the same to the last bit."""
-        content = hashlib.blake2b(str(id(scene)).encode())
+        content = hashlib.blake2b()
         for before in Stage:
             if before is stage:
                 break
             if before is not Stage.CAMERA and before in given:
                 content.update(before.encode() + self._digest(given[before]))
-        key = (stage, content.hexdigest())
+        key = (stage, id(scene), content.hexdigest())
         if key not in self._known:
-            self._known[key] = self._oracle.continue_from(scene, stage, given)
-        return self._known[key]
+            self._known[key] = (scene, self._oracle.continue_from(scene, stage, given))
+        return self._known[key][1]
 
     def _digest(self, image: np.ndarray) -> bytes:
         """Return the digest of an image's shape, type and bytes."""
