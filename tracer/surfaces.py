@@ -12,7 +12,8 @@ from tracer.clearance import clearance, extent, spread
 from tracer.hit_shapes import HitShapes
 from tracer.placement import Placement
 from tracer.rays import Nearest, Ray
-from tracer.world import World, flat_normal
+from tracer.triangles import object_normals
+from tracer.world import World
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +43,15 @@ def _spread(shape: Shape) -> float:
 
 def _constant_normal(shape: Shape) -> tuple[float, float, float]:
     """Return the object-space normal of a flat shape; of other shapes nothing that counts."""
-    return (0.0, 0.0, 1.0) if isinstance(shape, Sphere | Cube | Mesh) else flat_normal(shape)
+    return (0.0, 0.0, 1.0) if isinstance(shape, Sphere | Cube | Mesh) else _flat_normal(shape)
+
+
+def _flat_normal(shape: Shape) -> tuple[float, float, float]:
+    """Return the object-space normal of a plane, a square or a triangle."""
+    if not isinstance(shape, Triangle):
+        return (0.0, 0.0, 1.0)
+    x, y, z = map(float, object_normals(shape)[0])
+    return x, y, z
 
 
 class Surfaces:
@@ -109,13 +118,13 @@ class Surfaces:
                 center = self.world.parameter(index, "center", self.types.Vector(*shape.center))
                 return self.configuration["sphere_normal"](point, center)
             case Mesh():
-                if self.world.forest is None:
+                if self.world.trees.forest is None:
                     return self.types.Vector(0)
-                return self.world.forest.normal(self.hit.number, self._met.shows(index))
+                return self.world.trees.forest.normal(self.hit.number, self._met.shows(index))
             case Triangle():
-                return self.world.parameter(index, "normal", self.types.Vector(*flat_normal(shape)))
+                return self.world.parameter(index, "normal", self.types.Vector(*_flat_normal(shape)))
             case _:
-                return self.types.Vector(*flat_normal(shape))
+                return self.types.Vector(*_flat_normal(shape))
 
     def _normal(self, index: int, shape: Shape) -> Any:
         placement = self.world.placements[index]
@@ -139,9 +148,9 @@ class Surfaces:
             else:
                 cube = self.configuration["cube_normal"](point)
             normal = dr.select(self._met.kind(Cube), cube, normal)
-        if self.world.forest is not None:
+        if self.world.trees.forest is not None:
             triangles = self._met.kind(Mesh)
-            normal = dr.select(triangles, self.world.forest.normal(self.hit.number, triangles), normal)
+            normal = dr.select(triangles, self.world.trees.forest.normal(self.hit.number, triangles), normal)
         if self._placed:
             normal = self.configuration["world_normal"](normal, self._met.placement)
         return dr.select(self.mask, normal, 0)
@@ -184,9 +193,9 @@ class Surfaces:
         wide: Any = 1.0
         if any(_spread(shape) != 1 for shape in self.shapes):
             wide = self._met.constant("spread", _spread, self.types.Float)
-        if self.world.forest is not None:
+        if self.world.trees.forest is not None:
             kind = self._met.kind(Mesh)
-            wide = dr.select(kind, self.world.forest.slenderness(self.hit.number, kind), wide)
+            wide = dr.select(kind, self.world.trees.forest.slenderness(self.hit.number, kind), wide)
         size = self._met.constant("extent", extent, self.types.Float)
         scale = dr.norm(self.eye) + self.hit.distance + size
         return clearance(scale, spread=wide, precision=self.types.precision)

@@ -74,8 +74,8 @@ class Trace:
         seen = self.seen
         if self.plan.split:
             (hit,) = self.world.bodies.nearest(seen.rays, seen.intervals)
-            for grove, met in zip(self.world.groves, self._met_apart(), strict=True):
-                hit = self.world.nearer(grove, hit, *met)
+            for grove, met in zip(self.world.trees.groves, self._met_apart(), strict=True):
+                hit = self.world.trees.nearer(grove, hit, *met)
             found = [hit]
         else:
             found = self.world.nearest(seen.rays, seen.intervals, narrow=seen.narrow)
@@ -89,9 +89,9 @@ class Trace:
         rays, intervals = tiles.rays, tiles.intervals
         self._parameters.store(numbers)
         found = []
-        for grove in self.world.groves:
+        for grove in self.world.trees.groves:
             distance, item = dr.empty(self.types.Float, count), dr.empty(self.types.Int, count)
-            met = self.world.met(grove, rays, intervals, narrow=tiles.narrow)
+            met = self.world.trees.met(grove, rays, intervals, narrow=tiles.narrow)
             for number, one in zip(numbers, met, strict=True):
                 for target, value in zip((distance, item), one, strict=True):
                     dr.scatter(target, value, number, mode=dr.ReduceMode.Permute)
