@@ -69,7 +69,7 @@ class Store:
         """Return what a key's entry says and holds, None without one.
 
         Raises:
-            DamagedEntryError: it is not what was written under this key; it has been removed.
+            DamagedEntryError: it is not what was written under this key; it has been removed, if that is ours to do.
 
         """
         path = self.path(key)
@@ -82,7 +82,7 @@ class Store:
             if told.get("key") != key:
                 raise DamagedEntryError("it is another's entry")
         except DamagedEntryError:
-            path.unlink(missing_ok=True)
+            self._remove(path)
             raise
         self._touch(path)
         return told, arrays
@@ -159,9 +159,17 @@ class Store:
         for path, size, _ in files:
             if left <= LEAVE * self._limit:
                 break
-            path.unlink(missing_ok=True)
-            left -= size
+            left -= size if self._remove(path) else 0
         self._size, self._written = left, 0
+
+    @staticmethod
+    def _remove(path: Path) -> bool:
+        """Remove an entry; say whether it is gone: it may be another user's, or the folder one that is only read."""
+        try:
+            path.unlink(missing_ok=True)
+        except OSError:
+            return False
+        return True
 
     @staticmethod
     def _touch(path: Path) -> None:

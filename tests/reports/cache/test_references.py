@@ -1,8 +1,6 @@
-"""The reference cache: the same question gets the same answer, a damaged entry none, and it never grows too large."""
+"""The reference cache: the same question gets the same answer, any other and a damaged entry none."""
 
 import json
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,20 +11,13 @@ from cases.stages import Stage
 from reference.analytic import Analytic
 from reports.cache import references
 from reports.cache.digests import code
-from reports.cache.entries import DamagedEntryError, decode, encode
+from reports.cache.entries import encode
 from reports.cache.references import KeepingOracle, Question, cached
 from reports.cache.store import Store, usual_folder
 from reports.run.asking import heard
 from reports.run.orders import ReferenceTask
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
-ARRAYS = {
-    "float32 inside": np.array([[0.1, -0.0], [np.nan, np.inf]], dtype=np.float32).astype(np.float64),
-    "float64": np.array([0.1, 1e300, 5e-324]),
-    "bool": np.array([[True, False]]),
-    "whole": np.arange(6).reshape(2, 3),
-    "empty": np.zeros((0, 3)),
-}
 STAGES = tuple(Stage)
 
 
@@ -64,25 +55,6 @@ def only(store: Store) -> Path:
     """Return the path of the store's only entry."""
     (item,) = store.items()
     return item.path
-
-
-def test_an_entry_comes_back_to_the_last_bit_and_type():
-    about, arrays = decode(encode({"key": "a"}, ARRAYS))
-
-    assert about == {"key": "a"}
-    for name, array in ARRAYS.items():
-        assert arrays[name].dtype == array.dtype
-        assert arrays[name].shape == array.shape
-        assert arrays[name].tobytes() == array.tobytes()
-
-
-@pytest.mark.parametrize("place", [0, 20, 60, -1], ids=["magic", "checksum", "header", "array"])
-def test_any_byte_altered_is_noticed(place):
-    data = bytearray(encode({"key": "a"}, ARRAYS))
-    data[place] ^= 1
-
-    with pytest.raises(DamagedEntryError):
-        decode(bytes(data))
 
 
 def test_a_render_is_asked_for_once_and_the_same_to_the_last_bit(store):
@@ -135,7 +107,7 @@ def test_a_damaged_entry_is_rendered_anew_and_told_of(store, harm):
             "altered": data[:-9] + b"\x01" + data[-8:],
             "cut short": data[: len(data) // 2],
             "emptied": b"",
-            "another's": encode({"key": "0" * 64}, ARRAYS),
+            "another's": encode({"key": "0" * 64}, {"a": np.zeros(3)}),
         }[harm]
     )
 
@@ -168,52 +140,6 @@ def test_a_cache_that_cannot_be_written_costs_a_note_and_nothing_else(tmp_path, 
 
     assert set(found.answers) == set(STAGES)
     assert "could not be kept" in found.notes[0]
-
-
-def test_the_least_recently_used_go_first(tmp_path):
-    size = len(encode({"key": "k" * 64}, {"a": np.full(1000, 0.1)}))
-    store = Store(tmp_path, limit=4 * size)
-    keys = [digit * 64 for digit in "abcd"]
-    for age, key in enumerate(keys):
-        store.put(key, {}, {"a": np.full(1000, 0.1)})
-        os.utime(store.path(key), (1000 + age, 1000 + age))
-
-    assert store.get(keys[0]) is not None, "used now, so that b is the oldest"
-    store.put("e" * 64, {}, {"a": np.full(1000, 0.1)})
-
-    assert store.get(keys[1]) is None
-    assert store.get(keys[0]) is not None
-    assert sum(item.size for item in store.items()) <= 4 * size
-
-
-def test_what_another_store_wrote_is_counted_before_a_64th_of_the_limit_is_added(tmp_path):
-    array = {"a": np.full(1000, 0.1)}
-    size = len(encode({"key": "k" * 64}, array))
-    stores = [Store(tmp_path, limit=128 * size) for _ in range(2)]
-
-    for index in range(201):
-        stores[index % 2].put(f"{index:064x}", {}, array)
-        if index % 20 == 0:
-            assert sum(item.size for item in stores[0].items()) <= (128 + 2 * 2) * size
-
-
-def test_many_writers_and_readers_at_once_see_whole_entries_only(tmp_path):
-    keys = [f"{index:064x}" for index in range(4)]
-    array = {"a": np.random.default_rng(0).random((50, 50, 3))}
-
-    def work(number: int) -> int:
-        store, seen = Store(tmp_path, limit=10**6), 0
-        for turn in range(12):
-            key = keys[(number + turn) % 4]
-            store.put(key, {}, array)
-            seen += store.get(key) is not None
-        return seen
-
-    with ThreadPoolExecutor(8) as pool:
-        counts = list(pool.map(work, range(8)))
-
-    assert all(counts)
-    assert Store(tmp_path).verify()[1] == []
 
 
 def test_the_oracles_edges_are_kept_too(store):
