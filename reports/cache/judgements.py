@@ -55,7 +55,10 @@ def question(
 
 
 def recall(store: Store, key: str) -> Judgement | None:
-    """Return what was found before, or None; an entry that is damaged is gone, and the case is judged again."""
+    """Return what was found before, or None; an entry that is damaged is gone, and the case is judged again.
+
+    So it is where an entry names a file elsewhere than a record's files lie: it is not one that was kept here.
+    """
     try:
         found = store.get(key)
     except DamagedEntryError:
@@ -64,6 +67,8 @@ def recall(store: Store, key: str) -> Judgement | None:
         return None
     _, arrays = found
     record = json.loads(zlib.decompress(arrays.pop(RECORD).tobytes()))
+    if not all(map(_belongs, arrays)):
+        return None
     files = {name: zlib.decompress(array.tobytes()) for name, array in arrays.items()}
     return Judgement(record=record, files=files)
 
@@ -74,12 +79,18 @@ def keep(store: Store, key: str, folder: Path, record: Mapping[str, Any]) -> Non
     arrays = {RECORD: _packed(json.dumps(record).encode())}
     try:
         for name in filter(None, names):
-            if PurePosixPath(name).parts[0] not in PLACES:
+            if not _belongs(name):
                 return
             arrays[name] = _packed((folder / name).read_bytes())
         store.put(key, _about(record), arrays)
     except OSError:
         return
+
+
+def _belongs(name: str) -> bool:
+    """Say whether a path in a results folder is one of a record's files, and leads nowhere else."""
+    parts = PurePosixPath(name).parts
+    return len(parts) > 1 and parts[0] in PLACES and ".." not in parts
 
 
 def _packed(data: bytes) -> np.ndarray:
