@@ -29,9 +29,21 @@ PACKAGES = (
     "openexr",
     "pyradiance",
     "python-flint",
+    "scikit-image",
+    "scipy",
     "trimesh",
 )  # whose numbers are in a result
-SOURCES = ("cases", "tracer", "reference", "reports/judge", "reports/run", "reports/cache", "reports/subjects")
+# All that renders, judges, writes a record and writes its files.
+SOURCES = (
+    "cases",
+    "tracer",
+    "reference",
+    "reports/judge",
+    "reports/run",
+    "reports/cache",
+    "reports/subjects",
+    "reports/publish",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,4 +113,9 @@ def code_digest() -> str:
 
 def key(planned: PlannedCase, references: tuple[str, ...]) -> str:
     """Return the digest under which a finished case may be taken up again by `--resume`."""
-    return digest([plain(planned.case), planned.configurations, references, code_digest()])
+    return question(planned, references, code_digest())
+
+
+def question(planned: PlannedCase, references: tuple[str, ...], of_code: str) -> str:
+    """Return the digest of a case, whom it is put to, before whom, and the digest of all code."""
+    return digest([plain(planned.case), planned.configurations, references, of_code])

@@ -34,10 +34,7 @@ def render_and_judge(
     """Return the records in the plan's order, and whether the user interrupted."""
     subject = request.subject
     records: dict[str, dict[str, Any]] = {}
-    # What must be answered is part of the question: a verdict of a run that did not require it is not taken up.
-    asked = (*references, *(f"required: {name}" for name in sorted(set(request.require))))
-    if not subject.is_tracer:
-        asked = (*asked, f"under test: {subject.title}", *subject.identity)
+    asked = demands(request, references)
     keys = {one.case.name: key(one, asked) for one in planned}
     memory = None
     if store is not None:
@@ -90,6 +87,15 @@ def render_and_judge(
         finally:
             pool.close()
     return [records[one.case.name] for one in planned if one.case.name in records], interrupted
+
+
+def demands(request: RunRequest, references: tuple[str, ...]) -> tuple[str, ...]:
+    """Return what a run asks of each case: a record of one that asked less is not taken up."""
+    subject = request.subject
+    asked = (*references, *(f"required: {name}" for name in sorted(set(request.require))))
+    if request.full:
+        asked = (*asked, "every renderer's images")
+    return asked if subject.is_tracer else (*asked, f"under test: {subject.title}", *subject.identity)
 
 
 def has_room(pixels: Collection[int]) -> bool:

@@ -6,6 +6,7 @@ import pytest
 
 from cases.case import ITEMS
 from cases.families import all_cases
+from reports.cache import judgements
 from reports.run import plan as planning
 from reports.run.plan import ALTERNATIVES, alternatives, key, plan
 
@@ -52,3 +53,9 @@ def test_a_key_changes_with_scene_configuration_references_and_code(monkeypatch)
 def test_an_unknown_configuration_is_named():
     with pytest.raises(LookupError, match="float16"):
         plan(all_cases()[:1], ("float16",))
+
+
+def test_a_record_is_taken_up_again_only_where_a_kept_verdict_would_be():
+    # Both are a record with its files; the tracer's code, of which a kept verdict knows by its answers, comes to it.
+    assert {*judgements.CODE, "tracer"} <= set(planning.SOURCES)
+    assert set(judgements.PACKAGES) <= set(planning.PACKAGES)
