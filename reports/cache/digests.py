@@ -85,4 +85,5 @@ def _installed(package: str) -> str:
 def machine(packages: Sequence[str]) -> list[str]:
     """Return what beside code and data decides an answer's last bits: packages, interpreter, processor, compiler."""
     installed = [_installed(package) for package in packages]
-    return [*installed, platform.python_version(), platform.machine(), os.environ.get("DRJIT_LIBLLVM_PATH", "")]
+    chosen = [os.environ.get(name, "") for name in ("DRJIT_LIBLLVM_PATH", "RAYPROOF_BACKEND")]
+    return [*installed, platform.python_version(), platform.machine(), *chosen]
