@@ -33,11 +33,13 @@ def guard_journal() -> None:
         "a demand": plan.key(replace(_PLANNED, case=replace(_CASE, least_interior=1)), _REFERENCES),
         "a configuration": plan.key(replace(_PLANNED, configurations=("float64",)), _REFERENCES),
         "a reference": plan.key(_PLANNED, (*_REFERENCES, "another")),
+        "the code": plan.question(_PLANNED, _REFERENCES, "of other code"),
     }
     for what, key in others.items():
         if key == known:
             raise BrokenHarnessError(f"the journal is broken: {what} that changed leaves a case's key as it was")
-    if len(plan.code_digest()) != len(known):
+    # As long as any digest: without the code there is none.
+    if len(plan.code_digest()) != len(known) or plan.question(_PLANNED, _REFERENCES, plan.code_digest()) != known:
         raise BrokenHarnessError("the journal is broken: the key does not hold the code's digest")
     with tempfile.TemporaryDirectory() as folder:
         _guard_records(Path(folder), known, others["a shape"])

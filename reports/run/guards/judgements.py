@@ -52,6 +52,7 @@ def guard_judgements() -> None:
         "a reference's version": _key(versions={"analytic": "2"}),
         "a reference": _key(versions={}),
         "a demand": _key(asked=()),
+        "what is kept to look at": _key(files="all"),
     }
     for what, key in others.items():
         if key == known:
