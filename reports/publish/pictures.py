@@ -1,25 +1,25 @@
-"""A PyVista picture of every case's scene and its 3-D view, all made in one child process that may die without harm.
+"""A PyVista picture of every case's scene and its 3-D view, all made in child processes that may die without harm.
 
 Pictures need OpenGL; views do not, and are made without, too.
 """
 
-import contextlib
-import json
-import subprocess
-import sys
-import tempfile
+import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path, PurePosixPath
-from typing import IO, Any
+from typing import Any
 
 from reports.cache import pictures
 from reports.cache.store import Store
 from reports.publish import gl
+from reports.publish.drawing_child import DrawingChild
 from reports.publish.kept import inside
 
 OURS, THEIRS = "tracer-float32", "analytic"
+# A second process takes a second and a third of a gigabyte to begin with; where this many cases wait, it pays.
+BACKLOG = 16
+MOST = min(4, os.cpu_count() or 1)  # processes
 
 
 def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str], None] | None = None) -> str | None:
@@ -35,30 +35,26 @@ def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str
 
 
 class Drawing:
-    """Pictures and views made in a child process while other work goes on: submit cases, leave the block, ask why.
+    """Pictures and views made in child processes while other work goes on: submit cases, leave the block, ask why.
 
-    Whether the machine can draw is asked when the block is entered: the answer takes seconds, the first time. The child
-    starts with the first case that can be drawn. What `store` has of the very same images is taken from there.
+    Whether the machine can draw is asked when the block is entered: the answer takes seconds, the first time. A child
+    starts with the first case that can be drawn, another where cases wait for it. What `store` has of the very same
+    images is taken from there.
     """
 
     def __init__(
         self, folder: Path, progress: Callable[[str], None] | None = None, *, store: Store | None = None
     ) -> None:
-        self._store = store
-        self._jobs: dict[str, tuple[str, dict[str, Any]]] = {}  # what is to be kept when it is drawn, and its question
         self.reason: str | None = None  # why pictures were left out; complete when the block is left
-        self._folder = folder
-        self._progress = progress
+        self._folder, self._progress, self._store = folder, progress, store
+        self._jobs: dict[str, tuple[str, dict[str, Any]]] = {}  # what is to be kept when it is drawn, and its question
         self._cases: dict[str, dict[str, Any]] = {}
         self._drawn = 0
         self._pictures = True  # whether the machine can draw
         self._asked: Future[str | None] | None = None
-        self._current = "the first case"
         self._failures: list[str] = []
-        self._child: subprocess.Popen[str] | None = None
-        self._reader: threading.Thread | None = None
-        # stderr to a file: a pipe that nobody reads would stop a child that complains at length.
-        self._complaints: IO[bytes] | None = None
+        self._children: list[DrawingChild] = []
+        self._one_at_a_time = threading.Lock()  # children answer whenever they like
 
     def __enter__(self) -> "Drawing":
         self._asked = gl.ask()
@@ -81,64 +77,34 @@ class Drawing:
                 self._set(case)
                 return
             self._jobs[case["name"]] = (key, job)
-        if self._child is None:
-            self._start()
         self._cases[case["name"]] = case
-        assert self._child is not None
-        assert self._child.stdin is not None
-        with contextlib.suppress(OSError):  # it died; its exit status says so at the end
-            self._child.stdin.write(json.dumps(job) + "\n")
-            self._child.stdin.flush()
+        self._child().submit(job)
+
+    def _child(self) -> DrawingChild:
+        """Return who has least to draw, or one more; where one died, who is left."""
+        alive = [child for child in self._children if child.alive]
+        # No other begins where all died: what killed them would kill it.
+        idlest = min(alive or self._children, key=lambda child: child.waiting, default=None)
+        if idlest is None or (alive and idlest.waiting >= BACKLOG and len(self._children) < MOST):
+            environment = gl.drawing_environment() if self._pictures else gl.recording_environment()
+            idlest = DrawingChild(environment, drawn=self._is_drawn, failed=self._failed)
+            self._children.append(idlest)
+        return idlest
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if self._child is None:
-            return
-        if kind is not None:
-            self._child.kill()
-        assert self._child.stdin is not None
-        with contextlib.suppress(OSError):  # what was still in the buffer went to a child that is gone
-            self._child.stdin.close()
-        assert self._reader is not None
-        self._reader.join()
-        assert self._child.stdout is not None
-        self._child.stdout.close()
-        self.reason = self._conclude(self._child.wait()) or self.reason
+        ends = [child.close(kill=kind is not None) for child in self._children]
+        self.reason = self._conclude([end for end in ends if end is not None]) or self.reason
 
-    def _start(self) -> None:
-        self._complaints = tempfile.TemporaryFile()  # noqa: SIM115 (closed when the block is left)
-        self._child = subprocess.Popen(
-            [sys.executable, "-m", "reports.publish.picture_worker"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._complaints,
-            env=gl.drawing_environment() if self._pictures else gl.recording_environment(),
-            cwd=Path(__file__).parents[2],
-            text=True,
-            encoding="utf-8",
-            # Ctrl-C is the main process's to answer: a child that it reached first would die with its work.
-            start_new_session=True,
-        )
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
+    def _is_drawn(self, name: str) -> None:
+        with self._one_at_a_time:
+            self._drawn += 1
+            self._set(self._cases[name])
+            if self._store is not None:
+                pictures.keep(self._store, *self._jobs.pop(name))
 
-    def _read(self) -> None:
-        """Take down what the child reports."""
-        assert self._child is not None
-        for line in self._child.stdout or ():
-            try:
-                report = json.loads(line)
-            except json.JSONDecodeError:
-                continue  # What a graphics driver says, or half a line of a child that died.
-            name = report["name"]
-            if report["state"] == "started":
-                self._current = name
-            elif report["state"] == "failed":
-                self._failures.append(f"{name}: {report['why']}")
-            else:
-                self._drawn += 1
-                self._set(self._cases[name])
-                if self._store is not None:
-                    pictures.keep(self._store, *self._jobs.pop(name))
+    def _failed(self, name: str, why: str) -> None:
+        with self._one_at_a_time:
+            self._failures.append(f"{name}: {why}")
 
     def _set(self, case: dict[str, Any]) -> None:
         """Say of a case where its picture and view are."""
@@ -147,16 +113,11 @@ class Drawing:
         if self._progress is not None:
             self._progress(case["name"])
 
-    def _conclude(self, status: int) -> str | None:
-        """Return why pictures were left out, given how the child ended."""
-        assert self._complaints is not None
-        with self._complaints as complaints:
-            complaints.seek(0)
-            last = complaints.read().decode(errors="replace").strip().splitlines()[-1:]
+    def _conclude(self, ends: list[str]) -> str | None:
+        """Return why pictures were left out, given where and how children ended that did not end well."""
         total = len(self._cases)
-        if status:
-            how = f"signal {-status}" if status < 0 else f"exit code {status}" + (f", {last[0][:200]}" if last else "")
-            return f"drawing ended at {self._current} ({how}); {self._drawn} of {total} drawn"
+        if ends:
+            return f"drawing ended at {', '.join(ends)}; {self._drawn} of {total} drawn"
         if self._failures:
             more = f" and {len(self._failures) - 1} more" if len(self._failures) > 1 else ""
             return f"{self._drawn} of {total} drawn; {self._failures[0]}{more}"

@@ -1,12 +1,13 @@
 """Pictures are drawn in a child process; where it cannot draw or dies, one line says so and the run goes on."""
 
 import copy
+import shutil
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from reports.publish import gl
+from reports.publish import gl, pictures
 from reports.publish.pictures import draw_pictures
 
 
@@ -68,3 +69,41 @@ def test_a_scene_that_cannot_be_read_costs_only_its_own_picture(published, resul
     assert why is not None
     assert why.startswith(f"2 of 3 drawn; {results['cases'][1]['name']}: ")
     assert [case["picture"] is not None for case in results["cases"]] == [True, False, True]
+
+
+def test_where_cases_wait_another_child_draws_the_same(published, results, tmp_path, monkeypatch):
+    folders = [tmp_path / "one", tmp_path / "several"]
+    started = []
+    child = pictures.DrawingChild
+    monkeypatch.setattr(pictures, "DrawingChild", lambda *a, **k: started.append(1) or child(*a, **k))
+    monkeypatch.setattr(pictures, "MOST", 2)
+    for folder, backlog in zip(folders, (3, 1), strict=True):
+        shutil.copytree(published.folder, folder)
+        shutil.rmtree(folder / "pictures", ignore_errors=True)
+        monkeypatch.setattr(pictures, "BACKLOG", backlog)
+        assert draw_pictures(folder, results) == gl.why_not()
+        started.append(0)
+
+    assert started == [1, 0, 1, 1, 0]
+    drawn = [{path.name: path.read_bytes() for path in (each / "pictures").rglob("*.*")} for each in folders]
+    assert len(drawn[0]) >= 3
+    assert drawn[0] == drawn[1]
+
+
+def test_of_two_children_the_one_that_is_killed_is_named_and_the_other_draws_on(
+    published, results, tmp_path, monkeypatch
+):
+    shutil.copytree(published.folder, tmp_path / "folder")
+    monkeypatch.setattr(gl, "why_not", lambda: "no pictures here")  # views are enough
+    monkeypatch.setattr(pictures, "BACKLOG", 0)
+    monkeypatch.setattr(pictures, "MOST", 2)
+    first, *rest = results["cases"]
+    with pictures.Drawing(tmp_path / "folder") as drawing:
+        drawing.submit(rest[0])
+        drawing.submit(first)
+        drawing._children[1]._process.kill()
+        drawing._children[1]._process.wait()
+        drawing.submit(rest[1])
+
+    assert drawing.reason == "drawing ended at the first case (signal 9); 2 of 3 drawn"
+    assert [case["view"] is not None for case in results["cases"]] == [False, True, True]
