@@ -7,6 +7,7 @@ from cases.stages import Stage
 from reports.judge.conventions import Tested, in_words, tested
 from reports.judge.oracle import ORACLE, FullOracle
 from reports.judge.parties import Candidate, Witness, as_candidate
+from reports.judge.shapes_of_answers import well_shaped
 from reports.judge.standing import Standing, standing
 from reports.judge.summing_up import Judged
 from reports.judge.voices import voice
@@ -23,6 +24,7 @@ def adjudication(
     names = {candidate.name for candidate in candidates}
     parties = {candidate.name: candidate for candidate in candidates}
     parties |= {witness.name: as_candidate(witness) for witness in witnesses}
+    parties = {name: well_shaped(judged.case.scene, party) for name, party in parties.items()}
     record: dict[str, Any] = {}
     first: dict[str, Stage] = {}
     for stage, matrix in judged.panel.items():

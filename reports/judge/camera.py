@@ -55,12 +55,20 @@ def scales(camera: Camera) -> dict[str, Any]:
     }
 
 
+def _shapes(camera: Camera) -> dict[str, tuple[int, ...]]:
+    """Return the shape of each part, as cases/answers.py says."""
+    matrices = dict.fromkeys(("view", "view_inverse", "projection", "projection_inverse"), (4, 4))
+    pixels = dict.fromkeys(("ndc", "pixel"), (camera.height, camera.width, 2))
+    return matrices | {"frustum_corners": (8, 3)} | pixels
+
+
 def worst_part(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> tuple[float, str, float, float]:
     """Return (error / limit, part, error, limit) of the worst part; a missing or misshapen part is infinitely wrong."""
     worst = (-1.0, "", 0.0, 0.0)
+    shapes = _shapes(camera)
     for name, scale in scales(camera).items():
-        mine, other = np.asarray(ours.get(name, np.nan), dtype=np.float64), np.asarray(theirs[name], dtype=np.float64)
-        if mine.shape != other.shape:
+        mine, other = (np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (ours, theirs))
+        if not mine.shape == other.shape == shapes[name]:
             return np.inf, name, np.inf, 0.0
         if worst[0] >= 0 and np.array_equal(mine, other):
             continue  # no worse than what there is already
@@ -76,6 +84,8 @@ def worst_part(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> tuple[f
 def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
     """Return how badly a camera breaks what every camera satisfies, in units of the rounding that excuses it."""
     parts = {name: np.asarray(value, dtype=np.float64) for name, value in answer.items()}
+    if any(name not in parts or parts[name].shape != shape for name, shape in _shapes(camera).items()):
+        return np.inf
     scale = scales(camera)
     view, projection = parts["view"], parts["projection"]
     eye = np.append(np.asarray(camera.eye, dtype=np.float64), 1.0)

@@ -55,8 +55,9 @@ def judge_case(
         checks = [unmeasured(c, w, s, Outcome.ERROR, f"{ORACLE}: {truth.error}") for c, w, s in planned]
         return sum_up(case, checks, [], len(planned), None)
     base = ground(scene, stages, oracle, known=truth.answers)
-    misshapen = {candidate.name: misshapen_answers(scene, candidate) for candidate in candidates}
+    misshapen = {party.name: misshapen_answers(scene, party.answers) for party in (*candidates, *witnesses)}
     candidates = shared([without(candidate, misshapen[candidate.name]) for candidate in candidates])
+    witnesses = [without(witness, misshapen[witness.name]) for witness in witnesses]
 
     checks: list[Check] = []
     expectations: list[dict[str, Any]] = []
@@ -66,7 +67,7 @@ def judge_case(
         for witness in witnesses:
             mine = [stage for stage in stages if witness.answers_at(stage)]
             at = Bench(ground=base, candidate=candidate, witness=witness)
-            checks += _checks(at, mine, oracle if witness is truth else None, misshapen[candidate.name])
+            checks += _checks(at, mine, oracle if witness.name == ORACLE else None, misshapen)
         if candidate.answers is not None:
             at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
             expectations += closed_forms(case, candidate, at_oracle)
@@ -100,7 +101,7 @@ def judge_case(
 
 
 def _checks(
-    bench: Bench, stages: Sequence[Stage], oracle: FullOracle | None, misshapen: Mapping[Stage, str]
+    bench: Bench, stages: Sequence[Stage], oracle: FullOracle | None, misshapen: Mapping[str, Mapping[Stage, str]]
 ) -> list[Check]:
     """Return a check for each planned stage of one candidate before one witness; none is left out."""
     candidate, witness = bench.candidate, bench.witness
@@ -118,12 +119,15 @@ def _checks(
             checks.append(unmeasured(candidate, witness, stage, Outcome.REFERENCE_SUSPECT, why))
         elif witness.error is not None:
             checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, f"{witness.name}: {witness.error}"))
-        elif stage in misshapen:
-            checks.append(unmeasured(candidate, witness, stage, Outcome.FAIL, misshapen[stage]))
+        elif stage in misshapen[candidate.name]:
+            checks.append(unmeasured(candidate, witness, stage, Outcome.FAIL, misshapen[candidate.name][stage]))
         elif stage not in candidate.answers:
             checks.append(
                 unmeasured(candidate, witness, stage, Outcome.UNSUPPORTED, f"{candidate.name} gave no {stage}")
             )
+        elif stage in misshapen[witness.name]:
+            why_not = f"{witness.name}'s {misshapen[witness.name][stage]}: it is no witness"
+            checks.append(unmeasured(candidate, witness, stage, Outcome.REFERENCE_SUSPECT, why_not))
         elif stage not in witness.answers:
             checks.append(unmeasured(candidate, witness, stage, Outcome.MISSING, f"{witness.name} gave no {stage}"))
         elif stage is Stage.CAMERA:

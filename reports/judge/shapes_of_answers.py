@@ -1,29 +1,37 @@
-"""Images of the wrong size: found before anything is compared, so that nothing is ever broadcast."""
+"""Images of the wrong size, or with other channels: found before anything is compared, so that nothing is broadcast."""
 
 from collections.abc import Collection
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
+from cases.answers import Answers
 from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.parties import Candidate
+from cases.stages import IMAGE_STAGES, Stage, exr_channels
+from reports.judge.parties import Candidate, Witness
+
+Party = TypeVar("Party", Candidate, Witness)
 
 
-def misshapen(scene: Scene, candidate: Candidate) -> dict[Stage, str]:
+def misshapen(scene: Scene, answers: Answers | None) -> dict[Stage, str]:
     """Return a reason for each image stage of another size than the camera's; nothing is ever broadcast."""
-    size = (scene.camera.height, scene.camera.width)
+    size, lights = (scene.camera.height, scene.camera.width), len(scene.lights)
+    right = {stage: (*size, len(exr_channels(stage, lights=lights))) for stage in IMAGE_STAGES}
     return {
-        stage: f"{stage} has shape {np.shape(image)}, not {size} and channels"
-        for stage, image in (candidate.answers or {}).items()
-        if stage is not Stage.CAMERA and (np.ndim(image) != 3 or np.shape(image)[:2] != size)
+        stage: f"{stage} has shape {np.shape(image)}, not {right[stage]}"
+        for stage, image in (answers or {}).items()
+        if stage in right and np.shape(image) != right[stage]
     }
 
 
-def without(candidate: Candidate, stages: Collection[Stage]) -> Candidate:
-    """Return the candidate without the answers of some stages."""
-    if candidate.answers is None or not stages:
-        return candidate
-    return replace(
-        candidate, answers={stage: image for stage, image in candidate.answers.items() if stage not in stages}
-    )
+def without(party: Party, stages: Collection[Stage]) -> Party:
+    """Return the party without the answers of some stages."""
+    if party.answers is None or not stages:
+        return party
+    return replace(party, answers={stage: image for stage, image in party.answers.items() if stage not in stages})
+
+
+def well_shaped(scene: Scene, party: Party) -> Party:
+    """Return the party without the images that are no answer to the scene."""
+    return without(party, misshapen(scene, party.answers))

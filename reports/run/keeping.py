@@ -11,6 +11,7 @@ from reports.judge.ground import ground
 from reports.judge.masks import mask
 from reports.judge.oracle import ORACLE, FullOracle, stages_of
 from reports.judge.outcomes import Outcome
+from reports.judge.shapes_of_answers import well_shaped
 from reports.judge.terms import Terms
 from reports.publish.encoding import pack
 from reports.publish.exr import write_answers
@@ -27,10 +28,10 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     whatever reads EXR. `full` keeps everything of all.
     """
     everyone = task.full or outcome is not Outcome.PASS
-    candidates = task.candidates if everyone else task.candidates[:1]
+    scene, candidates = task.case.scene, task.candidates if everyone else task.candidates[:1]
     witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
-    parties: list[tuple[str, Answers | None]] = [(task.subject.renderer(c.name), c.answers) for c in candidates]
-    parties += [(w.name, w.answers) for w in witnesses]
+    parties = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in candidates]
+    parties += [(one.name, well_shaped(scene, one).answers) for one in witnesses]
     renders = {
         name: images
         for name, answers in parties
