@@ -83,3 +83,22 @@ def everything(**changes: Any) -> Scene:
         for seed, (name, place) in enumerate(zip(names, places, strict=True))
     ]
     return scene(*moved, FLOOR, lights=(LIGHT, SECOND_LIGHT), **changes)
+
+
+def shapes(generator: np.random.Generator, scale: float, moved: np.ndarray) -> tuple[Shape, ...]:
+    """Return one shape of each kind and a second sphere, anywhere about `moved` [m], of any size below `scale` [m]."""
+
+    def placed() -> tuple:
+        # Stretched along the shape's own axes, or across them along the world's.
+        stretch = scale * 10 ** generator.uniform(-2, 0.3, size=(1, 3))
+        linear = np.linalg.qr(generator.normal(size=(3, 3)))[0] * (stretch if generator.random() < 0.5 else stretch.T)
+        return matrix(linear, tuple((moved + scale * generator.uniform(-2, 2, size=3)).tolist()))
+
+    return (
+        Sphere(albedo=ALBEDO, to_world=placed(), two_sided=True),
+        Sphere(albedo=ALBEDO, center=(0.3, -0.2, 0.1), radius=0.7, to_world=placed()),
+        Cube(albedo=ALBEDO, to_world=placed(), two_sided=True),
+        Square(albedo=ALBEDO, to_world=placed(), two_sided=True),
+        Triangle(albedo=ALBEDO, vertices=((-1.0, -0.7, 0.1), (1.1, -0.5, 0.0), (0.1, 0.9, 0.4)), to_world=placed()),
+        Plane(albedo=ALBEDO, to_world=placed(), two_sided=True),
+    )
