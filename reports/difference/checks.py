@@ -97,4 +97,5 @@ def _factor(before: list[Any] | None, after: list[Any] | None) -> float | None:
         return None
     if before[1] == after[1]:
         return 1.0
-    return after[1] / before[1] if before[1] > 0 and math.isfinite(before[1]) else math.inf if after[1] else 0.0
+    # Not both of them are 0 or inf: what is divided by inf is 0.
+    return after[1] / before[1] if before[1] > 0 else math.inf

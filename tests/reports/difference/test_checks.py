@@ -58,7 +58,16 @@ def test_a_check_that_one_run_alone_made_has_no_change() -> None:
 
 @pytest.mark.parametrize(
     ("before", "after", "factor"),
-    [(0, 0, 1.0), (0, 2, math.inf), (2, 0, 0.0), ("inf", "inf", 1.0), (1, "nan", math.inf), (None, 1, None)],
+    [
+        (0, 0, 1.0),
+        (0, 2, math.inf),
+        (2, 0, 0.0),
+        ("inf", "inf", 1.0),
+        ("inf", 2, 0.0),
+        ("nan", 2, 0.0),
+        (1, "nan", math.inf),
+        (None, 1, None),
+    ],
 )
 def test_factors_of_zero_infinity_and_nan(before: Any, after: Any, factor: float | None) -> None:
     (row,) = compared({"checks": [check("ray", before)]}, {"checks": [check("ray", after)]}, {"float32": "float32"})
