@@ -13,6 +13,7 @@ import numpy as np
 
 from reports.compare.statistics import LEVEL, REPLICATES, percentile_interval
 from reports.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
+from reports.difference.checks import paired
 from reports.plain import at_worst
 from reports.publish.results import load_results
 
@@ -34,7 +35,8 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
     names = [name for name in one if name in other]
     if not names:
         raise ValueError(f"{base} and {candidate} share no case")
-    aliases = _aliases(*(run.get("configurations", []) for run in runs))
+    pairs = paired(*(run.get("configurations") or [] for run in runs))
+    aliases = {earlier: later for later, earlier in pairs.items()}
     cases = [_case(name, one[name], other[name], aliases) for name in names]
     changed = [case for case in cases if case["before"] != case["after"]]
     moved = [case for case in cases if case["before"] == case["after"] and case["digits_gained"]]
@@ -60,11 +62,6 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
         "only_candidate": sorted(set(other) - set(one)),
         "changed": [*changed, *moved],
     }
-
-
-def _aliases(base: Sequence[str], candidate: Sequence[str]) -> dict[str, str]:
-    """Return which configuration of the candidate answers to one of the base: the same name, or the same place."""
-    return {name: name if name in candidate else other for name, other in zip(base, candidate, strict=False)}
 
 
 def _case(name: str, one: Mapping[str, Any], other: Mapping[str, Any], aliases: Mapping[str, str]) -> dict[str, Any]:

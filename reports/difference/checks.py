@@ -14,9 +14,13 @@ LEAST_RATIO = 0.01  # below a hundredth of its limit an error is nobody's busine
 
 
 def paired(before: Sequence[str], after: Sequence[str]) -> dict[str, str]:
-    """Return which configuration of the earlier run one of the later answers to: the same name, or the same place."""
-    placed = dict(zip(after, before, strict=False))
-    return {name: name if name in before else placed[name] for name in after if name in before or name in placed}
+    """Return which configuration of the earlier run one of the later answers to: the same name, else the same place.
+
+    Places are those among the ones whose names stand in one run alone, so that no two answer to the same.
+    """
+    gone, come = ([name for name in one if name not in other] for one, other in ((before, after), (after, before)))
+    placed = dict(zip(come, gone, strict=False))
+    return {name: placed.get(name, name) for name in after if name in before or name in placed}
 
 
 def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[dict[str, Any]]:

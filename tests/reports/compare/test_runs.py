@@ -46,6 +46,22 @@ def test_errors_ten_times_smaller_are_a_digit(tmp_path: Path, before: Results) -
     assert result["digits_gained"] == pytest.approx(1)
 
 
+def test_a_configuration_is_compared_with_one_other_alone(tmp_path: Path, before: Results) -> None:
+    def run(name: str, *errors: tuple[str, float]) -> Path:
+        case = copy.deepcopy(next(case for case in before["cases"] if case["verdict"] == "pass"))
+        (check, *_) = [one for one in case["checks"] if one["reference"] == "analytic"]
+        measured = check["end_to_end"]
+        case["checks"] = [
+            {**check, "configuration": name, "end_to_end": {**measured, "worst_error": error}} for name, error in errors
+        ]
+        configurations = [name for name, _ in errors]
+        return write(tmp_path / name, before | {"cases": [case], "configurations": configurations})
+
+    one, other = run("one", ("a", 1e-3), ("b", 1e-6)), run("other", ("b", 1e-6), ("c", 1e-4))
+
+    assert compare_runs(one, other)["digits_gained"] == pytest.approx(0.5)  # of a to c 1, of b to b 0
+
+
 def test_a_changed_verdict_is_named(rayproof: Rayproof, tmp_path: Path, before: Results) -> None:
     passed = next(case for case in before["cases"] if case["verdict"] == "pass")
     passed["verdict"] = "fail"

@@ -23,6 +23,9 @@ def test_configurations_answer_to_their_names_else_to_their_places() -> None:
     assert paired(["float32", "float64"], ["float64", "float32"]) == {"float64": "float64", "float32": "float32"}
     assert paired(["float32/triangle=woop"], ["float32"]) == {"float32": "float32/triangle=woop"}
     assert paired(["float32"], ["float32", "float64"]) == {"float32": "float32"}
+    # No place of one that answers to its name is given away.
+    assert paired(["a", "b"], ["b", "c"]) == {"b": "b", "c": "a"}
+    assert paired(["a", "b"], ["b"]) == {"b": "b"}
 
 
 def test_a_changed_verdict_comes_before_any_change_of_error() -> None:
