@@ -87,8 +87,9 @@ def _seconds(case: Case, references: Sequence[str]) -> float | None:
 
 
 def _key(check: Case, named: Mapping[str, str]) -> tuple[str, str, str]:
-    configuration = str(check.get("configuration"))
-    return named.get(configuration, configuration), str(check.get("reference")), str(check.get("stage"))
+    # A check of means over samples is that of "CONFIGURATION xSAMPLES".
+    name, mark, samples = str(check.get("configuration")).partition(" x")
+    return f"{named.get(name, name)}{mark}{samples}", str(check.get("reference")), str(check.get("stage"))
 
 
 def _word(check: Case) -> list[Any]:

@@ -50,6 +50,15 @@ def test_a_renamed_configuration_is_compared_under_the_later_name() -> None:
     assert (row["configuration"], row["before"], row["after"]) == ("float32/ray=b", ["pass", 0.5], ["pass", 0.25])
 
 
+def test_the_means_of_a_renamed_configuration_are_compared_too() -> None:
+    before = {"checks": [check("radiance", 0.5, configuration="float32/ray=a x16")]}
+    after = {"checks": [check("radiance", 0.25, configuration="float32/ray=b x16")]}
+
+    (row,) = compared(before, after, {"float32/ray=b": "float32/ray=a"})
+
+    assert (row["configuration"], row["factor"]) == ("float32/ray=b x16", 0.5)
+
+
 def test_a_check_that_one_run_alone_made_has_no_change() -> None:
     rows = compared({"checks": [check("ray", 0.5)]}, {"checks": [check("normal", 0.5)]}, {"float32": "float32"})
 
