@@ -57,14 +57,38 @@ def _imported(path: Path) -> ModuleType:
         raise OwnFormulaError(f"{path}: Python cannot import such a file")
     module = importlib.util.module_from_spec(specification)
     # The file may import its neighbours, as a script would.
-    sys.path.insert(0, str(path.resolve().parent))
+    folder = path.resolve().parent
+    known = frozenset(sys.modules)
+    sys.path.insert(0, str(folder))
+    sys.modules[name] = module  # where a dataclass looks up the module that it is made in
     try:
         specification.loader.exec_module(module)
     except (Exception, SystemExit) as error:  # the boundary: whatever a stranger's file does on import is its error
         raise OwnFormulaError(f"{path} does not import: {_told(error, path)}") from error
     finally:
-        sys.path.remove(str(path.resolve().parent))
+        if str(folder) in sys.path:
+            sys.path.remove(str(folder))
+        sys.modules.pop(name, None)
+        _forget_neighbours(folder, frozenset(sys.modules) - known)
     return module
+
+
+def _forget_neighbours(folder: Path, names: frozenset[str]) -> None:
+    """Take those of `names` that lie in `folder` out of what is imported: another file's may be called the same."""
+    own = {name for name in names if any(place.parent == folder for place in _places(sys.modules[name]))}
+    for name in names:
+        if name.partition(".")[0] in own:
+            del sys.modules[name]
+
+
+def _places(module: ModuleType) -> list[Path]:
+    """Return the file of a module, and the folders of a package."""
+    specification = getattr(module, "__spec__", None)
+    if specification is None:
+        return []
+    # What is built in has the word for it as its origin.
+    files = [specification.origin] if specification.has_location else []
+    return [Path(str(place)).resolve() for place in (*files, *(specification.submodule_search_locations or ()))]
 
 
 def _told(error: BaseException, path: Path) -> str:

@@ -92,6 +92,32 @@ def test_a_function_of_ones_own_runs_in_its_slot(tmp_path: Path, scene: Scene) -
     assert str(tmp_path) in mine.configuration.name
 
 
+def test_each_file_imports_its_own_neighbours(tmp_path: Path, scene: Scene) -> None:
+    for name, value in (("before", "1"), ("after", "float('inf')")):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "mine.py").write_text(
+            "from neighbour import factor\n" + GOOD.replace("(h + root) / a)", "(h + root) / a) * factor")
+        )
+        (folder / "neighbour.py").write_text(f"factor = {value}\n")
+
+    before, after = (
+        contender(f"sphere={tmp_path}/{name}/mine.py:nearest_hit", precision="float32") for name in ("before", "after")
+    )
+
+    assert np.any(render(scene, [Stage.OBJECT], before.configuration)[Stage.OBJECT][..., 0] == 0)
+    assert np.all(render(scene, [Stage.OBJECT], after.configuration)[Stage.OBJECT] == -1)
+
+
+def test_a_file_may_hold_a_dataclass(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "from __future__ import annotations\nfrom dataclasses import dataclass\n\n@dataclass\nclass Constants:\n"
+        "    half: float = 0.5\n" + GOOD
+    )
+
+    assert contender(f"sphere={tmp_path}/mine.py:nearest_hit", precision="float32").configuration["sphere"]
+
+
 def test_a_variant_alone_names_the_one_slot_that_has_it() -> None:
     assert (
         contender("float64/inverse_matrices", precision="float32").configuration.name == "float64/ray=inverse_matrices"
