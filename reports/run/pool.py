@@ -1,7 +1,7 @@
 """The pool: worker processes by kind, at most `jobs` busy at once, each task with a deadline.
 
-A worker that dies or overruns its deadline costs one task; it is replaced when the next task of its kind comes. What it
-left in its folder for temporary files goes with it.
+A worker that dies or overruns its deadline costs the task that it had, if it had one; it is replaced when the next task
+of its kind comes. What it left in its folder for temporary files goes with it.
 """
 
 import contextlib
@@ -125,6 +125,7 @@ class Pool:
             if place is None:
                 postponed.append((kind, task, done))
                 continue
+            self._bury(place)
             worker = self._workers.get(place) or self._spawn(place)
             worker.done = done
             worker.started = time.monotonic()
@@ -162,6 +163,12 @@ class Pool:
         done, worker.done = worker.done, None
         if done is not None:
             done(reply)
+
+    def _bury(self, place: tuple[str, int]) -> None:
+        """Forget a worker that died while it had nothing to do: the next task is not to blame."""
+        worker = self._workers.get(place)
+        if worker is not None and not worker.process.is_alive():
+            self._lose(place, worker, "the worker had died")
 
     def _lose(self, place: tuple[str, int], worker: _Worker, why: str) -> None:
         """Answer a lost worker's task with an error and forget the worker."""

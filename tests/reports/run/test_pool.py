@@ -100,3 +100,20 @@ def test_a_prepared_worker_s_own_task_comes_first_and_costs_the_others_nothing()
     [(value, seconds)] = heard
     assert value == ("a", "one")
     assert seconds >= 5.0
+
+
+def test_a_worker_that_dies_when_it_has_nothing_to_do_costs_no_task():
+    pool, heard = Pool(jobs=1, timeout=20.0, target=obey), []
+    try:
+        for task in ("answer and leave", "after"):
+            pool.submit("a", task, heard.append)
+            while not pool.idle:
+                pool.step()
+            time.sleep(0.5)  # it is dead by now, which nobody waited for
+    finally:
+        pool.close()
+
+    assert [(reply.value, reply.error) for reply in heard] == [
+        (("a", "answer and leave"), None),
+        (("a", "after"), None),
+    ]

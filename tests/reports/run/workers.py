@@ -9,7 +9,7 @@ from reports.run.worker import PREPARE, Reply
 
 
 def obey(kind: str, connection) -> None:
-    """Answer each task by doing it: echo, die, hang or leave."""
+    """Answer each task by doing it: echo, die, hang or leave, at once or afterwards."""
     while True:
         try:
             task = connection.recv()
@@ -26,3 +26,5 @@ def obey(kind: str, connection) -> None:
         if task == "hang":
             time.sleep(60)
         connection.send(Reply(value=(kind, task), error=None, trace=None, seconds=0.0))
+        if task == "answer and leave":
+            os._exit(3)
