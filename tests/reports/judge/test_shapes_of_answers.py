@@ -107,3 +107,12 @@ def test_a_case_with_such_images_is_recorded_with_all_others(tmp_path: Path, mon
 
     assert record["verdict"] == Outcome.FAIL
     assert all((tmp_path / render["image"]).is_file() for render in record["renders"])
+
+
+def test_an_oracle_that_falls_is_no_failure_of_the_one_under_test():
+    class Falling(type(ORACLE)):
+        def continue_from(self, scene, stage, given):
+            raise ValueError("operands could not be broadcast together")
+
+    with pytest.raises(ValueError, match="could not be broadcast"):
+        judge_case(CASE, [candidate(rounded(truth()))], [witness(truth())], Falling(), {})
