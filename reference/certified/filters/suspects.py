@@ -51,7 +51,7 @@ def _piece(
         return
     # Where one surface alone is left, and surely hit, the hit point is known well enough to filter the feelers.
     rows = np.flatnonzero((possible.sum(axis=1) == 1) & (nearest < np.inf))
-    own = possible[rows].argmax(axis=1)
+    own = possible[rows].argmax(axis=1) if surfaces else np.zeros(0, dtype=int)
     low, high = found.low[rows, own], found.high[rows, own]
     radius = ((high - low) + np.abs(high) * UNIT) * SAFE
     t = Margin(low[:, np.newaxis], radius[:, np.newaxis])

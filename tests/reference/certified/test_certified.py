@@ -258,6 +258,20 @@ def test_meshes_are_certified_point_by_point() -> None:
     assert found[Stage.RADIANCE] == pytest.approx(truth[Stage.RADIANCE], rel=1e-10)
 
 
+def test_lights_without_a_shape_light_nothing() -> None:
+    light = PointLight(position=(1.0, 2.0, 3.0), flux=(1.0, 1.0, 1.0))
+    scene = Scene(camera=camera(width=3, height=2), shapes=(), lights=(light, light))
+
+    found = ORACLE.render(scene, IMAGE_STAGES)
+    (record,) = ORACLE.enclose(scene, IMAGE_STAGES, [(1, 1)])
+
+    assert (found[Stage.OBJECT] == -1).all()
+    assert found[Stage.VISIBILITY].shape == (2, 3, 2)
+    assert not found[Stage.VISIBILITY].any()
+    assert not found[Stage.RADIANCE].any()
+    assert record["stages"]["visibility"] == [[0.0, 0.0]] * 2
+
+
 def test_the_camera_stage_agrees_with_the_analytic_one() -> None:
     scene = random_scene(1)
     analytic: Any = REFERENCES["analytic"]()
