@@ -48,6 +48,9 @@ class SeenTriangles:
             dr.full(types.Int32, -1, width), dr.full(types.Float64, np.inf, width),
         )  # fmt: skip
 
+        if self.count == 0:  # all without area: there is nothing to gather from
+            return Crossing(Pair(start[1], start[2]), start[3] >= 0, start[3])
+
         def step(index: Any, high: Any, low: Any, face: Any, least: Any) -> tuple[Any, ...]:
             inner = Questions(types.Float64)
             found, number = self._one(index, ray, span, inner, asked, without, only)

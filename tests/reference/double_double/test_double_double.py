@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
+from cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
 from cases.stages import IMAGE_STAGES, Stage
 from reference import REFERENCES
 from reference.double_double import DoubleDouble
@@ -105,6 +105,19 @@ def test_a_tie_has_a_low_margin_and_its_neighbours_do_not() -> None:
 
     assert (found.margin < LOW_MARGIN).tolist() == [True, False, False]
     assert found.high[Stage.OBJECT][1:, 0].tolist() == [0, -1]
+
+
+def test_a_mesh_of_triangles_without_area_is_not_there() -> None:
+    mesh = Mesh(albedo=GREY, vertices=np.eye(3), faces=np.array([[0, 1, 1], [2, 2, 2]]))
+    floor = Plane(albedo=GREY, to_world=matrix(np.eye(3), (0, 0, -1.5)))
+    light = PointLight(position=(1.5, 2.0, 4.0), flux=(9.0, 4.0, 1.0))
+    one, other = (
+        ORACLE.render(Scene(camera=looking_down(4), shapes=shapes, lights=(light,)), IMAGE_STAGES)
+        for shapes in ((floor, mesh), (floor,))
+    )
+
+    for stage in IMAGE_STAGES:
+        np.testing.assert_array_equal(one[stage], other[stage])
 
 
 def test_inside_a_sphere_a_light_outside_is_dark_and_one_inside_lights_all() -> None:
