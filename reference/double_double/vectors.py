@@ -18,8 +18,15 @@ def dot(a: Vector, b: Vector) -> Pair:
 
 
 def terms(a: Vector, b: Vector) -> Float:
-    """Return the sum of the magnitudes that an inner product is made of."""
-    return dr.abs(a[0].high * b[0].high) + dr.abs(a[1].high * b[1].high) + dr.abs(a[2].high * b[2].high)
+    """Return what the terms of an inner product are at most.
+
+    A component may be no more than the roundings of its vector: its own term would then look large beside the sum.
+    """
+    return _length(a) * _length(b)
+
+
+def _length(a: Vector) -> Float:
+    return dr.abs(a[0].high) + dr.abs(a[1].high) + dr.abs(a[2].high)
 
 
 def cross(a: Vector, b: Vector) -> Vector:

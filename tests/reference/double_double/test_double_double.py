@@ -107,6 +107,33 @@ def test_a_tie_has_a_low_margin_and_its_neighbours_do_not() -> None:
     assert found.high[Stage.OBJECT][1:, 0].tolist() == [0, -1]
 
 
+@pytest.mark.parametrize("fovy", [33.0, 50.0, 77.0])
+def test_a_ray_that_is_parallel_but_for_roundings_has_a_low_margin(fovy: float) -> None:
+    view = camera(eye=(0.0, 0.1, 0.3), target=(-2.3, 1.7, 0.3), up=(0.0, 0.1, -1.0), fovy=fovy, width=7, height=5)
+    scene = Scene(camera=view, shapes=(Plane(albedo=GREY),), clip="none")
+
+    found = ORACLE.pairs(scene, [Stage.OBJECT], np.array([[3.5, 2.5], [3.5, 2.6]]))
+
+    assert (found.margin < LOW_MARGIN).tolist() == [True, False]
+
+
+def test_a_light_in_the_plane_that_it_would_light_has_a_low_margin() -> None:
+    floor = Plane(albedo=GREY, to_world=matrix(np.eye(3), (0.0, 0.0, -0.5)))
+    view = camera(eye=(0.0, 0.0, 1.5), target=(2.0, -1.5, 1.0), up=(1.5, 0.5, -2.0), fovy=90.0, width=8, height=17)
+    low, high = (PointLight(position=(0.5, 1.0, z), flux=(1.0, 1.0, 1.0)) for z in (-0.5, 0.25))
+    points = points_in(Scene(camera=view, shapes=()), 60)
+    seen = ORACLE.at(Scene(camera=view, shapes=(floor,)), [Stage.OBJECT], points)[Stage.OBJECT][:, 0] == 0
+
+    in_it, above = (
+        ORACLE.pairs(Scene(camera=view, shapes=(floor,), lights=(light,)), [Stage.VISIBILITY], points[seen]).margin
+        for light in (low, high)
+    )
+
+    assert seen.any()
+    assert (in_it < LOW_MARGIN).all()
+    assert (above > LOW_MARGIN).all()
+
+
 def test_a_mesh_of_triangles_without_area_is_not_there() -> None:
     mesh = Mesh(albedo=GREY, vertices=np.eye(3), faces=np.array([[0, 1, 1], [2, 2, 2]]))
     floor = Plane(albedo=GREY, to_world=matrix(np.eye(3), (0, 0, -1.5)))
