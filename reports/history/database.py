@@ -59,17 +59,29 @@ def opened(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
 
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
-    (application,) = connection.execute("PRAGMA application_id").fetchone()
-    (version,) = connection.execute("PRAGMA user_version").fetchone()
-    (tables,) = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    connection.execute("BEGIN")
+    application, version, tables = _marks(connection)
     if application == 0 and tables == 0:
-        connection.executescript(_TABLES)
+        connection.rollback()
+        connection.execute("BEGIN IMMEDIATE")  # of two runs that find nothing one makes it, and the other waits
+        application, version, tables = _marks(connection)
+    if application == 0 and tables == 0:
+        for statement in _TABLES.split(";")[:-1]:
+            connection.execute(statement)
         connection.execute(f"PRAGMA application_id = {APPLICATION}")
         connection.execute(f"PRAGMA user_version = {VERSION}")
     elif application != APPLICATION:
         raise HistoryError(f"{path}: is a database of something else")
     elif version != VERSION:
         raise HistoryError(f"{path}: is a history of version {version}, this is version {VERSION}")
+    connection.commit()
+
+
+def _marks(connection: sqlite3.Connection) -> tuple[int, int, int]:
+    """Return the database's application and version, and how many tables it has."""
+    asked = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_master")
+    application, version, tables = (int(connection.execute(one).fetchone()[0]) for one in asked)
+    return application, version, tables
 
 
 def append(path: Path, results: Mapping[str, Any], revision: str) -> int:

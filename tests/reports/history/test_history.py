@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,32 @@ def test_what_is_no_history_is_refused_and_left_alone(tmp_path: Path) -> None:
             append(file, results(), "")
 
     assert [file.read_bytes() for file in (text, foreign, newer)] == before
+
+
+def test_a_history_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As another run sees it that begins at the same moment, and the next one after a run that was killed."""
+    path = tmp_path / "h.sqlite"
+    seen: set[int] = set()
+    connect = sqlite3.connect
+
+    def tables() -> int:
+        with closing(connect(path)) as other:
+            return int(other.execute("SELECT count(*) FROM sqlite_master WHERE type = 'table'").fetchone()[0])
+
+    class Watched(sqlite3.Connection):
+        def execute(self, statement: str, *values: Any) -> sqlite3.Cursor:
+            seen.add(tables())
+            return super().execute(statement, *values)
+
+    monkeypatch.setattr(
+        "reports.history.database.sqlite3.connect", lambda *given, **named: connect(*given, factory=Watched, **named)
+    )
+
+    with opened(path, create=True):
+        pass
+
+    assert seen == {0}
+    assert tables() == 3
 
 
 def test_a_run_that_cannot_be_kept_whole_is_not_kept(tmp_path: Path) -> None:
