@@ -131,8 +131,7 @@ def _processor() -> str:
 
 def _case(run: int, case: Mapping[str, Any]) -> tuple[int, str, str, float | None, float]:
     """Return a case's row; the references' renders are not the subject's time."""
-    references = {check.get("reference") for check in case.get("checks", [])}
-    mine = (r.get("seconds") or 0.0 for r in case.get("renders", []) if r["renderer"] not in references)
+    mine = (r.get("seconds") or 0.0 for r in case.get("renders", []) if r.get("configuration") is not None)
     return run, case["name"], case["verdict"], case.get("seconds"), sum(mine)
 
 

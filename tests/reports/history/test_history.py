@@ -21,7 +21,11 @@ def results(ratio: float | str = 0.2, seconds: float = 0.1, verdict: str = "pass
         "configuration": "float32", "reference": "analytic", "stage": "normal", "verdict": verdict, "ratio": ratio,
         "end_to_end": measurement, "continued": None,
     }  # fmt: skip
-    renders = [{"renderer": "tracer-float32", "seconds": seconds}, {"renderer": "analytic", "seconds": 9.0}]
+    renders = [
+        {"renderer": "tracer-float32", "configuration": "float32", "seconds": seconds},
+        {"renderer": "analytic", "configuration": None, "seconds": 9.0},
+        {"renderer": "tachyon", "configuration": None, "seconds": 9.0},  # which no check is against
+    ]
     case = {"name": "shadows/one", "verdict": verdict, "seconds": 10.0, "renders": renders, "checks": [check]}
     return {
         "started": "2026-01-01T00:00:00+00:00", "command": "rayproof run", "verdict": verdict, "finished": True,
