@@ -5,27 +5,22 @@ of its kind comes. What it left in its folder for temporary files goes with it.
 """
 
 import contextlib
-import multiprocessing
-import signal
-import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import wait
-from multiprocessing.process import BaseProcess
 from typing import Any
 
 from reports.run.worker import PREPARE, Reply, send, serve
+from reports.run.worker_process import WorkerProcess, started
 
 LONGEST_WAIT = 3600.0  # s; operating systems count milliseconds in 32 bits, and a deadline may be infinite
 
 
 @dataclass(kw_only=True)
 class _Worker:
-    process: BaseProcess
-    connection: Any  # multiprocessing's Connection; on Windows its PipeConnection
-    folder: tempfile.TemporaryDirectory[str]
+    process: WorkerProcess
     done: Callable[[Reply], None] | None = None
     deadline: float = 0.0
     started: float = 0.0
@@ -55,7 +50,6 @@ class Pool:
         self._timeout = timeout
         self._timeouts = timeouts or {}
         self._target = target
-        self._context = multiprocessing.get_context("spawn")
         self._workers: dict[tuple[str, int], _Worker] = {}
         self._urgent: deque[_Waiting] = deque()
         self._waiting: deque[_Waiting] = deque()
@@ -73,7 +67,7 @@ class Pool:
         if place in self._workers:
             return
         with contextlib.suppress(OSError):  # it died; its first task will tell
-            send(self._spawn(place).connection, PREPARE)
+            send(self._spawn(place).process.connection, PREPARE)
         if task is not None:
             self.submit(kind, task, lambda _: None, first=True)
 
@@ -89,9 +83,9 @@ class Pool:
         if not busy:
             return
         rest = min(LONGEST_WAIT, max(0.0, min(worker.deadline for worker in busy.values()) - time.monotonic()))
-        ready = set(wait([worker.connection for worker in busy.values()], timeout=rest))
+        ready = set(wait([worker.process.connection for worker in busy.values()], timeout=rest))
         for place, worker in busy.items():
-            if worker.connection in ready:
+            if worker.process.connection in ready:
                 self._receive(place, worker)
             elif time.monotonic() >= worker.deadline:
                 self._lose(place, worker, f"no answer within {self._limit(place[0]):g} s; stopped")
@@ -99,11 +93,9 @@ class Pool:
     def close(self) -> None:
         """Stop every worker, now."""
         for worker in self._workers.values():
-            worker.connection.close()
-            _end(worker.process)
+            worker.process.end()
         for worker in self._workers.values():
-            worker.process.join()
-            worker.folder.cleanup()
+            worker.process.clean_up()
         self._workers.clear()
 
     def _limit(self, kind: str) -> float:
@@ -131,7 +123,7 @@ class Pool:
             worker.started = time.monotonic()
             worker.deadline = worker.started + self._limit(kind)
             try:
-                send(worker.connection, task)
+                send(worker.process.connection, task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
         queue.extendleft(reversed(postponed))
@@ -143,22 +135,14 @@ class Pool:
         return min(free, key=lambda place: place not in self._workers, default=None)
 
     def _spawn(self, place: tuple[str, int]) -> _Worker:
-        kind = place[0]
-        ours, theirs = self._context.Pipe()
-        folder = tempfile.TemporaryDirectory(prefix="rayproof-", ignore_cleanup_errors=True)
-        given = (self._target, folder.name, kind, theirs)
-        process = self._context.Process(target=_work_in, args=given, daemon=True, name=f"rayproof-{kind}")
-        process.start()
-        theirs.close()
-        self._workers[place] = worker = _Worker(process=process, connection=ours, folder=folder)
+        self._workers[place] = worker = _Worker(process=started(place[0], self._target))
         return worker
 
     def _receive(self, place: tuple[str, int], worker: _Worker) -> None:
         try:
-            reply = worker.connection.recv()
+            reply = worker.process.connection.recv()
         except (EOFError, OSError):
-            worker.process.join(timeout=5)
-            self._lose(place, worker, f"the worker died ({_how(worker.process.exitcode)})")
+            self._lose(place, worker, f"the worker died ({worker.process.how_it_ended()})")
             return
         done, worker.done = worker.done, None
         if done is not None:
@@ -167,41 +151,14 @@ class Pool:
     def _bury(self, place: tuple[str, int]) -> None:
         """Forget a worker that died while it had nothing to do: the next task is not to blame."""
         worker = self._workers.get(place)
-        if worker is not None and not worker.process.is_alive():
+        if worker is not None and not worker.process.alive:
             self._lose(place, worker, "the worker had died")
 
     def _lose(self, place: tuple[str, int], worker: _Worker, why: str) -> None:
         """Answer a lost worker's task with an error and forget the worker."""
         del self._workers[place]
-        worker.connection.close()
-        _end(worker.process)
-        worker.process.join()
-        worker.folder.cleanup()
+        worker.process.end()
+        worker.process.clean_up()
         done, worker.done = worker.done, None
         if done is not None:
             done(Reply(value=None, error=why, trace=None, seconds=time.monotonic() - worker.started))
-
-
-def _work_in(target: Callable[[str, Any], None], folder: str, kind: str, connection: Any) -> None:
-    """Serve as a worker whose temporary files are made in `folder`: one that is killed cannot remove them itself."""
-    tempfile.tempdir = folder
-    target(kind, connection)
-
-
-def _end(process: BaseProcess) -> None:
-    """End a worker with all that it started: a program under test does not outlive the run that called it."""
-    if process.pid is not None and process.is_alive():
-        from reports.subjects.orphans import end_below
-
-        end_below(process.pid)
-    process.kill()
-
-
-def _how(code: int | None) -> str:
-    """Return a process's end in words."""
-    if code is not None and code < 0:
-        try:
-            return f"signal {signal.Signals(-code).name}"
-        except ValueError:
-            return f"signal {-code}"
-    return f"exit code {code}"
