@@ -48,6 +48,8 @@ def headline(results: dict[str, Any]) -> str:
     return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "")
 
 
+# Of these a check may have come to nothing; the camera's have no measurement though they were made.
+UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNSUPPORTED})
 BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING})
 
 
@@ -68,7 +70,13 @@ def worst_of(checks: Iterable[Mapping[str, Any]]) -> float | None:
 
 
 def ratio_of(check: Mapping[str, Any]) -> Any:
-    """Return a check's error over its limit as results.json has it: the larger one where it was judged twice."""
+    """Return a check's error over its limit as results.json has it: the larger one where it was judged twice.
+
+    None where nothing was measured, for which results.json has the ratio 0.
+    """
+    measured = check.get("end_to_end") or check.get("continued")
+    if not measured and check.get("verdict") in UNMEASURED:
+        return None
     return check.get("ratio", (check.get("end_to_end") or {}).get("worst_ratio"))
 
 

@@ -24,6 +24,10 @@
     return [`${measurement.interior ?? "?"} interior`, `${measurement.edge ?? "?"} edge`, ...bad].join(", ");
   }
 
+  // Where nothing was measured the record has the ratio 0; of the camera nothing else is recorded.
+  const UNMEASURED = ["error", "missing", "unsupported"];
+  const overall = (check) => check.end_to_end?.worst_ratio ?? (UNMEASURED.includes(check.verdict) ? null : check.ratio);
+
   function row(check, selected, onpixel) {
     const end = check.end_to_end || {};
     const pixel = Array.isArray(end.pixel) ? end.pixel : null;
@@ -39,7 +43,7 @@
     return [e("tr", { class: selected ? "current" : "" },
       e("td", {}, rayproof.pill(check.verdict)),
       e("td", {}, check.configuration), e("td", {}, check.reference),
-      e("td", {}, rayproof.ratioBar(end.worst_ratio ?? check.ratio)),
+      e("td", {}, rayproof.ratioBar(overall(check))),
       e("td", {}, check.continued ? rayproof.ratioBar(check.continued.worst_ratio) : e("span", { class: "muted" }, "\u2013")),
       e("td", { class: "figure" }, rayproof.short(end.worst_error), e("span", { class: "muted" }, ` \u2264 ${rayproof.short(end.limit) || "?"}`)),
       e("td", {}, pixel ? e("button", { class: "link", onclick: () => onpixel(...pixel) }, pixel.join(", ")) : ""),

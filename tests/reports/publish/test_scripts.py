@@ -198,3 +198,15 @@ def test_settings_read_whatever_an_address_says(run):
     odd = settings("#at=-1,2&metric=__proto__&exposure=1e99&low=-1&high=x&zoom=NaN&channel=0.6")
     assert (odd["pixel"], odd["metric"], odd["exposure"]) == (None, "absolute", 20)
     assert (odd["low"], odd["high"], odd["zoom"], odd["channel"]) == (None, None, 1, 1)
+
+
+def test_a_check_that_came_to_nothing_has_no_bar(run):
+    common = {"configuration": "exec", "reference": "analytic", "stage": "camera", "reason": "", "because": ""}
+    checks = [
+        common | {"verdict": "error", "ratio": 0.0, "end_to_end": None, "continued": None},
+        common | {"verdict": "pass", "ratio": 0.25, "end_to_end": None, "continued": None},
+    ]
+    code = """(checks) => [...rayproof.checkTable(checks, {}).querySelectorAll("tbody tr:not(.derivation)")]
+        .map((row) => row.cells[3].textContent)"""
+
+    assert run(code, checks) == ["\u2013", "0.25"]
