@@ -12,7 +12,7 @@ from reports.judge.ground import ground
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
-from reports.judge.supersampled import box_mean, finer, supersampled_check
+from reports.judge.supersampled import box_mean, finer, supersampled_check, under_samples
 from reports.judge.terms import Terms
 
 
@@ -30,10 +30,13 @@ def mean_checks(
     ]
     base = ground(scene, stages_of(scene), oracle, known={})
     checks = []
+    size = (case.scene.camera.height, case.scene.camera.width, 3)
     for candidate, witness, stage in planned:
+        # Under a name of its own: it says nothing of the radiance through the pixels' centres.
+        many = replace(candidate, name=under_samples(candidate.name, case.samples))
         if (candidate.fine is None and candidate.mean is None) or witness.mean is None:
             why = candidate.error or witness.error or "no box-filtered image was given"
-            checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, why))
+            checks.append(unmeasured(many, witness, stage, Outcome.ERROR, why))
             continue
         fine = Terms(
             ground=base,
@@ -49,6 +52,14 @@ def mean_checks(
         else:
             assert candidate.fine is not None
             ours = box_mean(candidate.fine[Stage.RADIANCE], case.samples)
+        if np.shape(ours) != size:
+            why = f"the mean has shape {np.shape(ours)}, not {size}"
+            checks.append(unmeasured(many, witness, stage, Outcome.FAIL, why))
+            continue
+        if np.shape(witness.mean) != size:
+            why = f"{witness.name}'s mean has shape {np.shape(witness.mean)}, not {size}: it is no witness"
+            checks.append(unmeasured(many, witness, stage, Outcome.REFERENCE_SUSPECT, why))
+            continue
         checks.append(supersampled_check(fine, ours, witness.mean, case.samples))
     return checks, planned
 

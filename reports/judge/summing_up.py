@@ -12,6 +12,7 @@ from reports.judge.checks import Check
 from reports.judge.matrix import Matrix
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.parties import Candidate
+from reports.judge.supersampled import configuration_of
 
 
 @dataclass(kw_only=True)
@@ -59,7 +60,7 @@ def sum_up(
         if candidates is not None and outcome is Outcome.FAIL:
             same = [one for one in checks if one.configuration == check.configuration and one.alone]
             phantom = any(one.stage is Stage.DISTANCE for one in same)
-            judged.item = _item(case, check, candidates[check.configuration.split(" x")[0]], phantom=phantom)
+            judged.item = _item(case, check, candidates[configuration_of(check.configuration)], phantom=phantom)
     elif outcome is not Outcome.PASS:
         broken = next(one for one in expectations if one["verdict"] == outcome.value)
         judged.stage = Stage(broken["stage"])

@@ -16,6 +16,7 @@ from reports.judge.measurement import measure
 from reports.judge.outcomes import Outcome
 from reports.judge.terms import Terms
 
+MANY = " x"  # between a configuration and its number of samples a pixel
 BECAUSE = "the mean of the fine image's limits, plus the share of fine pixels that are edges times the radiance there"
 
 
@@ -31,6 +32,16 @@ def box_mean(image: np.ndarray, samples: int) -> np.ndarray:
     return image.reshape(height, samples, width, samples, -1).mean(axis=(1, 3))
 
 
+def under_samples(configuration: str, samples: int) -> str:
+    """Return the name under which a configuration's mean images are judged."""
+    return f"{configuration}{MANY}{samples**2}"
+
+
+def configuration_of(name: str) -> str:
+    """Return the configuration whose images, or mean images, are judged under a name."""
+    return name.split(MANY)[0]
+
+
 def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
     """Judge one mean image against another; `fine` are the terms of the two at the fine resolution."""
     truth = fine.truth[Stage.RADIANCE]
@@ -41,7 +52,7 @@ def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, sample
     bound = box_mean(limit, samples) + rounding
     nothing = np.zeros(ours.shape[:2], dtype=bool)
     check = Check(
-        configuration=f"{fine.candidate.name} x{samples**2}",
+        configuration=under_samples(fine.candidate.name, samples),
         reference=fine.witness.name,
         stage=Stage.RADIANCE,
         outcome=Outcome.PASS,
