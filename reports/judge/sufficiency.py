@@ -13,7 +13,8 @@ from reports.judge.terms import Terms
 def too_little(case: Case, candidate: Candidate, terms: Terms) -> list[str]:
     """Return a sentence if fewer pixels could be judged than the case fixed in advance, else nothing."""
     last = Stage.RADIANCE if case.scene.lights else Stage.NORMAL
-    edge = terms.classes.edge(last)
+    # What a renderer says that it does not see before the eye is excused as an edge is, and counts as one.
+    edge = terms.classes.edge(last) | terms.near
     interior = int(np.count_nonzero(terms.conditioning.hit & ~edge))
     why = "".join(f"; {note}" for note in terms.classes.notes)
     share = np.count_nonzero(edge) / edge.size
