@@ -1,0 +1,47 @@
+"""Meshes are equal by all that they are, wherever they came from, and by nothing less."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cases.scene import Mesh
+
+VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)
+FACES = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
+TENT = Mesh(albedo=(0.5, 0.6, 0.7), vertices=VERTICES, faces=FACES)
+MOVED = ((1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+def test_a_mesh_is_equal_to_its_like_from_another_file():
+    other = replace(TENT, vertices=VERTICES.copy(), faces=FACES.copy(), file="tent.obj")
+
+    assert TENT == other
+    assert hash(TENT) == hash(other)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"vertices": np.nextafter(VERTICES, np.float32(2))},
+        {"faces": FACES[::-1]},
+        {"albedo": (0.5, 0.6, 0.8)},
+        {"to_world": MOVED},
+        {"two_sided": True},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_whatever_changes_makes_another_mesh(change):
+    assert replace(TENT, **change) != TENT
+
+
+def test_a_tiny_vertex_is_no_face():
+    # To the last bit the bytes of both are the same, taken together.
+    first = np.array([[1, 2, 0]], dtype=np.int32)
+    with_vertex = replace(TENT, vertices=np.concatenate([VERTICES, first.view(np.float32)]))
+    with_face = replace(TENT, faces=np.concatenate([first, FACES]))
+
+    assert with_vertex.vertices.tobytes() + with_vertex.faces.tobytes() == (
+        with_face.vertices.tobytes() + with_face.faces.tobytes()
+    )
+    assert with_vertex != with_face
