@@ -16,7 +16,7 @@ MOVED = ((1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0,
 def test_a_mesh_is_equal_to_its_like_from_another_file():
     other = replace(TENT, vertices=VERTICES.copy(), faces=FACES.copy(), file="tent.obj")
 
-    assert TENT == other
+    assert other == TENT
     assert hash(TENT) == hash(other)
 
 
