@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from reports.subjects import Subject
 
 TRACER = "tracer"
+MOST_MEMORY = 2.0**33  # GiB; a process's limits are numbers of 63 bits
 
 
 def run(
@@ -76,8 +77,8 @@ def run(
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     if jobs is not None and jobs < 1:
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
-    if not memory > 0:
-        raise UsageError(f"--memory must be positive, got {memory} GiB")
+    if not 0 < memory < MOST_MEMORY:
+        raise UsageError(f"--memory must be positive and below {MOST_MEMORY:g}, got {memory} GiB")
     if subject != TRACER and (configuration or formula):
         raise UsageError(
             "--configuration and --formula are the tracer's, and --subject puts another renderer under test"

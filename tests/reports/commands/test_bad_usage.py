@@ -22,6 +22,7 @@ WRONG = {
     "formulas of another": (["run", "--subject", "embree", "--formula", "sphere=stable"], "--subject"),
     "its own witness": (["run", "--subject", "embree", "--require", "embree"], "under test"),
     "no memory": (["run", "--memory", "0"], "--memory"),
+    "more memory than there are numbers for": (["run", "--memory", "inf", "--subject", "exec:true"], "--memory"),
     "unknown precision": (["run", "--configuration", "float17"], "float32"),
     "unknown slot": (["run", "--formula", "juggling=cascade"], "juggling"),
     "unknown variant": (["run", "--formula", "triangle=cascade"], "triangle/"),
