@@ -71,13 +71,21 @@ def _program(text: str, *, seconds: float, memory: int, ask: Callable[[Subject],
 
 
 def _absolute(word: str) -> str:
-    return str(Path(word).absolute()) if "{" not in word and not word.startswith("-") and Path(word).exists() else word
+    return str(Path(word).absolute()) if not word.startswith("-") and _lies(word) else word
+
+
+def _lies(word: str) -> bool:
+    """Say whether a word is the path of something; one that is too long for a path, such as a script, is of nothing."""
+    try:
+        return "{" not in word and Path(word).exists()
+    except (OSError, ValueError):
+        return False
 
 
 def _digest(word: str) -> str:
     """Return the digest of the file that a word names, so that a program built anew is asked anew."""
     path = Path(word)
-    if "{" in word or not path.is_file():
+    if not _lies(word) or not path.is_file():
         return ""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

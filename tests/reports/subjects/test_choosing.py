@@ -34,6 +34,12 @@ def test_a_program_is_found_and_its_files_made_absolute(tmp_path: Path, monkeypa
     assert subject.command[1:] == (str(tmp_path / "adapter.py"), "--fast", "two words", "{scene}", "{output}")
 
 
+def test_a_word_that_is_too_long_for_a_path_is_a_word(tmp_path: Path) -> None:
+    script = "pass # " + 5000 * "x"
+
+    assert choose(f"exec:python3 -c '{script}' {{scene}}").command[1:] == ("-c", script, "{scene}")
+
+
 def test_a_program_that_was_built_anew_is_another_subject(tmp_path: Path) -> None:
     path = tmp_path / "render"
     path.write_text("#!/bin/sh\n")
