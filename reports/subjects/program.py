@@ -126,9 +126,11 @@ def _conclude(ended: Ended, place: "_Place") -> None:
 
 def _mean(subject: Subject, scene: Scene, case: str, samples: int) -> np.ndarray:
     """Return radiance box-filtered over samples x samples points a pixel: its own mean, or ours of a finer image."""
-    if any("{samples}" in word for word in subject.command):
-        return _image(subject, scene, case, samples=samples).images[Stage.RADIANCE]
-    return box_mean(_image(subject, finer(scene, samples), case).images[Stage.RADIANCE], samples)
+    averages = any("{samples}" in word for word in subject.command)
+    taken = _image(subject, scene, case, samples=samples) if averages else _image(subject, finer(scene, samples), case)
+    if Stage.RADIANCE not in taken.images:
+        raise ProgramError("the program wrote no channel of the radiance that is to be averaged")
+    return taken.images[Stage.RADIANCE] if averages else box_mean(taken.images[Stage.RADIANCE], samples)
 
 
 def _without_faces(images: dict[Stage, np.ndarray], scene: Scene) -> dict[Stage, np.ndarray]:

@@ -197,6 +197,29 @@ def test_a_mean_is_taken_from_a_finer_image_or_from_the_program_itself(program: 
     assert np.all(own.mean == 3), "the program was told how many samples to take"
 
 
+@pytest.mark.parametrize(("words", "times"), [((), 2), (("{samples}",), 1)], ids=["of a finer image", "its own"])
+def test_a_mean_that_was_not_written_is_one_sentence(
+    program: Writing, tmp_path: Path, words: tuple[str, ...], times: int
+) -> None:
+    from dataclasses import replace
+
+    prepared = saved(tmp_path, {"distance.V": full(1.0, (times * SIZE[0], times * SIZE[1]))})
+    subject = program(
+        "import json, shutil",
+        "camera = json.load(open(SCENE))['camera']",
+        "pixels = camera['width'] * camera['height']",
+        f"if pixels > {SIZE[0] * SIZE[1]} or sys.argv[3:] == ['2']:",
+        f"    shutil.copy({str(prepared)!r}, OUTPUT)",
+        "else:",
+        "    head = f\"PF\\n{camera['width']} {camera['height']}\\n-1.0\\n\".encode()",
+        "    open(OUTPUT, 'wb').write(head + bytes(12 * pixels))",
+    )
+
+    ended = candidate(replace(subject, command=(*subject.command, *words)), SCENE, case="test/mean", samples=2)
+
+    assert ended.error == "the program wrote no channel of the radiance that is to be averaged"
+
+
 def test_a_program_that_cannot_be_started_says_why(tmp_path: Path) -> None:
     path = tmp_path / "script"
     path.write_text("#!/no/such/interpreter\n")
