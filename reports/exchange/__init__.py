@@ -11,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from cases.registry import Registry
 from cases.scene import Scene, SceneError
 
@@ -41,7 +43,9 @@ def import_scene(path: Path, size: Size = None) -> Imported:
         raise SceneError(f"{path}: must end in one of {', '.join(IMPORTERS)}")
     if not path.is_file():
         raise SceneError(f"{path}: there is no such file")
-    return IMPORTERS[suffix](path, size)
+    # A file's numbers may leave the floats on the way; a scene refuses what comes of it, and says which.
+    with np.errstate(all="ignore"):
+        return IMPORTERS[suffix](path, size)
 
 
 def export_scene(scene: Scene, path: Path) -> tuple[str, ...]:

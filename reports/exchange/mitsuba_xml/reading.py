@@ -23,6 +23,16 @@ def import_mitsuba(path: Path, size: Size) -> Imported:
         SceneError: the file cannot be understood, or holds what the specification refuses.
 
     """
+    try:
+        return _scene(path, size)
+    except SceneError:
+        raise
+    except (TypeError, AttributeError, KeyError, ValueError, OverflowError) as error:
+        # Properties of other types than the plug-ins': Mitsuba's parser leaves that to them.
+        raise SceneError(f"{path}: is no scene for Mitsuba: {' '.join(str(error).split())}") from None
+
+
+def _scene(path: Path, size: Size) -> Imported:
     root = read_tree(path)
     if root.kind != "Scene":
         raise SceneError(f"{path}: must hold a scene, got a {root.kind.lower()}")

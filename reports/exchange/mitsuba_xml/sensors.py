@@ -32,6 +32,8 @@ def camera_of(sensor: Element, size: Size, drop: Callable[[str], None]) -> Camer
     width, height = (
         (int(film.get(name, usual)) for name, usual in zip(("width", "height"), FILM, strict=True)) if film else FILM
     )
+    if film is not None and min(width, height) < 1:
+        raise SceneError(f"{film.place}: a film must have at least 1 x 1 px, got {width} x {height}")
     if film is not None and any(film.get(f"crop_{name}", 0) for name in ("width", "height", "offset_x", "offset_y")):
         drop(f"{film.place}: the crop window; the whole film is rendered")
     if any(sensor.get(f"principal_point_offset_{axis}", 0) for axis in "xy"):

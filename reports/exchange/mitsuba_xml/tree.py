@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cases.scene import SceneError
+from cases.scene_fields import shown
 
 DEEPEST_INCLUDE = 8
 
@@ -38,7 +39,11 @@ class Element:
     def matrix(self) -> np.ndarray:
         """Return `to_world`, float64 (4, 4); the identity where the file does not say."""
         value = self.get("to_world", None)
-        return np.eye(4) if value is None else np.array(value.matrix, dtype=np.float64)
+        if value is None:
+            return np.eye(4)
+        if not hasattr(value, "matrix"):
+            raise SceneError(f"{self.place}: to_world must be a transform, got {shown(value)}")
+        return np.array(value.matrix, dtype=np.float64)
 
 
 def read_tree(path: Path) -> Element:

@@ -173,6 +173,9 @@ HOSTILE = {
     "a word for a number": (changed("nodes.0.scale", "wide"), "3 numbers are needed"),
     "an index beyond the vertices": (changed("accessors.0.count", 3), "faces must index"),
     "no angle": (changed("cameras.0.perspective", {"znear": 1}), "yfov"),
+    "a light beyond all numbers": (changed("extensions.KHR_lights_punctual.lights.0.intensity", 1e308), "finite"),
+    "a camera of no size": (changed("nodes.1.scale", [0, 0, 0]), "finite"),
+    "a scale without end": (changed("nodes.0.scale", [float("inf"), 1, 1]), "finite"),
     "a text for a list": (changed("nodes", "all"), "must be a list of objects"),
 }
 

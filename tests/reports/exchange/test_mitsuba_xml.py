@@ -152,6 +152,7 @@ def test_meshes_are_read_from_beside_the_file_only(tmp_path: Path) -> None:
         read(tmp_path, body.format("../one.obj"))
 
 
+NOTHING = '<scale value="0"/></transform>'
 DIFFUSE = '<shape type="cube"><bsdf type="diffuse">{}</bsdf></shape>'
 LEFT_OUT = {
     "the shape cylinder": '<shape type="cylinder"/>',
@@ -183,6 +184,10 @@ def test_what_is_left_out_is_told(sentence: str, tmp_path: Path) -> None:
         (f'{HEAD}<shape type="sphere"><ref id="nowhere"/></shape></scene>', "nowhere"),
         ('<bsdf version="3.0.0" type="diffuse"/>', "must hold a scene"),
         (f"{HEAD}{SENSOR.replace('40', '400')}</scene>", "fov must lie inside"),
+        (f'{HEAD}<shape type="sphere"><string name="radius" value="wide"/></shape></scene>', "wide"),
+        (f'{HEAD}<shape type="sphere"><string name="to_world" value="here"/></shape></scene>', "to_world"),
+        (f"{HEAD}{SENSOR.replace('20', '0')}</scene>", "at least 1 x 1 px"),
+        (f"{HEAD}{SENSOR.replace('</transform>', NOTHING)}</scene>", "to_world"),
     ],
 )
 def test_bad_files_end_in_one_line(text: str, message: str, tmp_path: Path) -> None:
