@@ -4,7 +4,7 @@ To add a format: a function `(path, size) -> Imported` under `@IMPORTERS.registe
 `(scene, path) -> dropped` under `@EXPORTERS.register(".suffix")`, in a new file or folder here. A reader says in a
 sentence each what it left out or changed; nothing is dropped in silence. `size` is (width, height) in pixels where the
 user asked for one, else None. Files are distrusted: whatever is wrong ends in a SceneError of one line that names the
-file and the place, and no file outside the scene's own folder is opened.
+file and the place, and nothing gets in from outside of the scene's own folder.
 """
 
 from collections.abc import Callable

@@ -50,7 +50,7 @@ def read_tree(path: Path) -> Element:
     """Return the root element of a file: its parameters filled in, older names brought up to date, references resolved.
 
     Raises:
-        SceneError: Mitsuba's parser refuses the file; its own words, in one line.
+        SceneError: Mitsuba's parser refuses the file, in its own words on one line; or it includes one from elsewhere.
 
     """
     import mitsuba as mi
@@ -65,6 +65,10 @@ def read_tree(path: Path) -> Element:
         mi.parser.transform_resolve_references(config, state)
     except RuntimeError as error:
         raise SceneError(f"{path}: {' '.join(str(error).split())}") from None
+    folder = path.parent.resolve()
+    for included in [Path(str(name)) for name in state.files][1:]:
+        if not included.resolve().is_relative_to(folder):
+            raise SceneError(f"{path}: {included}, which it includes, must lie inside the file's folder")
 
     def node(index: int) -> Element:
         found = state.nodes[index]

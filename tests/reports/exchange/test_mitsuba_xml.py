@@ -152,6 +152,22 @@ def test_meshes_are_read_from_beside_the_file_only(tmp_path: Path) -> None:
         read(tmp_path, body.format("../one.obj"))
 
 
+@pytest.mark.parametrize(
+    "around", ['<include filename="../other.xml"/>', '<path value=".."/><include filename="other.xml"/>']
+)
+def test_nothing_is_included_from_outside_of_the_folder(around: str, tmp_path: Path) -> None:
+    folder = tmp_path / "scene"
+    (folder / "parts").mkdir(parents=True)
+    for place in (tmp_path / "other.xml", folder / "parts" / "cube.xml"):
+        place.write_text(f'{HEAD}<shape type="cube"/></scene>')
+
+    imported = read(folder, SENSOR + LIGHT + '<include filename="parts/cube.xml"/>')
+
+    assert [type(shape) for shape in imported.scene.shapes] == [Cube]
+    with pytest.raises(SceneError, match=r"other\.xml.* must lie inside"):
+        read(folder, SENSOR + LIGHT + around)
+
+
 NOTHING = '<scale value="0"/></transform>'
 DIFFUSE = '<shape type="cube"><bsdf type="diffuse">{}</bsdf></shape>'
 LEFT_OUT = {
