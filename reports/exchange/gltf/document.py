@@ -69,8 +69,11 @@ def read_document(path: Path) -> Document:
     if version is None or not str(version).startswith("2."):
         raise SceneError(f"must be glTF of version 2, got {shown(version)}")
     found = Document(json=document, buffers=())
+    # The binary chunk is that of the first buffer (section 4.4.3.3); any other without a uri holds nothing.
+    buffers = enumerate(found.listed("buffers"))
     return Document(
-        json=document, buffers=tuple(_buffer(buffer, path.parent, binary) for buffer in found.listed("buffers"))
+        json=document,
+        buffers=tuple(_buffer(buffer, path.parent, b"" if index else binary) for index, buffer in buffers),
     )
 
 

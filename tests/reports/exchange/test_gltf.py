@@ -190,6 +190,27 @@ def test_hostile_files_end_in_one_line(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(caught.value)
 
 
+def packed(text: dict[str, Any], binary: bytes) -> bytes:
+    """Return a GLB of two chunks."""
+    head, body = json.dumps(text).encode(), binary + bytes(-len(binary) % 4)
+    head += b" " * (-len(head) % 4)
+    chunks = struct.pack("<2I", len(head), 0x4E4F534A) + head + struct.pack("<2I", len(body), 0x004E4942) + body
+    return struct.pack("<3I", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def test_the_bytes_of_a_glb_are_its_first_buffer_s_alone(tmp_path: Path) -> None:
+    content = CORNERS.tobytes() + INDICES.tobytes()
+    (tmp_path / "one.glb").write_bytes(packed(document(buffers=[{"byteLength": 60}]), content))
+    # A fallback for readers that cannot decompress (EXT_meshopt_compression): a buffer that holds nothing.
+    views = [{**view, "buffer": 1} for view in document()["bufferViews"]]
+    second = document(buffers=[{"byteLength": 60}, {"byteLength": 60}], bufferViews=views)
+    (tmp_path / "two.glb").write_bytes(packed(second, content))
+
+    assert len(import_scene(tmp_path / "one.glb").scene.shapes) == 1
+    with pytest.raises(SceneError, match="0 bytes, 60 were announced"):
+        import_scene(tmp_path / "two.glb")
+
+
 def test_a_glb_that_claims_more_than_it_holds_is_refused(tmp_path: Path) -> None:
     text = json.dumps(document()).encode()
     text += b" " * (-len(text) % 4)
