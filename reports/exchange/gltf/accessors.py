@@ -14,7 +14,7 @@ MOST = 60_000_000  # elements: 20 million triangles' corners
 
 
 def array(document: Document, index: Any, kind: str) -> np.ndarray:
-    """Return an accessor's elements, shape (count, components), in the file's own type.
+    """Return an accessor's elements, shape (count, components), in the file's own type; normalized ones as float64.
 
     Raises:
         SceneError: the accessor is sparse, compressed, of another kind, or reaches beyond its bytes.
@@ -40,7 +40,14 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
     end = start + stride * (count - 1) + element.itemsize * components if count else start
     if end > len(buffer) or stride < element.itemsize * components:
         raise SceneError(f"accessor {index} reaches to byte {end} of {len(buffer)}")
-    return np.ndarray((count, components), element, buffer, start, (stride, element.itemsize)).copy()
+    found = np.ndarray((count, components), element, buffer, start, (stride, element.itemsize)).copy()
+    stands_for_fractions = accessor.get("normalized") is True and element.kind in "iu" and kind != "SCALAR"
+    return _fractions(found) if stands_for_fractions else found
+
+
+def _fractions(whole: np.ndarray) -> np.ndarray:
+    """Return what normalized whole numbers stand for: 1 is the largest, -1 the least and its neighbour (3.11)."""
+    return np.maximum(whole / float(np.iinfo(whole.dtype).max), -1.0)
 
 
 def _buffer(document: Document, view: dict[str, Any]) -> bytes:

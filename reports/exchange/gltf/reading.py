@@ -18,6 +18,7 @@ from reports.exchange.gltf.nodes import placed_nodes
 from reports.exchange.numbers import vector
 
 LIGHTS = "KHR_lights_punctual"
+UNDERSTOOD = (LIGHTS, "KHR_mesh_quantization")
 
 
 @IMPORTERS.register(".glb")
@@ -47,7 +48,7 @@ def import_gltf(path: Path, size: Size) -> Imported:
 def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene:
     required = document.json.get("extensionsRequired", [])
     for name in required:
-        if name != LIGHTS:
+        if name not in UNDERSTOOD:
             drop(f"the extension {shown(name)}, which it requires")
     meshes: list[Mesh] = []
     cameras: list[Camera] = []

@@ -211,6 +211,26 @@ def test_the_bytes_of_a_glb_are_its_first_buffer_s_alone(tmp_path: Path) -> None
         import_scene(tmp_path / "two.glb")
 
 
+@pytest.mark.parametrize(("kind", "code"), [("<i1", 5120), ("<u1", 5121), ("<i2", 5122), ("<u2", 5123)])
+def test_normalized_whole_numbers_stand_for_fractions(kind: str, code: int, tmp_path: Path) -> None:
+    most = np.iinfo(kind).max
+    least = -most - 1 if kind[1] == "i" else 0  # which stands for -1, as -most does
+    corners = np.array([[least, 0, 0], [most, 0, 0], [0, most, 0], [most, most, 0]], dtype=kind)
+    content = corners.tobytes() + INDICES.tobytes()
+    views = [{"buffer": 0, "byteLength": corners.nbytes}, {"buffer": 0, "byteOffset": corners.nbytes}]
+    accessors = document()["accessors"]
+    accessors[0] |= {"componentType": code, "normalized": True}
+    uri = "data:;base64," + base64.b64encode(content).decode()
+    whole = document(bufferViews=views, accessors=accessors, buffers=[{"byteLength": len(content), "uri": uri}])
+
+    imported = read(tmp_path, whole | {"extensionsRequired": ["KHR_mesh_quantization"]})
+
+    (mesh,) = imported.scene.shapes
+    assert isinstance(mesh, Mesh)
+    assert mesh.vertices.tolist() == [[-1.0 if least else 0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
+    assert not any("KHR_mesh_quantization" in told for told in imported.dropped)
+
+
 def test_a_glb_that_claims_more_than_it_holds_is_refused(tmp_path: Path) -> None:
     text = json.dumps(document()).encode()
     text += b" " * (-len(text) % 4)
