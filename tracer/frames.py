@@ -17,7 +17,7 @@ import drjit as dr
 import numpy as np
 
 from cases.scene import Scene
-from tracer.arrays import ArrayTypes
+from tracer.arrays import ArrayTypes, array_types
 from tracer.assets import Assets
 from tracer.branches import asked
 from tracer.configuration import Configuration
@@ -129,8 +129,10 @@ class Frames:
         self.scene, self.configuration = scene, configuration
         self.plan = _decided(scene, configuration, samples, chosen)
         assets, recipe = Assets(), _Recipe(scene, configuration, samples, self.plan)
-        first = recipe.trace(0, 0, assets)
-        # Tracing uploads what the kernel will read; nothing is launched for the pixels yet.
+        # Tracing uploads what the kernel will read; nothing is launched for the pixels yet. Any sample has to stand for
+        # all of them: of a known one in an image of one pixel, Dr.Jit leaves out at once what it does not need.
+        any_sample = dr.opaque(array_types(configuration.precision).UInt, 0)
+        first = recipe.trace(any_sample, any_sample, assets)
         _ = first.radiance_alone
         self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.types.UInt, 0), **assets.arrays}
         dr.eval(self._arrays)

@@ -69,6 +69,19 @@ def test_samples_are_averaged_in_one_kernel(what: Scene, tile: dict[str, int], s
     np.testing.assert_array_equal(frames.pixels(), pixels)
 
 
+def test_the_only_pixel_may_show_something_in_its_last_sample_alone() -> None:
+    # Of one pixel Dr.Jit computes the first sample while it traces, and finds that nothing needs light there.
+    aside = Sphere(albedo=ALBEDO, center=(1.0, -1.0, 0.0), radius=0.9)
+    above = camera(width=1, height=1, eye=(0.0, 0.0, 10.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
+    what = scene(aside, lights=LIGHTS, camera=above)
+
+    pixels = Frames(what, Configuration(), samples=2).pixels()
+
+    expected = averaged(what, Configuration(), 2, plan(what, Configuration()))
+    assert (pixels > 0).all()
+    np.testing.assert_allclose(pixels, expected, rtol=1e-6)
+
+
 def test_more_samples_soften_an_outline() -> None:
     what = scene(dataclasses.replace(SPHERE, albedo=(0.5, 0.5, 0.5)))
 
