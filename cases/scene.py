@@ -43,6 +43,17 @@ def _not_negative(name: str, values: Any, unit: str = "") -> None:
         raise SceneError(f"{name} must not be negative, got {values}{' ' + unit if unit else ''}")
 
 
+def _length(vector: Any) -> float:
+    with np.errstate(over="ignore"):  # infinite is long enough
+        return float(np.linalg.norm(vector))
+
+
+def _direction(vector: Any) -> np.ndarray:
+    """Return a vector over its length, by an exact power of two first: its square might overflow."""
+    scaled = np.ldexp(vector, -int(np.frexp(np.max(np.abs(vector)))[1]))
+    return scaled / np.linalg.norm(scaled)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Shape:
     """What every shape has: its placement, its albedo and whether both of its sides are lit and seen.
@@ -199,13 +210,13 @@ class Camera:
             raise SceneError(f"near must be positive, got {self.near} m")
         if not self.near < self.far:
             raise SceneError(f"near must be less than far, got near {self.near} m and far {self.far} m")
-        forward = np.subtract(self.target, self.eye, dtype=np.float64)
-        length, up_length = np.linalg.norm(forward), np.linalg.norm(self.up)
-        if not length > 0:
+        # Halved before they are subtracted: the difference may overflow.
+        forward = np.subtract(np.divide(self.target, 2), np.divide(self.eye, 2))
+        if not _length(forward) > 0:
             raise SceneError(f"eye and target must differ, got {self.eye} m twice")
-        if not up_length > 0:
+        if not _length(self.up) > 0:
             raise SceneError(f"up must not be zero, got {self.up}")
-        cosine = float(abs(np.dot(forward / length, np.asarray(self.up) / up_length)))
+        cosine = float(abs(np.dot(_direction(forward), _direction(self.up))))
         if cosine > PARALLEL:
             raise SceneError(f"up must not be parallel to the viewing direction, got up {self.up}")
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.scene import Mesh
+from cases.scene import Camera, Mesh, SceneError
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
@@ -45,3 +45,15 @@ def test_a_tiny_vertex_is_no_face():
         with_face.vertices.tobytes() + with_face.faces.tobytes()
     )
     assert with_vertex != with_face
+
+
+@pytest.mark.parametrize("far", [1e200, 1.7e308])
+@pytest.mark.filterwarnings("error")
+def test_up_is_held_against_a_way_whose_square_or_length_overflows(far):
+    seen = {"fovy": 40.0, "width": 4, "height": 3, "near": 0.1, "far": 10.0}
+    ends = {"eye": (0.0, 0.0, -far), "target": (0.0, 0.0, far)}
+
+    with pytest.raises(SceneError, match="up must not be parallel"):
+        Camera(up=(0.0, 0.0, far), **ends, **seen)
+
+    assert Camera(up=(0.0, far, 0.0), **ends, **seen).far == 10.0

@@ -92,6 +92,7 @@ BAD: list[tuple[str, Any, str, bool]] = [
     ("camera/eye", "here", 'camera.eye must be an array, got "here"', True),
     ("camera/up", [0, 0, 0], "camera.up must not be zero", False),
     ("camera/up", [4, -3.1, 2.5], "camera.up must not be parallel to the viewing direction", False),
+    ("camera/up", [4e200, -3.1e200, 2.5e200], "camera.up must not be parallel to the viewing direction", False),
     ("camera/fovy", 0, "camera.fovy must lie inside (0, 180), got 0.0 degrees", True),
     ("camera/fovy", 180, "camera.fovy must lie inside (0, 180), got 180.0 degrees", True),
     ("camera/fovy", "40", 'camera.fovy must be a number, got "40"', True),
