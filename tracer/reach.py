@@ -24,6 +24,8 @@ def beyond(scene: Scene, precision: str) -> str | None:
         if abs(value) > greatest:
             return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"
     camera, largest = scene.camera, LARGEST[precision]
+    if max(map(abs, camera.up)) < float(np.finfo(precision).tiny):
+        return f"up is {camera.up}: {precision} cannot tell it from zero"
     sizes = {"the eye": math.hypot(*camera.eye), "the target": math.hypot(*camera.target)}
     # A plane has a place and no size. What overflows even float64 is infinite, and larger than anything.
     with np.errstate(over="ignore"):
