@@ -5,6 +5,7 @@ header must not claim more than its bytes can hold, and nothing that the mesh fi
 """
 
 import io
+import re
 import stat
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
@@ -15,6 +16,8 @@ from cases.scene import SceneError
 from cases.scene_fields import shown
 
 LARGEST = 256 * 2**20  # bytes of a mesh file
+# Where an OBJ file has several materials, trimesh puts the faces of each together, the last material's first.
+MATERIALS = re.compile(rb"^[ \t]*usemtl\b[^\n]*", re.MULTILINE)
 MOST_TRIANGLES = 20_000_000  # after the instances of a GLB file are unfolded
 
 
@@ -66,6 +69,8 @@ def read_mesh(name: str, folder: Path | None) -> tuple[np.ndarray, np.ndarray]:
     problem = CLAIMS[suffix](content)
     if problem:
         raise SceneError(f"file {problem}: {shown(name)}")
+    if suffix == ".obj":
+        content = MATERIALS.sub(b"", content)
 
     import trimesh  # here, because it takes most of a second and most scenes have no mesh file
 

@@ -41,6 +41,17 @@ def test_the_triangles_come_back_in_the_files_order(tetrahedron, suffix, tmp_pat
     np.testing.assert_array_equal(vertices[faces], VERTICES[FACES])
 
 
+def test_faces_of_several_materials_keep_their_order(tmp_path):
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1.5\n"
+    faces = "usemtl red\nf 1 3 2\nusemtl blue\r\nf 1 2 4\n  usemtl red\nf 2 3 4\nf 3 1 4\n"
+    (tmp_path / "mesh.obj").write_bytes(("mtllib no.mtl\n" + corners + faces).encode())
+
+    vertices, found = read_mesh("mesh.obj", tmp_path)
+
+    assert found.tolist() == FACES.tolist()
+    np.testing.assert_array_equal(vertices, VERTICES)
+
+
 def test_text_files_are_read_too(tetrahedron, tmp_path):
     (tmp_path / "mesh.ply").write_bytes(tetrahedron.export(file_type="ply", encoding="ascii"))
     (tmp_path / "mesh.stl").write_text(tetrahedron.export(file_type="stl_ascii"))
