@@ -1,10 +1,11 @@
 """What a mesh file's header claims against the bytes that are there, checked before anything is allocated.
 
 Sources: G. Turk, The PLY Polygon File Format (1994); 3D Systems, StereoLithography Interface Specification (1989);
-Khronos, glTF 2.0 specification (2021), sections 3.6 and 4.4.
+Khronos, glTF 2.0 specification (2021), sections 3.6 and 4.4; Wavefront, Advanced Visualizer manual, appendix B1 (OBJ).
 """
 
 import json
+import re
 import struct
 from collections.abc import Callable
 
@@ -16,6 +17,7 @@ PLY_SIZES = {
     "double": 8, "float64": 8,
 }  # fmt: skip
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes
+VERTEX_ZERO = re.compile(rb"\n[ \t]*f[ \t][^\n]*?(?<=[ \t])0+(?=[/\s]|\Z)")  # trimesh would take it for the first
 GLB_COMPONENT = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes by componentType
 GLB_COUNT = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
@@ -90,8 +92,10 @@ def glb_problem(content: bytes) -> str | None:
 
 
 def obj_problem(content: bytes) -> str | None:
-    """Return what is wrong with an OBJ file before it is parsed: it has no header, but it is text."""
-    return "is no OBJ file: it holds zero bytes" if b"\0" in content else None
+    """Return what is wrong with an OBJ file before it is parsed: it has no header, but is text, and counts from 1."""
+    if b"\0" in content:
+        return "is no OBJ file: it holds zero bytes"
+    return "has a face that names vertex 0, where counting begins at 1" if VERTEX_ZERO.search(content) else None
 
 
 CLAIMS: dict[str, Callable[[bytes], str | None]] = {

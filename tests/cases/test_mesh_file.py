@@ -185,6 +185,8 @@ ACCESSOR = {"count": 10**9, "componentType": 5126, "type": "VEC3"}
         ("a.obj", b"", "file "),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "file "),
         ("a.obj", b"v 0 0 0\nf 1 2 9\n", "file "),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2", "has a face that names vertex 0, where counting begins at 1"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n f 1/1 2/1 0/1\n", "has a face that names vertex 0"),
         ("a.obj", b"v a b c\nf 1 1 1\n", "cannot be understood as OBJ"),
     ],
 )
