@@ -30,14 +30,14 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     """
     from fnmatch import fnmatchcase
 
-    from reports.history.database import opened
+    from reports.history.database import opened, storable
     from reports.history.series import read_series
     from reports.history.standing import worse
 
     path = history or Path(os.environ.get(VARIABLE, USUAL))
     with told_in_one_line(), opened(path) as connection:
         runs = connection.execute(
-            "SELECT id, started, revision, verdict, seconds FROM runs WHERE subject = ? ORDER BY id", (subject,)
+            "SELECT id, started, revision, verdict, seconds FROM runs WHERE subject = ? ORDER BY id", storable(subject)
         ).fetchall()
         known = read_series(connection, subject)
     chosen = [

@@ -96,7 +96,7 @@ def append(path: Path, results: Mapping[str, Any], revision: str) -> int:
         cursor = connection.execute(
             "INSERT INTO runs (started, revision, subject, command, machine, verdict, finished, seconds, environment)"
             " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            (
+            storable(
                 results["started"],
                 revision,
                 str(results.get("subject", "tracer")),
@@ -109,11 +109,19 @@ def append(path: Path, results: Mapping[str, Any], revision: str) -> int:
             ),
         )
         run = int(cursor.lastrowid or 0)
-        connection.executemany("INSERT INTO cases VALUES (?, ?, ?, ?, ?)", (_case(run, c) for c in results["cases"]))
         connection.executemany(
-            "INSERT INTO errors VALUES (?, ?, ?, ?, ?, ?)", (row for c in results["cases"] for row in _errors(run, c))
+            "INSERT INTO cases VALUES (?, ?, ?, ?, ?)", (storable(*_case(run, c)) for c in results["cases"])
+        )
+        connection.executemany(
+            "INSERT INTO errors VALUES (?, ?, ?, ?, ?, ?)",
+            (storable(*row) for c in results["cases"] for row in _errors(run, c)),
         )
     return run
+
+
+def storable(*values: Any) -> tuple[Any, ...]:
+    """Return values as SQLite takes them: of an undecodable file name what reports.publish.atomic makes of it."""
+    return tuple(one.encode("utf-8", "replace").decode() if isinstance(one, str) else one for one in values)
 
 
 def machine() -> str:

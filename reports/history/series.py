@@ -3,6 +3,7 @@
 import sqlite3
 from dataclasses import dataclass
 
+from reports.history.database import storable
 from reports.history.steps import Step, changes, steps
 
 LEAST_RATIO = 1e-6  # errors over their limit smaller than this are all the same: nothing
@@ -46,7 +47,7 @@ def read_series(connection: sqlite3.Connection, subject: str) -> list[Series]:
         " FROM runs r JOIN cases c ON c.run = r.id LEFT JOIN errors e ON e.run = r.id AND e.name = c.name"
         " AND e.ratio = (SELECT max(ratio) FROM errors w WHERE w.run = r.id AND w.name = c.name)"
         " WHERE r.subject = ? GROUP BY c.name, r.id ORDER BY c.name, r.id",
-        (subject,),
+        storable(subject),
     )
     found: dict[str, list[Point]] = {}
     for name, run, started, revision, verdict, seconds, machine, ratio, stage, place in rows:

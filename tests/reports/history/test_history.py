@@ -116,6 +116,18 @@ def test_what_is_no_history_is_refused_and_left_alone(tmp_path: Path) -> None:
     assert [file.read_bytes() for file in (text, foreign, newer)] == before
 
 
+def test_a_name_that_is_no_text_is_kept_as_reports_write_it(tmp_path: Path) -> None:
+    odd = results()
+    odd["command"] = odd["subject"] = odd["cases"][0]["name"] = "file/caf\udce9"
+
+    for _ in range(2):
+        append(tmp_path / "h.sqlite", odd, "")
+    with opened(tmp_path / "h.sqlite") as connection:
+        (series,) = read_series(connection, odd["subject"])
+
+    assert (series.name, len(series.points)) == ("file/caf?", 2)
+
+
 def test_a_history_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As another run sees it that begins at the same moment, and the next one after a run that was killed."""
     path = tmp_path / "h.sqlite"
