@@ -1,7 +1,8 @@
 """Case families: one file each, named after what it stresses; generated, seeded, deterministic.
 
 To add one: a function without parameters that yields `Case`s named `family/case`, in a new file, under
-`@CASE_FAMILIES.register("family")`.
+`@CASE_FAMILIES.register("family")`; with `on_request=True` it is asked about by name only, and no part of the default
+suite.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -35,8 +36,13 @@ def cases_of(family: str) -> tuple[Case, ...]:
 
 
 def all_cases() -> tuple[Case, ...]:
-    """Return every case, by family in alphabetical order, then in the order in which the family yields them."""
-    return tuple(case for family in CASE_FAMILIES for case in cases_of(family))
+    """Return the default suite, by family in alphabetical order, then in the order in which the family yields them."""
+    return tuple(case for family in CASE_FAMILIES if not on_request(family) for case in cases_of(family))
+
+
+def on_request(family: str) -> bool:
+    """Return whether a family is asked about by name only."""
+    return bool(CASE_FAMILIES.about(family).get("on_request", False))
 
 
 def select(patterns: Sequence[str]) -> tuple[Case, ...]:

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
+from cases.benchmark.scenes import chosen
 from reports.bench import CONTENDERS
 from reports.bench.document import entry, measured
-from reports.bench.scenes import chosen
 from reports.run.pool import Pool
 from reports.run.worker import Reply, serve
 

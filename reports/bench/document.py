@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from typing import Any
 
+from cases.benchmark.scenes import BenchScene
 from cases.scene import Scene
 from reports.bench import CONTENDERS, Prepared
 from reports.bench.branches import shared
@@ -12,7 +13,6 @@ from reports.bench.errors import error, sampled
 from reports.bench.kernels import Kernel
 from reports.bench.limits import limit
 from reports.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
-from reports.bench.scenes import BenchScene
 from reports.bench.work import loops
 
 SCHEMA = 1

@@ -18,8 +18,8 @@ def memory(name: str, width: int, height: int) -> tuple[float, float]:
     """Return the peak and what is kept [MB] above the imports; raise LookupError for an unknown scene."""
     import drjit as dr
 
-    from reports.bench import meshes
-    from reports.bench.scenes import SCENES, chosen
+    from cases.benchmark import meshes
+    from cases.benchmark.scenes import SCENES, chosen
     from tracer.configuration import Configuration
     from tracer.frames import Frames
 

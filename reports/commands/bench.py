@@ -40,11 +40,11 @@ def bench(
     from reports.run.llvm import choose_packaged_llvm
 
     choose_packaged_llvm()
+    from cases.benchmark.scenes import QUICK_SIZES, SIZES, chosen
     from reports.bench.apart import BenchError, Task, timed_apart
     from reports.bench.document import begun, everybody
     from reports.bench.machine import machine
     from reports.bench.regressions import compared
-    from reports.bench.scenes import QUICK_SIZES, SIZES, chosen
 
     with told_in_one_line():
         asked = chosen(scenes, quick=quick)

@@ -33,16 +33,18 @@ def text(value: object) -> str:
 
 def cases() -> list[dict[str, Any]]:
     """Describe every case."""
-    from cases.families import all_cases
+    from cases.families import CASE_FAMILIES, cases_of, on_request
 
     return [
         {
             "name": case.name,
             "pixels": f"{case.scene.camera.width}x{case.scene.camera.height}",
             "covers": list(case.covers),
+            "on_request": on_request(family),
             "stresses": case.stresses,
         }
-        for case in all_cases()
+        for family in CASE_FAMILIES
+        for case in cases_of(family)
     ]
 
 

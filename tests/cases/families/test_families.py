@@ -70,6 +70,15 @@ def test_a_pattern_may_be_a_family_a_case_or_a_glob():
     assert select(["primitives/sphere", "cameras"]) == (*family, *select(["primitives/sphere"]))
 
 
+def test_a_family_on_request_is_asked_about_by_its_name_alone():
+    by_name = select(["benchmarked"])
+
+    assert [case.family for case in by_name] == ["benchmarked"] * len(by_name)
+    assert select([by_name[0].name]) == by_name[:1]
+    assert not set(NAMES) & {case.name for case in by_name}
+    assert not set(by_name) & set(select(["*sphere*"]))
+
+
 def test_a_pattern_that_names_nothing_lists_names_like_it():
     with pytest.raises(LookupError, match=r"no case matches 'camera'; did you mean cameras"):
         select(["camera"])

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from cases.benchmark.scenes import chosen
 from reports.bench import CONTENDERS
 from reports.bench.contenders.mitsuba_scene import loaded
-from reports.bench.scenes import chosen
 
 
 @pytest.mark.parametrize("name", ["mitsuba_minimal", "mitsuba_minimal_frozen", "mitsuba_direct", "ours"])

@@ -7,11 +7,11 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from cases.benchmark.scenes import chosen
 from reports.bench.branches import shared
 from reports.bench.kernels import Kernel, kernels
 from reports.bench.limits import limit
 from reports.bench.machine import CHAIN, WIDTH, _add, _chained, _divide, _multiply_add, _root
-from reports.bench.scenes import chosen
 from reports.bench.work import Work, loops, work
 from tracer.arrays import array_types
 from tracer.configuration import Configuration

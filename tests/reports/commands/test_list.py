@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from cases.families import all_cases
+from cases.families import CASE_FAMILIES, all_cases, cases_of
 from reference import REFERENCES
 from reports.judge.metrics import METRICS
 from tests.reports.commands.conftest import Rayproof
 from tracer.catalogue import FORMULAS
 
 KINDS = {
-    "cases": lambda: [case.name for case in all_cases()],
+    "cases": lambda: [case.name for family in CASE_FAMILIES for case in cases_of(family)],
     "formulas": lambda: sorted(FORMULAS),
     "references": lambda: list(REFERENCES),
     "metrics": lambda: list(METRICS),
@@ -35,3 +35,11 @@ def test_a_wrong_formula_is_listed_as_such(rayproof: Rayproof, tmp_path: Path) -
     kinds = {one["name"]: one["kind"] for one in json.loads((tmp_path / "list.json").read_text())["formulas"]}
     assert {name for name, kind in kinds.items() if kind == "control"}
     assert kinds == {name: FORMULAS[name].kind for name in FORMULAS}
+
+
+def test_what_is_asked_about_on_request_says_so(rayproof: Rayproof, tmp_path: Path) -> None:
+    rayproof("list", "cases", "--json", tmp_path / "list.json")
+
+    listed = json.loads((tmp_path / "list.json").read_text())["cases"]
+    assert [one["name"] for one in listed if not one["on_request"]] == [case.name for case in all_cases()]
+    assert any(one["on_request"] for one in listed)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from cases.benchmark.meshes import bumpy, scanned, uneven
+from cases.benchmark.scenes import SCENES, chosen
 from cases.scene import Mesh
 from cases.stages import Stage
 from reference.analytic import Analytic
-from reports.bench.meshes import bumpy, scanned, uneven
-from reports.bench.scenes import SCENES, chosen
 
 
 @pytest.mark.parametrize("subdivisions", [0, 3, 5])

@@ -1,0 +1,1 @@
+"""The benchmark's scenes: everybody is timed on them, and on some judged (`cases.families.benchmarked`)."""
