@@ -33,7 +33,10 @@ def number(value: Any) -> float | None:
         return None
     if isinstance(value, str) and value not in ("inf", "-inf", "nan"):
         return None
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:  # JSON's whole numbers have no end
+        return -math.inf if str(value).startswith("-") else math.inf
 
 
 def at_worst(value: float | str) -> float:

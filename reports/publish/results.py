@@ -1,12 +1,13 @@
 """results.json: what a run found, as docs/results.md describes it. Loaded, checked in shape, written whole."""
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from reports.judge.outcomes import Outcome
-from reports.plain import as_json
+from reports.plain import as_json, number
 from reports.publish.atomic import write_text
 from reports.publish.compact import compact, expand
 
@@ -32,7 +33,7 @@ def load_results(folder: Path) -> dict[str, Any]:
         results = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         raise ResultsError(f"{path}: no such file; `rayproof run --out {folder}` makes it") from error
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise ResultsError(f"{path}: not JSON: {error}") from error
     problem = shape_problem(results)
     if problem:
@@ -115,6 +116,7 @@ def _case_problem(index: int, case: Any) -> str | None:
 
 def _seconds_problem(where: str, holder: Mapping[str, Any]) -> str | None:
     seconds = holder.get("seconds")
-    if seconds is None or (isinstance(seconds, int | float) and not isinstance(seconds, bool)):
+    value = None if isinstance(seconds, str) else number(seconds)
+    if seconds is None or (value is not None and math.isfinite(value)):
         return None
     return f"{where}seconds must be a number, got {seconds!r}"

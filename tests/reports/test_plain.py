@@ -24,7 +24,17 @@ def test_what_json_has_is_written_as_it_is_and_short():
 
 
 @pytest.mark.parametrize(
-    ("value", "expected"), [("inf", math.inf), ("-inf", -math.inf), (3, 3.0), (None, None), ("x", None), (True, None)]
+    ("value", "expected"),
+    [
+        ("inf", math.inf),
+        ("-inf", -math.inf),
+        (3, 3.0),
+        pytest.param(10**400, math.inf, id="huge"),
+        pytest.param(-(10**400), -math.inf, id="-huge"),
+        (None, None),
+        ("x", None),
+        (True, None),
+    ],
 )
 def test_number_reads_what_plain_writes(value, expected):
     assert number(value) == expected

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from reports.plain import plain
-from reports.publish.results import ResultsError, load_results, save_results
+from reports.publish.results import ResultsError, load_results, save_results, shape_problem
 from tests.reports.publish.sample import results_of
 
 
@@ -45,6 +45,7 @@ def test_numbers_that_json_cannot_carry_survive_as_strings(tmp_path):
             lambda r: r.update(coverage_detail={"HIT-1": 3}), "coverage_detail.HIT-1 must be an object", id="detail"
         ),
         pytest.param(lambda r: r.update(seconds="soon"), "seconds must be a number", id="seconds"),
+        pytest.param(lambda r: r.update(seconds=10**400), "seconds must be a number", id="beyond all seconds"),
         pytest.param(
             lambda r: r["cases"][0].update(checks=[3]), r"cases\[0\].checks\[0\] must be an object", id="check"
         ),
@@ -67,8 +68,22 @@ def test_a_wrong_shape_is_refused_with_file_and_field(tmp_path, published, chang
         load_results(tmp_path)
 
 
+@pytest.mark.parametrize("seconds", [math.inf, math.nan, True, []])
+def test_a_time_that_is_no_number_is_refused(seconds):
+    results = results_of([]) | {"seconds": seconds}
+
+    assert shape_problem(results) == f"seconds must be a number, got {seconds}"
+
+
 @pytest.mark.parametrize(
-    ("content", "message"), [(None, "no such file"), ("{", "not JSON"), ("[]", "must be an object")]
+    ("content", "message"),
+    [
+        (None, "no such file"),
+        ("{", "not JSON"),
+        ("[]", "must be an object"),
+        ("[" * 100_000, "not JSON"),
+        ("1" * 5000, "not JSON"),
+    ],
 )
 def test_a_file_that_cannot_be_read_is_refused_in_one_line(tmp_path, content, message):
     if content is not None:
