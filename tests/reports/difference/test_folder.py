@@ -141,6 +141,21 @@ def test_runs_without_a_common_case_cannot_be_compared(runs: tuple[Path, Path]) 
         comparison(results, results | {"cases": []}, ("a", "b"))
 
 
+def test_images_that_no_run_made_are_left_alone(runs: tuple[Path, Path], tmp_path: Path) -> None:
+    (tmp_path / "images").mkdir()
+    (tmp_path / "images" / "holiday.png").write_bytes(b"")
+    loaded = (load_results(runs[0]), load_results(runs[1]))
+
+    write_folder(tmp_path, runs, loaded, comparison(*loaded, ("old", "new")))
+    stale = tmp_path / "images" / "9999.js"
+    stale.write_text("")
+
+    write_folder(tmp_path, runs, loaded, comparison(*loaded, ("old", "new")))
+
+    assert (tmp_path / "images" / "holiday.png").is_file()
+    assert not stale.exists()
+
+
 def test_folders_of_one_name_are_told_apart(tmp_path: Path) -> None:
     assert names_of(tmp_path / "a" / "report", tmp_path / "b" / "report") == ("before", "after")
     assert names_of(tmp_path / "old", tmp_path / "new") == ("old", "new")
