@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from reports.bench import apart, scenes
+from cases.benchmark import scenes
+from reports.bench import apart
 from reports.cli import main
 
 
