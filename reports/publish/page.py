@@ -70,7 +70,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     ordered = worst_first(results["cases"])
     written = _write_all(folder, ordered)
     # Data of an earlier publication of the same folder, when it had more cases.
-    for stale in set((folder / "data").glob("*.js")) - set(written):
+    for stale in set((folder / "data").glob("[0-9][0-9][0-9][0-9]*.js")) - set(written):
         stale.unlink()
     head, tail = page_parts(results, page_data(folder, results, ordered))
     return [write_text(folder / "index.html", head + tail), *written]

@@ -37,8 +37,8 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     if written:
         written.append(write_text(folder / FOLDER / LIBRARY, vendored(LIBRARY)))
     # Of an earlier publication, when there was more to plot.
-    for stale in set((folder / FOLDER).glob("*.js")) - set(written):
-        stale.unlink()
+    for stale in {folder / name for name in (*map(data_of, SOURCES), f"{FOLDER}/{LIBRARY}")} - set(written):
+        stale.unlink(missing_ok=True)
     return written
 
 

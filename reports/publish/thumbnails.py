@@ -31,7 +31,7 @@ def draw_thumbnails(folder: Path, results: dict[str, Any]) -> list[Path]:
             case["thumbnail"] = path.as_posix()
             drawn.append(folder / path)
     # Of an earlier publication, when other cases were the worst.
-    for stale in set((folder / "thumbnails").glob("*.png")) - set(drawn):
+    for stale in set((folder / "thumbnails").glob("[0-9][0-9]*.png")) - set(drawn):
         stale.unlink()
     return drawn
 

@@ -79,6 +79,20 @@ def test_a_results_file_with_the_bare_minimum_publishes(tmp_path, published):
     assert [path.name for path in written] == ["index.html", "0001.js"]
 
 
+def test_what_is_no_publication_stays_in_the_folder(tmp_path: Path) -> None:
+    make_folder(tmp_path)
+    strangers = [tmp_path / name for name in ("data/mine.js", "plots/mine.js", "thumbnails/mine.png")]
+    stale = [tmp_path / name for name in ("data/9999.js", "data/9999.pixels.js", "plots/bench.js", "thumbnails/77.png")]
+    for path in [*strangers, *stale]:
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+
+    publish_all(tmp_path)
+
+    assert all(path.is_file() for path in strangers)
+    assert not any(path.exists() for path in stale)
+
+
 def test_results_at_hand_are_published_as_those_of_the_file(tmp_path: Path) -> None:
     results = make_folder(tmp_path)
     check = results["cases"][1]["checks"][0]
