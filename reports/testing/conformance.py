@@ -1,6 +1,7 @@
 """One conformance case inside a test: it holds the scene, takes an answer, and judges it as `rayproof run` would."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -184,7 +185,8 @@ def _configuration(formula: str | None, configuration: str, folder: Path) -> "Co
         return chosen
     if FILE_MARK in formula:
         slot, _, place = formula.partition("=")
-        return contender(f"{slot}={folder / place}", precision=chosen.precision).configuration
+        own = contender(f"{slot}={folder / place}", precision=chosen.precision).configuration
+        return replace(own, formulas={name: one for name, one in chosen.formulas.items() if name != slot})
     return Configuration.parse(
         "/".join([configuration, formula.replace("/", "=", 1) if "=" not in formula else formula])
     )

@@ -64,6 +64,20 @@ def test_a_formula_in_four_lines_passes(suite: pytest.Pytester) -> None:
     assert "test_mine[primitives/sphere]" in text
 
 
+def test_a_file_s_formula_runs_in_the_configuration_that_is_asked_for(tmp_path: Path) -> None:
+    from cases.families import select
+    from reports.testing.conformance import Conformance
+
+    (tmp_path / "mine.py").write_text(MINE)
+    (case,) = select(["primitives/sphere"])
+    named = {"formula": "sphere=mine.py:nearest_hit", "configuration": "float64/triangle=woop/sphere=textbook"}
+
+    judged = Conformance(case=case, folder=tmp_path, **named).check()
+
+    (name,) = {check.configuration for check in judged.checks}
+    assert name == f"float64/triangle=woop/sphere={tmp_path}/mine.py:nearest_hit"
+
+
 def test_a_wrong_formula_fails_and_names_the_stage(suite: pytest.Pytester) -> None:
     suite.makepyfile(mine=MINE, test_mine=FOUR_LINES.format("swollen"))
 
