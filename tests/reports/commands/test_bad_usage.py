@@ -88,10 +88,10 @@ def test_json_onto_a_folder_is_refused(rayproof: Rayproof, tmp_path: Path) -> No
 
 
 def test_an_interrupt_ends_with_130(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted() -> None:
+    def interrupted(family: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cases.families.all_cases", interrupted)
+    monkeypatch.setattr("cases.families.cases_of", interrupted)
 
     ended = rayproof("list", "cases")
 
@@ -100,10 +100,10 @@ def test_an_interrupt_ends_with_130(rayproof: Rayproof, monkeypatch: pytest.Monk
 
 
 def test_a_bug_is_no_verdict(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken() -> None:
+    def broken(family: str) -> None:
         raise ZeroDivisionError("a bug")
 
-    monkeypatch.setattr("cases.families.all_cases", broken)
+    monkeypatch.setattr("cases.families.cases_of", broken)
 
     ended = rayproof("list", "cases")
 
