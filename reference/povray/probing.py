@@ -71,7 +71,8 @@ def read(folder: Path, scene: Scene) -> Probe:
     count = scene.camera.width * scene.camera.height
     if len(lines) != count:
         raise RuntimeError(f"POV-Ray wrote {len(lines)} lines for {count} pixels")
-    table = np.zeros((count, max(9, max(map(len, lines)))))
+    # Where nothing is hit no line is long, whatever lights there are.
+    table = np.zeros((count, 9 + len(scene.lights)))
     for row, words in enumerate(lines):
         table[row, : len(words)] = [float(word) for word in words]
     hit = np.array([len(words) > 3 for words in lines])

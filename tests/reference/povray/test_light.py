@@ -110,3 +110,13 @@ def test_no_lights_no_light(povray):
 
     assert visibility.shape == (19, 25, 0)
     assert not radiance.any()
+
+
+@pytest.mark.parametrize("shapes", [(), (Plane(albedo=ALBEDO, to_world=raised(50.0)),)], ids=["nothing", "behind"])
+def test_where_nothing_is_hit_no_light_is_seen(povray, shapes):
+    scene = Scene(camera=looking_down(height=5), shapes=shapes, lights=(FIRST, SECOND))
+
+    visibility, exitance, radiance = answer(povray, scene, Stage.VISIBILITY, Stage.EXITANCE, Stage.RADIANCE)
+
+    assert visibility.shape == (19, 25, 2)
+    assert not any(values.any() for values in (visibility, exitance, radiance))
