@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from reports.compare.findings import LEAST_DIGITS
 from reports.compare.statistics import LEVEL, REPLICATES, percentile_interval
 from reports.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
 from reports.difference.checks import paired
@@ -43,7 +44,7 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
     moved.sort(key=lambda case: -abs(case["digits_gained"]))
     digits, interval = _digits(cases)
     time_ratio, time_interval = _times(cases)
-    word = _word(changed, interval)
+    word = _word(changed, digits, interval)
     return {
         "base": str(base),
         "candidate": str(candidate),
@@ -143,13 +144,13 @@ def _families(cases: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     ]
 
 
-def _word(changed: Sequence[Mapping[str, Any]], interval: tuple[float, float] | None) -> str:
+def _word(changed: Sequence[Mapping[str, Any]], digits: float | None, interval: tuple[float, float] | None) -> str:
     moves = {ORDER.index(case["after"]) > ORDER.index(case["before"]) for case in changed}
     if len(moves) == 2:
         return TRADE
     if moves:
         return WORSE if True in moves else BETTER
-    if interval is None or interval[0] <= 0 <= interval[1]:
+    if digits is None or interval is None or abs(digits) < LEAST_DIGITS or interval[0] <= 0 <= interval[1]:
         return NOTHING
     return BETTER if interval[0] > 0 else WORSE
 

@@ -46,6 +46,18 @@ def test_errors_ten_times_smaller_are_a_digit(tmp_path: Path, before: Results) -
     assert result["digits_gained"] == pytest.approx(1)
 
 
+def test_an_error_that_moved_by_a_hundredth_is_no_difference(tmp_path: Path, before: Results) -> None:
+    for case in before["cases"]:
+        for check in case["checks"]:
+            if check["end_to_end"] and isinstance(check["end_to_end"]["worst_error"], float):
+                check["end_to_end"]["worst_error"] *= 0.99
+
+    result = compare_runs(tmp_path / "before", write(tmp_path / "after", before))
+
+    assert result["digits_interval"][0] > 0
+    assert result["outcome"] == "no difference shown"
+
+
 def test_a_configuration_is_compared_with_one_other_alone(tmp_path: Path, before: Results) -> None:
     def run(name: str, *errors: tuple[str, float]) -> Path:
         case = copy.deepcopy(next(case for case in before["cases"] if case["verdict"] == "pass"))
