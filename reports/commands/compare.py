@@ -47,7 +47,7 @@ def compare(
         for folder in (out, json.parent if json is not None else None):
             if folder is not None:
                 writable_folder(folder)
-    runs = [Path(name) for name in (base, candidate) if Path(name).is_dir()]
+        runs = [Path(name) for name in (base, candidate) if Path(name).is_dir()]
     if len(runs) == 1:
         raise UsageError(f"{runs[0]} is a run; it can only be compared with another run")
     if runs:

@@ -67,6 +67,7 @@ def test_a_mistake_ends_with_2_and_one_line(
         ("float17/sphere=textbook", "float17"),
         ("float32/cascade", "cascade"),
         (".", "run"),
+        pytest.param("x" * 5000, "name too long", id="longer than a path"),
     ],
 )
 def test_an_unknown_contender_ends_with_2_and_one_line(rayproof: Rayproof, name: str, named: str) -> None:
