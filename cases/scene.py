@@ -141,7 +141,7 @@ class Mesh(Shape):
         super().__post_init__()
         with np.errstate(over="ignore"):  # an overflow is refused below, in words
             vertices = np.array(self.vertices, dtype=np.float32, order="C")
-        faces = np.array(self.faces, dtype=np.int32, order="C")
+        faces = np.asarray(self.faces)  # checked before they are rounded to 32 bits, which would wrap around
         if vertices.ndim != 2 or vertices.shape[1] != 3:
             raise SceneError(f"vertices must have shape (n, 3), got {vertices.shape}")
         if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) == 0:
@@ -149,9 +149,13 @@ class Mesh(Shape):
         if not np.all(np.isfinite(vertices)):
             row = int(np.flatnonzero(~np.isfinite(vertices).all(axis=1))[0])
             raise SceneError(f"vertices must be finite, got {vertices[row].tolist()} m at index {row}")
-        if faces.min() < 0 or faces.max() >= len(vertices):
-            wrong = int(faces.min() if faces.min() < 0 else faces.max())
+        least, greatest = faces.min(), faces.max()
+        if not (least >= 0 and greatest < len(vertices)):
+            wrong = greatest if least >= 0 else least
             raise SceneError(f"faces must index the {len(vertices)} vertices, got index {wrong}")
+        given, faces = faces, np.array(faces, dtype=np.int32, order="C")
+        if given.dtype.kind not in "iu" and np.any(given != faces):
+            raise SceneError(f"faces must index the {len(vertices)} vertices, got index {given[given != faces][0]}")
         vertices.setflags(write=False)
         faces.setflags(write=False)
         object.__setattr__(self, "vertices", vertices)

@@ -57,3 +57,9 @@ def test_up_is_held_against_a_way_whose_square_or_length_overflows(far):
         Camera(up=(0.0, 0.0, far), **ends, **seen)
 
     assert Camera(up=(0.0, far, 0.0), **ends, **seen).far == 10.0
+
+
+@pytest.mark.parametrize("wrong", [2**32, -(2**32), 0.5, float("nan"), 2**70])
+def test_a_number_that_is_no_vertex_is_not_rounded_to_one(wrong):
+    with pytest.raises(SceneError, match="faces must index the 4 vertices"):
+        replace(TENT, faces=np.array([[wrong, 1, 2]]))
