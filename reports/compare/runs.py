@@ -15,7 +15,7 @@ from reports.compare.findings import LEAST_DIGITS
 from reports.compare.statistics import LEVEL, REPLICATES, percentile_interval
 from reports.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
 from reports.difference.checks import paired
-from reports.plain import at_worst
+from reports.plain import at_worst, number
 from reports.publish.results import load_results
 
 # From the best to the worst, as docs/results.md lists them.
@@ -77,8 +77,9 @@ def _case(name: str, one: Mapping[str, Any], other: Mapping[str, Any], aliases: 
             if gained is not None:
                 digits[f"{configuration} {stage}"] = gained
     worst = max(digits, key=lambda key: abs(digits[key]), default="")
-    ours = [render["seconds"] for render in one.get("renders", []) if _tracer(render)]
-    theirs = [render["seconds"] for render in other.get("renders", []) if _tracer(render)]
+    ours, theirs = (
+        [seconds for render in run.get("renders", []) if (seconds := _seconds(render)) > 0] for run in (one, other)
+    )
     return {
         "case": name,
         "family": one["family"],
@@ -90,8 +91,10 @@ def _case(name: str, one: Mapping[str, Any], other: Mapping[str, Any], aliases: 
     }
 
 
-def _tracer(render: Mapping[str, Any]) -> bool:
-    return str(render.get("renderer", "")).startswith("tracer-") and bool(render.get("seconds"))
+def _seconds(render: Mapping[str, Any]) -> float:
+    """Return what a render of the tracer took [s]; 0 of any other."""
+    found = number(render.get("seconds")) if str(render.get("renderer", "")).startswith("tracer-") else None
+    return found if found is not None and math.isfinite(found) else 0.0
 
 
 def _key(check: Check) -> tuple[str, str, str]:

@@ -81,6 +81,14 @@ def shape_problem(results: Any) -> str | None:
     for key in ("environment", "coverage_detail"):
         if not isinstance(results.get(key, {}), Mapping):
             return f"{key} must be an object, got {type(results[key]).__name__}"
+    if not isinstance(results.get("references") or {}, Mapping):
+        return f"references must be an object, got {type(results['references']).__name__}"
+    for key in ("faults", "configurations"):
+        names = results.get(key, [])
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            return f"{key} must be a list of names, got {names!r}"
+    if not _is_verdict(results.get("verdict", Outcome.MISSING)):
+        return f"verdict must be one of {', '.join(Outcome)}, got {results['verdict']!r}"
     for item, detail in results.get("coverage_detail", {}).items():
         if not isinstance(detail, Mapping):
             return f"coverage_detail.{item} must be an object, got {type(detail).__name__}"
@@ -99,19 +107,26 @@ def _case_problem(index: int, case: Any) -> str | None:
     for key in ("name", "family"):
         if not isinstance(case.get(key), str) or not case[key]:
             return f"{where}.{key} must be a non-empty string, got {case.get(key)!r}"
-    if case.get("verdict") not in set(Outcome):
+    if not _is_verdict(case.get("verdict")):
         return f"{where}.verdict must be one of {', '.join(Outcome)}, got {case.get('verdict')!r}"
-    for key in ("covers", "checks", "renders", "unsupported", "expectations"):
+    for key in ("picture", "view"):
+        if not isinstance(case.get(key) or "", str):
+            return f"{where}.{key} must be a path, got {case[key]!r}"
+    for key in ("covers", "checks", "renders", "unsupported", "expectations", "notes"):
         if not isinstance(case.get(key, []), list):
             return f"{where}.{key} must be a list, got {type(case[key]).__name__}"
-    for key in ("checks", "renders", "unsupported", "expectations"):
+    for key in ("checks", "renders", "unsupported", "expectations", "notes"):
         for place, entry in enumerate(case.get(key, [])):
             if not isinstance(entry, Mapping):
                 return f"{where}.{key}[{place}] must be an object, got {type(entry).__name__}"
     for place, check in enumerate(case.get("checks", [])):
-        if check.get("verdict") not in set(Outcome):
+        if not _is_verdict(check.get("verdict")):
             return f"{where}.checks[{place}].verdict must be one of {', '.join(Outcome)}, got {check.get('verdict')!r}"
     return _seconds_problem(f"{where}.", case)
+
+
+def _is_verdict(value: Any) -> bool:
+    return isinstance(value, str) and value in set(Outcome)
 
 
 def _seconds_problem(where: str, holder: Mapping[str, Any]) -> str | None:

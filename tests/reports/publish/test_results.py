@@ -44,6 +44,19 @@ def test_numbers_that_json_cannot_carry_survive_as_strings(tmp_path):
         pytest.param(
             lambda r: r.update(coverage_detail={"HIT-1": 3}), "coverage_detail.HIT-1 must be an object", id="detail"
         ),
+        pytest.param(lambda r: r.update(verdict=None), "verdict must be one of", id="the run's verdict"),
+        pytest.param(lambda r: r.update(faults=5), "faults must be a list of names", id="faults"),
+        pytest.param(lambda r: r.update(configurations=[[1]]), "configurations must be a list of names", id="lists"),
+        pytest.param(lambda r: r.update(references=[[1]]), "references must be an object", id="references"),
+        pytest.param(lambda r: r["cases"][0].update(verdict=[]), r"cases\[0\].verdict must be one of", id="no word"),
+        pytest.param(lambda r: r["cases"][0].update(notes="x"), r"cases\[0\].notes must be a list", id="notes"),
+        pytest.param(lambda r: r["cases"][0].update(picture=5), r"cases\[0\].picture must be a path", id="picture"),
+        pytest.param(lambda r: r["cases"][0].update(view=[1]), r"cases\[0\].view must be a path", id="view"),
+        pytest.param(
+            lambda r: r["cases"][0].update(checks=[{"verdict": {}}]),
+            r"cases\[0\].checks\[0\].verdict must be one of",
+            id="check's no word",
+        ),
         pytest.param(lambda r: r.update(seconds="soon"), "seconds must be a number", id="seconds"),
         pytest.param(lambda r: r.update(seconds=10**400), "seconds must be a number", id="beyond all seconds"),
         pytest.param(
