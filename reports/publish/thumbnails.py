@@ -7,7 +7,7 @@ import numpy as np
 
 from cases.stages import IMAGE_STAGES, Stage
 from reports.judge.outcomes import Outcome
-from reports.plain import number
+from reports.plain import at_worst, number
 from reports.publish.atomic import replacing
 from reports.publish.headline import BAD, ratio_of, worst_first
 from reports.publish.kept import kept_images
@@ -40,9 +40,13 @@ def _panels(folder: Path, case: dict[str, Any]) -> list[np.ndarray] | None:
     """Return three images, (height, width, 3) in [0, 1], or None where the case kept no two to compare."""
     order = [outcome.value for outcome in Outcome]
     checks = [check for check in case.get("checks", []) if check.get("stage") in IMAGE_STAGES]
-    checks.sort(
-        key=lambda c: (c["stage"] != case.get("stage"), -order.index(c["verdict"]), -(number(ratio_of(c)) or 0.0))
-    )
+
+    def rank(check: dict[str, Any]) -> tuple[bool, int, float]:
+        ratio = number(ratio_of(check))
+        worst = 0.0 if ratio is None else at_worst(ratio)
+        return check["stage"] != case.get("stage"), -order.index(check["verdict"]), -worst
+
+    checks.sort(key=rank)
     renders, _ = kept_images(folder, case) if checks else ({}, [])
     for check in checks:
         ours = renders.get(f"tracer-{check['configuration']}", renders.get(check["configuration"], {}))

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from reports.judge.outcomes import Outcome
 from reports.plain import at_worst
+from reports.publish.headline import ratio_of
 
 COLOURS = {
     Outcome.PASS: "green",
@@ -63,29 +64,31 @@ def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Tabl
     order = list(Outcome)
 
     def badness(record: Mapping[str, Any]) -> tuple[int, float]:
-        return order.index(Outcome(record["verdict"])), highest(record)[0]
+        found = highest(record)
+        return order.index(Outcome(record["verdict"])), found[0] if found else 0.0
 
     table = Table(title=f"Worst {min(most, len(records))} of {len(records)} cases", title_justify="left")
     for column in ("case", "verdict", "stage", "item", "worst error / limit", "where"):
         table.add_column(column)
     for record in sorted(records, key=badness, reverse=True)[:most]:
-        ratio, where = highest(record)
+        ratio, where = highest(record) or (None, "")
         outcome = Outcome(record["verdict"])
         table.add_row(
             escape(record["name"]),
             f"[{COLOURS[outcome]}]{outcome.value}[/]",
             record["stage"] or "",
             record["item"] or "",
-            f"{ratio:.3g}",
+            "" if ratio is None else f"{ratio:.3g}",
             escape(where),
         )
     return table
 
 
-def highest(record: Mapping[str, Any]) -> tuple[float, str]:
-    """Return a case's largest error over limit and the check where it was met."""
+def highest(record: Mapping[str, Any]) -> tuple[float, str] | None:
+    """Return a case's largest error over limit and the check where it was met; None where nothing was measured."""
     ratios = [
-        (at_worst(check["ratio"]), f"{check['configuration']} {check['reference']} {check['stage']}")
+        (at_worst(ratio), f"{check['configuration']} {check['reference']} {check['stage']}")
         for check in record["checks"]
+        if (ratio := ratio_of(check)) is not None
     ]
-    return max(ratios, default=(0.0, ""))
+    return max(ratios, default=None)

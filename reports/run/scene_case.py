@@ -27,7 +27,7 @@ def cases_of_files(paths: Sequence[Path]) -> tuple[Case, ...]:
     taken: set[str] = set()
     for path in {path.resolve(): path for path in paths}.values():
         # A stem of dots alone would name a folder, this one or the one above.
-        stem = path.stem.strip(".") or "scene"
+        stem = _text(path.stem.strip(".") or "scene")
         name = next(name for name in (stem, *(f"{stem}-{n}" for n in range(2, len(paths) + 2))) if name not in taken)
         taken.add(name)
         cases.append(case_of_file(path, name=name))
@@ -38,10 +38,15 @@ def case_of_file(path: Path, *, name: str | None = None) -> Case:
     """Return the case that asks about a scene file; raise SceneError or OSError if it cannot be read."""
     scene = load_scene(path)
     return Case(
-        name=f"{FAMILY}/{name or path.stem}",
+        name=f"{FAMILY}/{name or _text(path.stem)}",
         scene=scene,
-        stresses=f"The scene that {path.name} describes.",
+        stresses=f"The scene that {_text(path.name)} describes.",
         covers=covering(scene),
         least_interior=0,
         most_edge=MOST_EDGE,
     )
+
+
+def _text(name: str) -> str:
+    """Return a file's name without bytes that are no text: in what is written they would name no file."""
+    return name.encode(errors="replace").decode()

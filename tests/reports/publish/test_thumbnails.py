@@ -47,6 +47,26 @@ def test_numbers_of_any_kind_are_drawn(value: float, tmp_path: Path) -> None:
     assert tuple(shown) == (BROKEN if not np.isfinite(value) else (1.0, 1.0, 1.0))
 
 
+def test_of_checks_alike_the_one_with_the_worst_error_is_drawn_and_nan_is_the_worst(tmp_path: Path) -> None:
+    results = make_folder(tmp_path)
+    case = next(case for case in results["cases"] if case["name"] == "lights/broken")
+    stage, verdict = case["stage"], case["verdict"]
+    alike = [check for check in case["checks"] if check["stage"] == stage and check["verdict"] == verdict]
+    assert len(alike) >= 2
+    for ratio, check in zip((5.0, "nan"), alike, strict=False):
+        check["ratio"] = ratio
+        check["end_to_end"] = {"worst_ratio": ratio}
+    worst = alike[1]
+    marked = np.full((30, 40, 3), 0.25)
+    drawn = next(one for one in case["renders"] if one["renderer"] in (worst["reference"],))
+    write_answers(tmp_path / drawn["image"], {Stage(stage): marked}, lights=2, comments="")
+
+    (path,) = draw_thumbnails(tmp_path, results | {"cases": [{**case, "checks": alike[:2]}]})
+
+    theirs = imread(path)[:, 40 + GAP : 80 + GAP, :3]
+    assert len(np.unique(theirs)) == 1
+
+
 def test_summary_and_junit_point_to_them(tmp_path: Path) -> None:
     from reports.publish.junit import publish as junit
     from reports.publish.summary import publish as summary

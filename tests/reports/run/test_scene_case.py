@@ -1,6 +1,7 @@
 """Scene files become cases of one name each, and a case says how it is run again."""
 
 import json
+import os
 import shlex
 from pathlib import Path
 
@@ -56,6 +57,13 @@ def test_a_name_of_dots_leads_out_of_no_folder(tmp_path: Path, name: str):
     (case,) = cases_of_files([written(tmp_path / name)])
 
     assert case.name == "file/scene"
+
+
+def test_a_name_that_is_no_text_is_written_as_text(tmp_path: Path):
+    (case,) = cases_of_files([written(tmp_path / os.fsdecode(b"sc\xffne.json"))])
+
+    assert case.name == "file/sc?ne"
+    assert case.stresses == "The scene that sc?ne.json describes."
 
 
 def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
