@@ -12,17 +12,14 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Plane, Scene, Shape, Triangle, Vector
-from tracer.arrays import ArrayTypes
+from cases.scene import Plane, Shape, Triangle, Vector
 from tracer.branches import where
 from tracer.cones import Cone, Directions, cone
-from tracer.configuration import Configuration
 from tracer.feeling import Feeler
 from tracer.geometry import SLOTS, upload
-from tracer.parameters import Parameters
 from tracer.placement import Placement
-from tracer.plan import Plan
 from tracer.rays import Interval, Nearest, Ray
+from tracer.setting import Setting
 from tracer.triangles import degenerate
 
 
@@ -40,19 +37,10 @@ class Body:
 class Bodies:
     """The unrolled shapes of a scene, in one precision."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        configuration: Configuration,
-        types: ArrayTypes,
-        *,
-        placements: Sequence[Placement],
-        plan: Plan,
-        parameters: Parameters,
-    ) -> None:
+    def __init__(self, setting: Setting, *, placements: Sequence[Placement]) -> None:
         """Take the shapes of a scene that the plan puts into no tree."""
-        self.scene, self.configuration, self.types, self.parameters = scene, configuration, types, parameters
-        self._placements, self._plan = placements, plan
+        self.scene, self.configuration, self.types = setting.scene, setting.configuration, setting.types
+        self.parameters, self._plan, self._placements = setting.parameters, setting.plan, placements
 
     def _unrolled(self, shape: Shape) -> bool:
         # One that nobody knows is kept, so that `upload` names it.

@@ -1,6 +1,7 @@
 """Where feelers start, and the shapes that they run through, in the precision that the strategy wants."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import drjit as dr
 
@@ -36,7 +37,7 @@ def starting_points(world: World, surfaces: Sequence[Surfaces]) -> tuple[World, 
 def _in_float64(world: World, surfaces: Sequence[Surfaces]) -> tuple[World, list[Hit]]:
     """Return the hits of the same rays, found again; where that fails, the usual ones."""
     types, parameters = array_types("float64"), world.parameters
-    wide = World(world.scene, world.configuration, types, plan=world.plan, assets=world.assets, parameters=parameters)
+    wide = World(replace(world.setting, types=types))
     rays, intervals = [], []
     for one in surfaces:
         # The shape that the pixel shows is met again along the same ray; the window leaves the others out.

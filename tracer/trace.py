@@ -21,6 +21,7 @@ from tracer.lanes import Lanes
 from tracer.parameters import LITERALS, Parameters
 from tracer.plan import Plan, plan
 from tracer.rays import Nearest, Ray
+from tracer.setting import Setting
 from tracer.surfaces import Surfaces
 from tracer.world import World
 
@@ -46,9 +47,16 @@ class Trace:
         self.scene, self.configuration = scene, configuration
         self.types = array_types(configuration.precision)
         self.plan = plan(scene, configuration, samples=per_side) if chosen is None else chosen
-        self.assets = Assets() if assets is None else assets
         self._parameters = parameters
-        self.world = World(scene, configuration, self.types, plan=self.plan, assets=self.assets, parameters=parameters)
+        setting = Setting(
+            scene=scene,
+            configuration=configuration,
+            types=self.types,
+            plan=self.plan,
+            assets=Assets() if assets is None else assets,
+            parameters=parameters,
+        )
+        self.world = World(setting)
 
         def seen(columns: int, rows: int) -> CameraRays:
             size = {"columns": columns, "rows": rows, "per_side": per_side}

@@ -6,21 +6,17 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Mesh, Scene, Shape, Triangle
+from cases.scene import Mesh, Shape, Triangle
 from tracer.acceleration.beams import Beam, smaller
 from tracer.acceleration.crowds import Crowd, host_crowd
 from tracer.acceleration.forest import Forest, host_forest
 from tracer.acceleration.parting import any_hit_in_groups
 from tracer.acceleration.traverse import WIDER, Grove, Walk, nearest
-from tracer.arrays import ArrayTypes
-from tracer.assets import Assets
-from tracer.configuration import Configuration
 from tracer.feeling import Feeler
 from tracer.geometry import SLOTS, square_vectors
-from tracer.parameters import Parameters
 from tracer.placement import Placement
-from tracer.plan import Plan
 from tracer.rays import Interval, Nearest, Ray
+from tracer.setting import Setting
 from tracer.shear import prepare, turning_alike, turns
 
 
@@ -32,18 +28,9 @@ def flat(shape: Shape) -> bool:
 class Trees:
     """The trees of a scene, in one precision."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        configuration: Configuration,
-        types: ArrayTypes,
-        *,
-        plan: Plan,
-        assets: Assets,
-        parameters: Parameters,
-    ) -> None:
-        self.scene, self.configuration, self.types, self.plan, self.assets = scene, configuration, types, plan, assets
-        self.parameters = parameters
+    def __init__(self, setting: Setting) -> None:
+        self.scene, self.configuration, self.types = setting.scene, setting.configuration, setting.types
+        self.plan, self.assets, self.parameters = setting.plan, setting.assets, setting.parameters
 
     @cached_property
     def forest(self) -> Forest | None:

@@ -8,17 +8,13 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
-from cases.scene import Scene, Shape, Vector
-from tracer.arrays import ArrayTypes
-from tracer.assets import Assets
+from cases.scene import Shape, Vector
 from tracer.bodies import Bodies
-from tracer.configuration import Configuration
 from tracer.feeling import Feeler
 from tracer.geometry import SLOTS
-from tracer.parameters import Parameters
 from tracer.placement import Placement
-from tracer.plan import Plan
 from tracer.rays import Interval, Nearest, Ray
+from tracer.setting import Setting
 from tracer.trees import Trees
 
 
@@ -34,18 +30,10 @@ def can_shadow_itself(shape: Shape) -> bool:
 class World:
     """A scene's shapes in one precision."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        configuration: Configuration,
-        types: ArrayTypes,
-        *,
-        plan: Plan,
-        assets: Assets,
-        parameters: Parameters,
-    ) -> None:
-        self.scene, self.configuration, self.types, self.plan, self.assets = scene, configuration, types, plan, assets
-        self.parameters = parameters
+    def __init__(self, setting: Setting) -> None:
+        self.setting, self.scene, self.types = setting, setting.scene, setting.types
+        self.configuration, self.plan = setting.configuration, setting.plan
+        self.assets, self.parameters = setting.assets, setting.parameters
 
     def parameter(self, index: int, what: str, value: Any) -> Any:
         """Return a number or vector that belongs to a shape, as a parameter of the kernel."""
@@ -62,26 +50,12 @@ class World:
     @cached_property
     def bodies(self) -> Bodies:
         """Return the shapes that are unrolled."""
-        return Bodies(
-            self.scene,
-            self.configuration,
-            self.types,
-            placements=self.placements,
-            plan=self.plan,
-            parameters=self.parameters,
-        )
+        return Bodies(self.setting, placements=self.placements)
 
     @cached_property
     def trees(self) -> Trees:
         """Return the shapes that stand in trees."""
-        return Trees(
-            self.scene,
-            self.configuration,
-            self.types,
-            plan=self.plan,
-            assets=self.assets,
-            parameters=self.parameters,
-        )
+        return Trees(self.setting)
 
     @property
     def has_blockers(self) -> bool:

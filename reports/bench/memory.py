@@ -24,6 +24,7 @@ def memory(name: str, width: int, height: int) -> tuple[float, float]:
     from tracer.frames import Frames
 
     Frames(SCENES[0].scene(16, 16), Configuration())()
+    meshes.bumpy(0)  # trimesh is an import, too
     before = _status("VmRSS")
     scene = chosen((name,), quick=False)[0].scene(width, height)
     for cached in (meshes.bumpy, meshes.uneven, meshes.scanned):
