@@ -103,6 +103,7 @@ def everything_tried(corners: np.ndarray, ray: Ray, interval: Interval, formula:
     return best, np.where(np.isfinite(best), found.argmin(axis=0), NONE)
 
 
+@pytest.mark.usefixtures("each_builder")
 @pytest.mark.parametrize("formula", TRIANGLES, ids=lambda formula: formula.name)
 @pytest.mark.parametrize(("count", "flat"), [(1, False), (2, False), (3, False), (37, False), (60, True)])
 def test_the_tree_and_trying_everything_agree(formula: Any, count: int, flat: bool, precision: str) -> None:
@@ -125,6 +126,7 @@ def test_the_tree_and_trying_everything_agree(formula: Any, count: int, flat: bo
     np.testing.assert_array_equal(found, np.isfinite(expected))
 
 
+@pytest.mark.usefixtures("each_builder")
 def test_of_equal_triangles_the_first_is_named() -> None:
     types = array_types("float32")
     corners = np.repeat(soup(6), 4, axis=0)[::-1].copy()
@@ -216,6 +218,7 @@ def test_siblings_part_at_the_median_of_the_longest_axis() -> None:
 
 def test_a_tree_with_all_leaves_that_a_traversal_can_count_has_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tracer.acceleration.build.MOST_LEAVES", 8)
+    monkeypatch.setattr("tracer.acceleration.forest.MOST_BY_AREA", 0)
     types = array_types("float32")
     corners, ray = soup(61), bundle(types)
     interval = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
@@ -248,7 +251,8 @@ def test_meshes_of_the_same_content_share_one_tree(monkeypatch: pytest.MonkeyPat
         built.append(lower.shape[1])
         return build(lower, upper)
 
-    monkeypatch.setattr("tracer.acceleration.forest.build", counted)
+    for builder in ("build", "build_by_area"):
+        monkeypatch.setattr(f"tracer.acceleration.forest.{builder}", counted)
 
     first, again, other = host(soup(30, seed=77)), host(soup(30, seed=77)), host(soup(31, seed=77))
 

@@ -24,6 +24,8 @@ SCENES = 200
 FORMULA = FORMULAS["triangle/woop_kahan"].function
 CLOSER = FORMULAS["nearest/smaller"].function
 
+pytestmark = pytest.mark.usefixtures("each_builder")
+
 
 def grown(corners: np.ndarray, types: ArrayTypes) -> Forest:
     mesh = Mesh(

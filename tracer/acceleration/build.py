@@ -29,6 +29,7 @@ class Tree:
     size: int  # slots of the largest leaf
     total: int  # slots
     slots: np.ndarray  # (total + size - 1,) index of the item in each slot; the last one repeats
+    empty: np.ndarray  # (leaves,) bool, leaves without items
 
     def first(self, leaf: np.ndarray) -> np.ndarray:
         """Return the first slot of a leaf, counted from 0; of `leaves` the end."""
@@ -145,4 +146,5 @@ def build(lower: np.ndarray, upper: np.ndarray) -> Tree:
     largest = -(-size // (leaves // groups))
     slots = np.concatenate([items, np.repeat(items[-1:], largest - 1)])
     slots.setflags(write=False)
-    return Tree(leaves=leaves, size=largest, total=total, slots=slots)
+    first = np.arange(leaves + 1, dtype=np.int64) * total // leaves
+    return Tree(leaves=leaves, size=largest, total=total, slots=slots, empty=first[:-1] == first[1:])

@@ -88,7 +88,7 @@ def quantise(tree: Tree, lower: np.ndarray, upper: np.ndarray) -> HostNodes:
                 level, np.take(items, tree.slots[np.minimum(first[:-1] + place, first[1:] - 1)], axis=1), out=level
             )
         # A leaf without items has its box inside out, which enlarges no other and is met by no narrow beam.
-        level[:, first[:-1] == first[1:]] = STEPS
+        level[:, tree.empty] = STEPS
         count = tree.leaves
         while count > 1:
             pair = level[0].astype(np.uint32) | ((STEPS - level[1].astype(np.uint32)) << 16)
