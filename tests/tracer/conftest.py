@@ -12,6 +12,6 @@ def each_builder(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
     """Build the trees of triangles as those of small meshes are, and as those of large ones."""
     host_forest.cache_clear()
     if request.param == "by median":
-        monkeypatch.setattr("tracer.acceleration.forest.MOST_BY_AREA", 0)
+        monkeypatch.setattr("tracer.acceleration.choosing.MOST_BY_AREA", 0)
     yield
     host_forest.cache_clear()

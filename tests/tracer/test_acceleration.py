@@ -218,7 +218,7 @@ def test_siblings_part_at_the_median_of_the_longest_axis() -> None:
 
 def test_a_tree_with_all_leaves_that_a_traversal_can_count_has_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tracer.acceleration.build.MOST_LEAVES", 8)
-    monkeypatch.setattr("tracer.acceleration.forest.MOST_BY_AREA", 0)
+    monkeypatch.setattr("tracer.acceleration.choosing.MOST_BY_AREA", 0)
     types = array_types("float32")
     corners, ray = soup(61), bundle(types)
     interval = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
@@ -251,8 +251,7 @@ def test_meshes_of_the_same_content_share_one_tree(monkeypatch: pytest.MonkeyPat
         built.append(lower.shape[1])
         return build(lower, upper)
 
-    for builder in ("build", "build_by_area"):
-        monkeypatch.setattr(f"tracer.acceleration.forest.{builder}", counted)
+    monkeypatch.setattr("tracer.acceleration.forest.tree_over", counted)
 
     first, again, other = host(soup(30, seed=77)), host(soup(30, seed=77)), host(soup(31, seed=77))
 

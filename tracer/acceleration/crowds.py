@@ -8,7 +8,7 @@ import drjit as dr
 import numpy as np
 
 from cases.scene import Shape, Sphere
-from tracer.acceleration.build import build
+from tracer.acceleration.choosing import tree_over
 from tracer.acceleration.nodes import HostNodes, Nodes, quantise
 from tracer.arrays import ArrayTypes
 from tracer.assets import Assets, packets
@@ -65,7 +65,7 @@ def host_crowd(members: Members) -> HostCrowd:
     boxes = np.array([_box(shape) for _, shape in members])
     identity = all(Placement(to_world=shape.to_world).identity for _, shape in members)
     lower, upper = boxes[:, 0].T, boxes[:, 1].T
-    tree = build(lower, upper)
+    tree = tree_over(lower, upper)
     records = np.array([_record(shape, identity=identity) for _, shape in members])
     first = members[0][1]
     square = SLOTS[type(first)] == "square"

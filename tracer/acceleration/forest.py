@@ -8,8 +8,7 @@ import drjit as dr
 import numpy as np
 
 from cases.scene import Mesh, Triangle
-from tracer.acceleration.build import build
-from tracer.acceleration.heuristic import build_by_area
+from tracer.acceleration.choosing import tree_over
 from tracer.acceleration.nodes import HostNodes, Nodes, quantise
 from tracer.arrays import ArrayTypes
 from tracer.assets import Assets, aligned, packets
@@ -20,7 +19,6 @@ from tracer.rays import Interval, Ray
 from tracer.triangles import baked, degenerate, in_pieces, object_normals, slenderness
 
 Meshes = tuple[tuple[int, Mesh | Triangle], ...]  # (index into the scene's shapes, mesh), ascending
-MOST_BY_AREA = 2**15  # triangles; a better tree of more takes longer to build than it saves in a hundred images
 RECORD = 12  # words per slot: nine coordinates, the number, and two that make it three packets of four
 
 
@@ -110,7 +108,7 @@ def host_forest(meshes: Meshes) -> HostForest | None:
     if len(corners) == 0:
         return None
     lower, upper = bounds(corners)
-    tree = (build_by_area if len(corners) <= MOST_BY_AREA else build)(lower, upper)
+    tree = tree_over(lower, upper)
     nodes = quantise(tree, lower, upper)
     del lower, upper
     records = aligned((len(tree.slots), RECORD), np.uint32)

@@ -1,0 +1,13 @@
+"""Which builder makes a tree: the better tree where it is there soon enough."""
+
+import numpy as np
+
+from tracer.acceleration.build import Tree, build
+from tracer.acceleration.heuristic import build_by_area
+
+MOST_BY_AREA = 2**15  # items; a better tree of more takes longer to build than it saves in a hundred images
+
+
+def tree_over(lower: np.ndarray, upper: np.ndarray) -> Tree:
+    """Return a tree over boxes by their corners (3, n) [m]; raise ValueError if there is none."""
+    return (build_by_area if lower.shape[1] <= MOST_BY_AREA else build)(lower, upper)
