@@ -27,6 +27,11 @@ def as_json(value: Any, *, indent: int | None = None) -> str:
         return json.dumps(plain(value), allow_nan=False, indent=indent, separators=separators)
 
 
+def encodable(text: str) -> str:
+    """Return a text as it can be written in UTF-8: without the lone surrogates that undecodable file names bring."""
+    return text.encode("utf-8", errors="replace").decode("utf-8")
+
+
 def number(value: Any) -> float | None:
     """Return a number, also where it is "inf", "-inf" or "nan"; None where there is none."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):

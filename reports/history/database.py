@@ -14,7 +14,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from reports.plain import at_worst
+from reports.plain import at_worst, encodable
 
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
 VERSION = 1
@@ -121,7 +121,7 @@ def append(path: Path, results: Mapping[str, Any], revision: str) -> int:
 
 def storable(*values: Any) -> tuple[Any, ...]:
     """Return values as SQLite takes them: of an undecodable file name what reports.publish.atomic makes of it."""
-    return tuple(one.encode("utf-8", "replace").decode() if isinstance(one, str) else one for one in values)
+    return tuple(encodable(one) if isinstance(one, str) else one for one in values)
 
 
 def machine() -> str:
