@@ -6,14 +6,11 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Scene
-from tracer.arrays import ArrayTypes
-from tracer.configuration import Configuration
 from tracer.frame import Frame, Viewpoint
 from tracer.interleaving import next_step
 from tracer.lanes import Lanes
-from tracer.parameters import Parameters
 from tracer.rays import Interval, Ray
+from tracer.setting import Setting
 
 WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and that of its neighbour 0.3
 
@@ -26,23 +23,15 @@ class CameraRays:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        configuration: Configuration,
-        types: ArrayTypes,
-        *,
-        columns: int,
-        rows: int,
-        per_side: int,
-        within: tuple[Any, Any] | None,
-        parameters: Parameters,
+        self, setting: Setting, *, columns: int, rows: int, per_side: int, within: tuple[Any, Any] | None
     ) -> None:
-        self.scene, self.configuration, self.types = scene, configuration, types
-        self.per_side, self.within = per_side, within
-        self.frame = Frame(camera=scene.camera, configuration=configuration, types=types)
-        self._parameters, self._seen_from = parameters, Viewpoint(self.frame, parameters)
+        self.scene, self.configuration, self.types = setting.scene, setting.configuration, setting.types
+        self.per_side, self.within, self._parameters = per_side, within, setting.parameters
+        camera = self.scene.camera
+        self.frame = Frame(camera=camera, configuration=self.configuration, types=self.types)
+        self._seen_from = Viewpoint(self.frame, self._parameters)
         self._side_by_side = per_side if within is None else 1
-        size = {"width": scene.camera.width * self._side_by_side, "height": scene.camera.height * self._side_by_side}
+        size = {"width": camera.width * self._side_by_side, "height": camera.height * self._side_by_side}
         self.lanes = Lanes(**size, columns=columns, rows=rows)
 
     @property

@@ -59,8 +59,7 @@ class Trace:
         self.world = World(setting)
 
         def seen(columns: int, rows: int) -> CameraRays:
-            size = {"columns": columns, "rows": rows, "per_side": per_side}
-            return CameraRays(scene, configuration, self.types, **size, within=within, parameters=parameters)
+            return CameraRays(setting, columns=columns, rows=rows, per_side=per_side, within=within)
 
         # Where a kernel of its own takes tiles of rays through the trees, what comes after takes one per lane.
         self._tiles = seen(self.plan.columns, self.plan.rows)

@@ -5,7 +5,8 @@ import numpy as np
 from tracer.acceleration.build import Tree, build
 from tracer.acceleration.heuristic import build_by_area
 
-MOST_BY_AREA = 2**15  # items; a better tree of more takes longer to build than it saves in a hundred images
+# The better tree of 82 000 items takes 1.7 s of processor time, which it does not save in a hundred images.
+MOST_BY_AREA = 2**15
 
 
 def tree_over(lower: np.ndarray, upper: np.ndarray) -> Tree:

@@ -104,7 +104,7 @@ def build_by_area(lower: np.ndarray, upper: np.ndarray) -> Tree:
     while room > 1:
         room //= 2
         level = level.split(level.costs(low, high, room))
-    # A leaf without items has a slot all the same, which nobody is sent to.
+    # A leaf without items has a slot all the same: where nothing is culled, the first item is met there again.
     slots = np.zeros(leaves, dtype=np.int32)
     slots[level.node] = level.order[0]
     slots.setflags(write=False)
