@@ -13,6 +13,7 @@ import numpy as np
 from cases.scene import Camera
 from reports.judge.conditioning import basis_condition
 from reports.judge.limits import Roundoff
+from reports.judge.measurement import over
 
 COUNT = 16  # roundings on the longest path: an axis (8), a 4x4 product (7), a store
 ITEMS = {
@@ -72,9 +73,11 @@ def worst_part(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> tuple[f
             return np.inf, name, np.inf, 0.0
         if worst[0] >= 0 and np.array_equal(mine, other):
             continue  # no worse than what there is already
-        error = np.where(mine == other, 0.0, np.abs(mine - other))
+        with np.errstate(invalid="ignore"):  # inf - inf is NaN, which `over` counts as infinitely wrong
+            error = np.where(mine == other, 0.0, np.abs(mine - other))
         limit = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), error.shape)
-        ratio = np.where(np.isnan(error), np.inf, error / limit)
+        # With the eye at the world's origin some limits are 0.
+        ratio = over(error, limit)
         at = np.unravel_index(int(ratio.argmax()), ratio.shape)
         if ratio[at] > worst[0]:
             worst = (float(ratio[at]), name, float(error[at]), float(limit[at]))
@@ -121,4 +124,4 @@ def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
     columns, rows = np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5
     centres = np.stack(np.meshgrid(columns, rows), axis=-1)
     residuals.append(np.abs(parts["pixel"] - centres).max() / (g(4 * COUNT) * scale["pixel"]))
-    return float(np.max(np.nan_to_num(np.asarray(residuals), nan=np.inf)))
+    return float(np.max(np.where(np.isnan(residuals), np.inf, residuals)))

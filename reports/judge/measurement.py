@@ -88,13 +88,13 @@ def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray
     if ours.shape != theirs.shape:
         raise ValueError(f"{stage} images differ in shape: {ours.shape} against {theirs.shape}")
     wrong = error(stage, ours, theirs)
-    ratio = _over(wrong, limit)
+    ratio = over(wrong, limit)
     if wrong.ndim < ours.ndim:
         return ratio, wrong
     return largest(ratio), wrong
 
 
-def _over(wrong: np.ndarray, limit: np.ndarray) -> np.ndarray:
+def over(wrong: np.ndarray, limit: np.ndarray) -> np.ndarray:
     """Return errors over their limits, 0 without an error and inf for NaN."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = wrong / (limit if limit.ndim == wrong.ndim else limit[..., np.newaxis])

@@ -115,8 +115,8 @@ def stand_guard(oracle: FullOracle) -> int:
     whole = chain(((sentinel, None) for sentinel in usual), panel_sentinels(truth, oracle))
     for sentinel, said in whole:
         try:
-            # Spoilt numbers overflow on purpose; how the judge takes them is what is looked at.
-            with np.errstate(all="ignore"):
+            # Spoilt numbers overflow on purpose; a comparison that ends in 0/0 is the judge's own fault.
+            with np.errstate(over="ignore", under="ignore", divide="raise", invalid="raise"):
                 judged, candidate, witnesses = _judge(sentinel, once)
                 wrong = said(adjudication(judged, [candidate], witnesses, once)) if said is not None else None
         except Exception as fall:  # whatever a broken judge raises
