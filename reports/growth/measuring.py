@@ -2,10 +2,11 @@
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,6 +15,7 @@ from reports.cache.store import VARIABLE
 from reports.growth.scenes import write_scenes
 
 COMMAND = "import sys; from reports.cli import main; sys.exit(main())"
+RESULTS = "results"  # the run's own folder below its place
 LINE = 200  # characters of a failed run's last line
 AGAIN = ("at first", "again")  # with nothing kept, and with everything
 
@@ -39,14 +41,31 @@ def measured(counts: Sequence[int]) -> Iterator[dict[str, Any]]:
 
 
 def _cost(files: Sequence[Path], place: Path) -> dict[str, Any]:
-    out = place / "results"
-    command = [sys.executable, "-c", COMMAND, "run", *(file.name for file in files), "--out", str(out)]
-    environment = {**os.environ, VARIABLE: str(place / "cache")}
+    """Return the cost of judging scene files, every one of which must pass."""
+    cost = cost_of_run([file.name for file in files], place, folder=place / "scenes")
+    passed = json.loads((place / RESULTS / "results.json").read_text(encoding="utf-8"))["summary"]["pass"]
+    if passed != len(files):
+        raise GrowthError(f"of {len(files)} cases {passed} passed")
+    return cost
+
+
+def cost_of_run(
+    arguments: Sequence[str], place: Path, *, folder: Path, environment: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """Return time [s], processor time [s], largest process and results folder [bytes] of one `rayproof run`.
+
+    It is started in `folder`, from whose checkout it is taken if there is one; `place` gets its results and its cache.
+
+    Raises:
+        GrowthError: the run did not end with 0.
+
+    """
+    out = place / RESULTS
+    command = [sys.executable, "-c", COMMAND, "run", *arguments, "--out", str(out)]
+    variables = {**os.environ, VARIABLE: str(place / "cache"), **(environment or {})}
     start = time.perf_counter()
     with (place / "said").open("wb") as said:
-        child = subprocess.Popen(
-            command, cwd=place / "scenes", env=environment, stdin=subprocess.DEVNULL, stdout=said, stderr=said
-        )
+        child = subprocess.Popen(command, cwd=folder, env=variables, stdin=subprocess.DEVNULL, stdout=said, stderr=said)
         try:
             # Its own use of the processor and that of all workers that it waited for; its memory is the largest one's.
             _, status, used = os.wait4(child.pid, 0)
@@ -58,10 +77,7 @@ def _cost(files: Sequence[Path], place: Path) -> dict[str, Any]:
     child.returncode = os.waitstatus_to_exitcode(status)
     if child.returncode != 0:
         last = (place / "said").read_text(errors="replace").strip().splitlines()[-1:]
-        raise GrowthError(f"a run of {len(files)} cases ended with {child.returncode}: {''.join(last)[:LINE]}")
-    passed = json.loads((out / "results.json").read_text(encoding="utf-8"))["summary"]["pass"]
-    if passed != len(files):
-        raise GrowthError(f"of {len(files)} cases {passed} passed")
+        raise GrowthError(f"`run {shlex.join(arguments)}` ended with {child.returncode}: {''.join(last)[:LINE]}")
     return {
         "seconds": seconds,
         "processor_seconds": used.ru_utime + used.ru_stime,

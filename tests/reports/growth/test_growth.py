@@ -10,6 +10,7 @@ import pytest
 
 from reports.commands.growth import growth
 from reports.growth import measuring
+from reports.growth.checkouts import Round, compared, ratios
 from reports.growth.marginal import marginal
 from reports.growth.measuring import GrowthError, measured
 from reports.growth.scenes import write_scenes
@@ -53,7 +54,7 @@ def test_the_price_of_a_further_case() -> None:
 def test_a_run_that_fails_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measuring, "COMMAND", "import sys; sys.exit('it broke')")
 
-    with pytest.raises(GrowthError, match="a run of 1 cases ended with 1: it broke"):
+    with pytest.raises(GrowthError, match="ended with 1: it broke"):
         list(measured([1]))
 
 
@@ -90,3 +91,47 @@ def test_a_suite_without_cases_is_refused(rayproof: Rayproof) -> None:
 
     assert ended.code == 2
     assert "at least 1 case, got 0" in ended.error
+
+
+def _round(number: int, checkout: str, when: str, seconds: float) -> Round:
+    cost = {"seconds": seconds, "peak_bytes": 1, "folder_bytes": 1}
+    return Round(number=number, checkout=checkout, when=when, processor_seconds=seconds, **cost)
+
+
+def test_the_ratio_of_two_checkouts_is_taken_within_a_round() -> None:
+    rows = [
+        _round(number, checkout, "at first", seconds * pace)
+        for number, pace in enumerate((1.0, 3.0, 2.0))
+        for checkout, seconds in (("here", 11.0), ("against", 10.0))
+    ]
+
+    assert ratios(rows) == {"at first": {"ratio": 1.1, "interval": [1.1, 1.1], "rounds": 3}}
+
+
+def test_each_checkout_runs_its_own_code(tmp_path: Path) -> None:
+    other = tmp_path / "other"
+    (other / "reports").mkdir(parents=True)
+    (other / "reports" / "__init__.py").touch()
+    (other / "reports" / "cli.py").write_text("def main():\n    return 'the other checkout was asked'\n")
+
+    with pytest.raises(GrowthError, match="the other checkout was asked"):
+        list(compared(other, ("primitives/plane",), rounds=1))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        pytest.param(("--suite",), "go together", id="against-what"),
+        pytest.param(("3", "--suite", "--against", "."), "takes no number of cases, got 3", id="sizes-too"),
+        pytest.param(("--suite", "--against", "nowhere"), "nowhere is no checkout of rayproof", id="no-checkout"),
+        pytest.param(("--suite", "--against", ".", "--rounds", "2"), "must be odd", id="even"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_in_one_line(
+    rayproof: Rayproof, arguments: tuple[str, ...], complaint: str
+) -> None:
+    ended = rayproof("growth", *arguments)
+
+    assert ended.code == 2
+    assert complaint in ended.error
+    assert ended.error.count("\n") == 1
