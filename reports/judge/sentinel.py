@@ -40,6 +40,10 @@ CASE = Case(
 )
 
 
+class BrokenJudgeError(RuntimeError):
+    """The judge got a sentinel wrong: nothing that it says can be believed."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Sentinel:
     """Answers with a known verdict."""

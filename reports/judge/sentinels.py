@@ -20,9 +20,10 @@ from reports.judge.edges import Edges
 from reports.judge.oracle import FullOracle
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
-from reports.judge.sentinel import CASE, SCENE, Sentinel, rounded, spoilt_at
+from reports.judge.sentinel import CASE, SCENE, BrokenJudgeError, Sentinel, rounded, spoilt_at
 from reports.judge.sentinels_at_edges import edge_sentinels
 from reports.judge.sentinels_before_witnesses import witness_sentinels
+from reports.judge.sentinels_of_limits import guard_limits
 from reports.judge.sentinels_of_the_panel import panel_sentinels, step_sentinels
 from reports.judge.summing_up import Judged
 
@@ -37,10 +38,6 @@ SLIGHT = {
     Stage.EXITANCE: 3e-5,
     Stage.RADIANCE: 3e-5,
 }
-
-
-class BrokenJudgeError(RuntimeError):
-    """The judge got a sentinel wrong: nothing that it says can be believed."""
 
 
 def sentinels(truth: Answers, clear: tuple[int, int]) -> Iterator[Sentinel]:
@@ -108,7 +105,7 @@ def stand_guard(oracle: FullOracle) -> int:
     """
     truth = oracle.render(SCENE, tuple(Stage))
     once = _EdgesOnce(oracle)
-    count = 0
+    count = guard_limits(once)
     usual = chain(
         sentinels(truth, _clear(truth)), witness_sentinels(truth), edge_sentinels(oracle), step_sentinels(truth)
     )

@@ -17,7 +17,15 @@ GUARDED = [
     if FAULTS.about(name)["where"] in ("loader", "run") or "analytic" in FAULTS.about(name).get("who", ())
 ]
 # The judge's own take a second each; the audit plants them all.
-JUDGE = ("edges_excused", "limit_times_1000", "nan_passes", "stage_not_planned", "reference_never_suspect")
+JUDGE = (
+    "edges_excused",
+    "limit_times_1000",
+    "nan_passes",
+    "stage_not_planned",
+    "reference_never_suspect",
+    "float64_by_float32",
+    "reference_not_compared",
+)
 QUESTION = plan.question
 
 

@@ -1,0 +1,24 @@
+"""Planted fault: float64 is judged by the limits of float32."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+from reports.judge import terms
+from reports.judge.limits import Roundoff
+
+
+@FAULTS.register("judge/float64_by_float32", where="judge", stage=None)
+@contextmanager
+def float64_by_float32() -> Iterator[None]:
+    """Take every party's rounding for that of float32."""
+    right = terms._roundoff
+
+    def wrong(party: Any) -> Roundoff:
+        rounding = right(party)
+        return Roundoff("float32", scale=rounding.scale, baked=rounding.baked)
+
+    with replaced(right, wrong):
+        yield

@@ -1,0 +1,37 @@
+"""Planted faults: a reference is not compared, or all candidates are judged by the first one's answers."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+from reports.faults import FAULTS
+from reports.faults.patching import replaced
+from reports.judge import judging
+
+
+@FAULTS.register("judge/reference_not_compared", where="judge", stage=None)
+@contextmanager
+def reference_not_compared() -> Iterator[None]:
+    """Leave out one of the references, and plan nothing of it."""
+    right = judging.judge_case
+
+    def wrong(case: Any, candidates: Any, witnesses: Any, *rest: Any) -> Any:
+        heard = [witness for witness in witnesses if witness.name != "mitsuba_llvm"]
+        return right(case, candidates, heard, *rest)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/first_candidates_answers", where="judge", stage=None)
+@contextmanager
+def first_candidates_answers() -> Iterator[None]:
+    """Judge every candidate by what the first one answered."""
+    right = judging.judge_case
+
+    def wrong(case: Any, candidates: Any, *rest: Any) -> Any:
+        return right(case, [replace(one, answers=candidates[0].answers) for one in candidates], *rest)
+
+    with replaced(right, wrong):
+        yield
