@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.analytic.vectors import dot, length
+from reference.analytic.ends import Ends
+from reference.analytic.vectors import ON_SURFACE, dot, length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,10 +49,17 @@ class Ellipsoid:
         inside = (roots > low[:, np.newaxis]) & (roots < high[:, np.newaxis])
         return np.where(inside, roots, np.inf).min(axis=1), np.zeros(len(roots))
 
-    def blocks(self, apex: np.ndarray, segments: np.ndarray) -> np.ndarray:
+    def blocks(self, apex: np.ndarray, segments: np.ndarray, ends: Ends) -> np.ndarray:
         """Return which segments from the apex meet the surface strictly between their ends, shape (N,)."""
         roots = self.crossings(apex, segments)
-        return np.any((roots > 0) & (roots < 1), axis=1)
+        blocked = np.any((roots > 0) & (roots < 1), axis=1)
+        near = np.flatnonzero(blocked & (np.abs(roots - 1).min(axis=1) < 0.5))
+        if len(near):
+            points = ends.points[near]
+            reach = (ends.sizes[near] + np.abs(self.center)) @ np.abs(self.to_unit).T
+            held = np.abs(length(self.unit_points(points)) - 1) <= ON_SURFACE * length(reach)
+            blocked[near[held]] = self.blocks_itself(apex, points[held])
+        return blocked
 
     def blocks_itself(self, light: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return for points on the surface whether it lies between them and the light as well.

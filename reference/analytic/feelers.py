@@ -2,13 +2,15 @@
 
 The surface that was hit is divided out by algebra, never by an epsilon: a flat face cannot block itself, an ellipsoid
 or a cube does so exactly where the light's side says so. So there is no acne to suppress, and a point that lies a
-rounding off its surface is treated as lying on it.
+rounding off its surface is treated as lying on it. A surface that coincides with the hit one is another surface, which
+holds the point as well: the open segment does not meet it there.
 """
 
 import numpy as np
 
 from cases.scene import Cube, Scene
 from reference.analytic.ellipsoids import Ellipsoid
+from reference.analytic.ends import ends_of
 from reference.analytic.polygons import Polygons
 from reference.analytic.surfaces import cube_points, surface_of
 from reference.analytic.vectors import dot
@@ -38,12 +40,12 @@ def blocked(scene: Scene, index: int, source: np.ndarray, objects: np.ndarray, p
     shape = scene.shapes[index]
     surface = surface_of(shape)
     own = objects[:, 0] == index
-    segments = positions - source
+    segments, ends = positions - source, ends_of(np.asarray(scene.camera.eye), positions)
     blocked = np.zeros(len(objects), dtype=bool)
-    blocked[~own] = surface.blocks(source, segments[~own])
+    blocked[~own] = surface.blocks(source, segments[~own], ends[~own])
     blocked[own] = blocked_by_itself(scene, index, source, positions[own])
     if isinstance(surface, Polygons) and not isinstance(shape, Cube) and len(surface.corners) > 1:
-        blocked[own] = surface.blocks(source, segments[own], without=objects[own, 1])
+        blocked[own] = surface.blocks(source, segments[own], ends[own], without=objects[own, 1])
     return blocked
 
 

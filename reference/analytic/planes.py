@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reference.analytic.ends import Ends
+
 
 @dataclass(frozen=True, kw_only=True)
 class Flat:
@@ -24,7 +26,8 @@ class Flat:
         root = self.crossing(apex, directions)
         return np.where((root > low) & (root < high), root, np.inf), np.zeros(len(root))
 
-    def blocks(self, apex: np.ndarray, segments: np.ndarray) -> np.ndarray:
+    def blocks(self, apex: np.ndarray, segments: np.ndarray, ends: Ends) -> np.ndarray:
         """Return which segments from the apex meet the plane strictly between their ends, shape (N,)."""
         root = self.crossing(apex, segments)
-        return (root > 0) & (root < 1)
+        lies_in_it = ends.lie_in(np.broadcast_to(self.normal, segments.shape), self.point)
+        return (root > 0) & (root < 1) & ~lies_in_it

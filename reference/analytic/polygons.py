@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from reference.analytic.ends import Ends
 from reference.analytic.pencils import bundles
 from reference.analytic.vectors import cross, dot
 
@@ -77,7 +78,9 @@ class Polygons:
             number[rays] = self.numbers[faces[best]]
         return nearest, number
 
-    def blocks(self, apex: np.ndarray, segments: np.ndarray, without: np.ndarray | None = None) -> np.ndarray:
+    def blocks(
+        self, apex: np.ndarray, segments: np.ndarray, ends: Ends, without: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return which segments from the apex meet a face strictly between their ends, shape (N,).
 
         `without` (N,) is the number of a face that cannot block its segment, for the segment ends on it.
@@ -87,6 +90,11 @@ class Polygons:
             between = (crossing > 0) & (crossing < 1)
             if without is not None:
                 between &= self.numbers[faces] != without[rays, np.newaxis]
+            # A face that holds the segment's end, as a twin of the hit one does, is met there and not before.
+            ray, face = np.nonzero(between & (crossing > 0.5))
+            if len(ray):
+                met = faces[face]
+                between[ray, face] = ~ends[rays[ray]].lie_in(self.normals[met], self.corners[met, 0])
             blocked[rays] = between.any(axis=1)
         return blocked
 

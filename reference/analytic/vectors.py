@@ -6,6 +6,10 @@ Sums run from the first component to the last, as NumPy's do: the same bits. The
 
 import numpy as np
 
+# Where a point was computed: its height over a surface that it lies on is lost in so many roundings of the coordinates
+# that enter it (the ray's foot 8, the crossing 8, the height itself 8, and as many again to spare).
+ON_SURFACE = 48 * 2.0**-53
+
 
 def cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return cross products (..., 3)."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from reference.double_double.pairs import Bool, Float, Pair
-from reference.double_double.questions import Questions
+from reference.double_double.questions import LOW_MARGIN, Questions
 from reference.double_double.vectors import Vector
 
 
@@ -33,7 +33,11 @@ class Span:
         else:
             inside = ask.is_less(self.low, value, where, scale + self.low.size())
         if self.high is not None:
-            inside &= ask.is_less(value, self.high, where, scale + self.high.size())
+            whole = scale + self.high.size()
+            inside &= ask.is_less(value, self.high, where, whole)
+            if self.is_feeler:
+                # The end lies on the surface that was hit, and on whatever coincides with it: neither lies before it.
+                inside &= (self.high - value).size() > LOW_MARGIN * whole
         if self.speed is not None:
             inside &= self.speed.is_positive()
         return inside

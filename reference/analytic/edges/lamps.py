@@ -12,6 +12,7 @@ from cases.scene import Cube
 from cases.stages import Stage
 from reference.analytic.edges.hits import Hits
 from reference.analytic.ellipsoids import Ellipsoid
+from reference.analytic.ends import Ends, ends_of
 from reference.analytic.feelers import above_horizon, blocked
 from reference.analytic.planes import Flat
 from reference.analytic.polygons import Polygons
@@ -65,14 +66,17 @@ def _open(hits: Hits, source: np.ndarray, near: dict[int, np.ndarray]) -> np.nda
             found[asked] = ~blocked(hits.scene, index, source, objects, positions)
             continue
         surface, own = surface_of(shape), objects[:, 0] == index
-        hidden = _blocked_by_the_rest(surface, near[index], source, positions - source)
+        ends = ends_of(hits.view.eye, positions)
+        hidden = _blocked_by_the_rest(surface, near[index], source, positions - source, ends)
         # A convex shape's point has no other side between it and a light on the same shape.
         one_sided = isinstance(surface, Ellipsoid | Flat) or isinstance(shape, Cube) or len(near[index]) == 1
         found[asked] = ~np.where(own & one_sided, False, hidden)
     return found
 
 
-def _blocked_by_the_rest(surface: Surface, near: np.ndarray, source: np.ndarray, segments: np.ndarray) -> np.ndarray:
+def _blocked_by_the_rest(
+    surface: Surface, near: np.ndarray, source: np.ndarray, segments: np.ndarray, ends: Ends
+) -> np.ndarray:
     """Return which segments (N, 3) from the light meet the surface elsewhere than beside the light itself."""
     if isinstance(surface, Flat):
         return np.zeros(len(segments), dtype=bool)
@@ -83,7 +87,9 @@ def _blocked_by_the_rest(surface: Surface, near: np.ndarray, source: np.ndarray,
             return (farther > 0) & (farther < 1)
     rest = Polygons(corners=surface.corners[~near], numbers=surface.numbers[~near], closed=surface.closed)
     # A segment that ends on one of these faces ends a rounding before or behind it.
-    return rest.blocks(source, segments * (1 - NEAR)) if len(rest.corners) else np.zeros(len(segments), dtype=bool)
+    if not len(rest.corners):
+        return np.zeros(len(segments), dtype=bool)
+    return rest.blocks(source, segments * (1 - NEAR), ends)
 
 
 def _gaps(surface: Surface, point: np.ndarray) -> np.ndarray:

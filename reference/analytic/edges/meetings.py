@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cases.scene import Mesh, Triangle
 from cases.stages import Stage
 from reference.analytic.edges.hits import Hits
 from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.planes import Flat
+from reference.analytic.polygons import Polygons
 from reference.analytic.surfaces import surface_of
 
 # Of eye and distance: crossings closer than this float64 itself may have in either order, with room to spare.
@@ -46,9 +48,13 @@ def meetings_of(hits: Hits) -> list[Meeting]:
 
 
 def _meeting(hits: Hits, index: int, rays: np.ndarray, faces: np.ndarray, distances: np.ndarray) -> Meeting:
-    own = hits.rows[Stage.OBJECT][rays, 0] == index
-    if not isinstance(surface_of(hits.scene.shapes[index]), Flat):
+    own, surface = hits.rows[Stage.OBJECT][rays, 0] == index, surface_of(hits.scene.shapes[index])
+    if not isinstance(surface, Flat):
         own &= distances == hits.rows[Stage.DISTANCE][rays, 0]
+    if isinstance(hits.scene.shapes[index], Triangle | Mesh):
+        # Of faces that coincide only the one that is named is the hit itself.
+        assert isinstance(surface, Polygons)
+        own &= surface.numbers[faces] == hits.rows[Stage.OBJECT][rays, 1]
     return Meeting(shape=index, rays=rays, faces=faces, distances=distances, same=own)
 
 
