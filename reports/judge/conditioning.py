@@ -13,7 +13,7 @@ import numpy as np
 
 from cases.answers import Answers
 from cases.baking import world_triangles
-from cases.scene import IDENTITY, Camera, Mesh, Scene, Shape, Sphere, Triangle
+from cases.scene import IDENTITY, Camera, Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
 from cases.stages import Stage
 from reports.judge.channels import crossed, dot, largest, length
 
@@ -35,7 +35,8 @@ class Conditioning:
     matrix: np.ndarray  # 1: condition number of the model matrix
     local: np.ndarray  # 1: relative error of the object-space point that a curved normal is made from
     curvature: np.ndarray  # 1/m: largest normal curvature
-    baking: np.ndarray  # 1: error of a normal taken from baked world-space corners, per roundoff of float32
+    baking: np.ndarray  # 1: error of a triangle's normal taken from baked world-space corners, per roundoff of float32
+    placing: np.ndarray  # 1: error of a square's or cube's normal taken from its corners in world space, per roundoff
 
     @property
     def along_ray(self) -> np.ndarray:
@@ -78,7 +79,7 @@ def condition(scene: Scene, truth: Answers) -> Conditioning:
     cosine = np.ones(shape)
     cosine[hit] = np.abs(dot(truth[Stage.NORMAL][hit], directions[hit])).clip(LEAST_COSINE)
     distance = np.where(hit, truth[Stage.DISTANCE][..., 0], 0.0)
-    fields = {name: np.zeros(shape) for name in ("surface", "point", "local", "curvature", "baking")} | {
+    fields = {name: np.zeros(shape) for name in ("surface", "point", "local", "curvature", "baking", "placing")} | {
         "matrix": np.ones(shape)
     }
     for index, one in enumerate(scene.shapes):
@@ -111,7 +112,8 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
         reach = distance[mask] + _longest_edge(faces)
         surface = dot(normal, eye + position) + reach * _aspect(faces)
         point = length(eye + position) + reach
-        moved = 0.0 if shape.to_world == IDENTITY else length(position) / _least_height(faces)
+        # A corner is off by half a unit in the last place of its own coordinates, wherever on the triangle the hit is.
+        moved = 0.0 if shape.to_world == IDENTITY else largest(length(faces)) / _least_height(faces)
         return {"surface": surface, "point": point, "matrix": number * _aspect(faces), "baking": moved}
     carried = _carried(shape, eye, position)
     factors = {"surface": dot(normal, carried), "point": length(carried)}
@@ -120,7 +122,27 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
         arrived = (position + shift) @ np.abs(inverse).T + np.abs(np.asarray(shape.center))
         factors["local"] = length(arrived) / shape.radius
         factors["curvature"] = singular[0] / (singular[2] ** 2 * shape.radius)
+    if isinstance(shape, Cube | Square):
+        factors["placing"] = _placing(shape, truth[Stage.NORMAL][mask])
     return factors
+
+
+def _placing(shape: Cube | Square, normals: np.ndarray) -> np.ndarray:
+    """Return how much the sides with these normals (n, 3) turn when a corner's coordinates are rounded (n,).
+
+    A corner is made of |M| 1/2 + |T|; a side turns by its corners' shift over the least height of its triangles.
+    """
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    linear = matrix[:3, :3]
+    corner = np.linalg.norm(np.abs(linear).sum(axis=1) / 2 + np.abs(matrix[:3, 3]))
+    heights = []
+    for axis in range(3):
+        first, second = np.delete(linear, axis, axis=1).T
+        longest = max(np.linalg.norm(edge) for edge in (first, second, first + second, first - second))
+        heights.append(np.linalg.norm(np.cross(first, second)) / longest)
+    # The inverse transpose took the side's axis to its normal: its transpose takes it back.
+    side = np.abs(normals @ linear).argmax(axis=1) if isinstance(shape, Cube) else np.full(len(normals), 2)
+    return corner / np.array(heights)[side]
 
 
 def _carried(shape: Shape, start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """The ground that all judging of a scene stands on: the oracle's truth, its edges, the scene's conditioning."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
@@ -57,6 +57,23 @@ class Ground:
                 position=mine.position + theirs.position,
             )
         return self._limits[key]
+
+    def continued_limits(
+        self, ours: Answers, roundoffs: Sequence[Roundoff], *, by_matrices: bool
+    ) -> dict[Stage, np.ndarray]:
+        """Return the limits of stages up to the normal, each by itself, for what a candidate's own ray and object meet.
+
+        Its own conditioning counts there, not that of what the oracle sees in the same pixel, which may be nothing.
+        """
+        objects = ours[Stage.OBJECT]
+        named = (objects[..., :1] >= 0) & (objects[..., :1] < len(self.scene.shapes))  # nor is NaN
+        met = {Stage.RAY: ours[Stage.RAY], Stage.OBJECT: np.where(named, objects, -1.0)}
+        for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
+            met[stage] = self.oracle.continue_from(self.scene, stage, met)
+        met[Stage.OBJECT] = np.where(np.isfinite(met[Stage.DISTANCE]), met[Stage.OBJECT], -1.0)
+        about = self.scene, met, condition(self.scene, met)
+        each = [limits(*about, g, by_matrices=by_matrices).continued for g in roundoffs]
+        return {stage: np.sum([one[stage] for one in each], axis=0) for stage in each[0]}
 
     def once(self, key: tuple, objects: tuple, found: Callable[[], T]) -> T:
         """Return what `found` returns, computed once for `key` and the same `objects`, which are told by identity.

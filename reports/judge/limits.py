@@ -25,6 +25,7 @@ HIT = 16  # ray into object space 7, solve 9
 POINT = 4  # product and sum, rounded; origin rounded once
 NORMAL = 16  # point into object space 7, inverse transpose 5, normalisation 4
 BAKING = 4  # two corners rounded once each, seen across the triangle's least height from either side
+CORNERS = 10  # two corners of five roundings each (matrix entry, product, three sums), seen across the least height
 LIGHT = 12  # difference, length 4, two dot products' worth of sums, product of flux, cosine and 1 / (4 pi r^2)
 
 BECAUSE: dict[Stage, str] = {
@@ -57,15 +58,16 @@ class Limits:
 class Roundoff:
     """gamma(count) of one precision, times a constant (1 for what is bounded, more for a calibrated reference)."""
 
-    def __init__(self, precision: str, *, scale: float = 1.0, baked: bool = False) -> None:
+    def __init__(self, precision: str, *, scale: float = 1.0, baked: bool = False, placed: bool = False) -> None:
         self.precision = precision
         self.scale = scale
         self.baked = baked  # takes triangles' normals from their baked corners
+        self.placed = placed  # takes squares' and cubes' normals from corners that it placed in world space
 
     @property
-    def key(self) -> tuple[str, float, bool]:
+    def key(self) -> tuple[str, float, bool, bool]:
         """Return what tells this rounding from another."""
-        return self.precision, self.scale, self.baked
+        return self.precision, self.scale, self.baked, self.placed
 
     def __call__(self, count: float) -> float:
         """Return the bound on the relative error of `count` roundings."""
@@ -87,6 +89,8 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
     normal = g(NORMAL) * c.matrix * (1 + c.local)
     if g.baked:
         normal = normal + gamma(BAKING, precision="float32") * c.baking
+    if g.placed:
+        normal = normal + g(CORNERS) * c.placing
     sine = np.sqrt(np.clip(1 - c.cosine**2, 0, 1))
     all_distance = distance + ray * c.swing * sine
     all_position = all_distance + ray * c.distance + point

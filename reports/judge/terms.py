@@ -9,7 +9,7 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge.calibration import calibration
-from reports.judge.channels import largest, length
+from reports.judge.channels import any_of, largest, length
 from reports.judge.classes import Classes
 from reports.judge.conditioning import Conditioning
 from reports.judge.ground import Ground
@@ -135,6 +135,8 @@ class Terms:
         shape = self.classes.outline.shape
         edge = self.classes.outline if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL) else np.zeros(shape, bool)
         limit = self.limits.continued.get(stage, np.zeros(shape))
+        if stage in (Stage.DISTANCE, Stage.NORMAL):
+            limit = self._where_it_hit(stage, limit)
         if stage is Stage.POSITION:
             # By the tracer's own distance: at an outline it may have hit where the oracle's ray misses.
             limit = continued_position_limit(self.scene, self.candidate.answers, self._roundoffs)
@@ -155,8 +157,21 @@ class Terms:
             limit, edge = limit + 2 * own.end_to_end[stage], edge | self.classes.edge(stage)
         return limit, edge
 
+    def _where_it_hit(self, stage: Stage, limit: np.ndarray) -> np.ndarray:
+        """Return a continued limit that holds where the candidate sees another object than the oracle's own ray."""
+        ours = self.candidate.answers
+        assert ours is not None
+        if not {Stage.RAY, Stage.OBJECT} <= set(ours) or np.array_equal(ours[Stage.OBJECT], self.truth[Stage.OBJECT]):
+            return limit
+        own = self.ground.once(
+            ("where it hit", self.rounding),
+            (ours[Stage.RAY], ours[Stage.OBJECT]),
+            lambda: self.ground.continued_limits(ours, self._roundoffs, by_matrices=self._by_matrices),
+        )
+        return np.where(any_of(ours[Stage.OBJECT] != self.truth[Stage.OBJECT]), own[stage], limit)
+
 
 def _roundoff(party: Candidate | Witness) -> Roundoff:
     """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
     known = calibration(party.name)
-    return Roundoff(party.precision, scale=known.factor, baked=known.baked_normals)
+    return Roundoff(party.precision, scale=known.factor, baked=known.baked_normals, placed=known.placed_corners)
