@@ -1,13 +1,14 @@
 """Renderers that place corners in world space turn a face by its corners' rounding, and by no more are they excused."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from cases.baking import world_triangles
 from cases.case import Case
-from cases.scene import Camera, Cube, PointLight, Scene, Square, Triangle
+from cases.scene import Camera, Cube, PointLight, Scene, Square, Triangle, Vector
 from cases.stages import Stage
 from reports.judge.judging import judge_case
 from reports.judge.oracle import stages_of
@@ -22,11 +23,17 @@ FAR = 500 * np.array([0.94, 0.28, -0.19])
 TURNED = TURN if np.linalg.det(TURN) > 0 else -TURN
 
 
-def placed(linear: np.ndarray, shift: np.ndarray):
+def placed(linear: np.ndarray, shift: np.ndarray) -> Any:
     """Return a model matrix."""
     rows = np.eye(4)
     rows[:3, :3], rows[:3, 3] = linear, shift
     return tuple(tuple(map(float, row)) for row in rows)
+
+
+def point(vector: np.ndarray) -> Vector:
+    """Return a vector as plain numbers."""
+    x, y, z = map(float, vector)
+    return x, y, z
 
 
 SQUARE = Square(albedo=GREY, to_world=placed(TURNED * 0.3, FAR))
@@ -41,12 +48,12 @@ def case_of(shape) -> Case:
     """Return a case of a shape seen from its own third axis, a little aside, with a light beside the eye."""
     middle = np.asarray(shape.to_world)[:3, 3]
     size = 3 * np.linalg.norm(np.asarray(shape.to_world)[:3, 0])
-    eye = tuple(map(float, middle + size * TURNED @ (0.1, 0.2, 1.0)))
+    eye = point(middle + size * TURNED @ (0.1, 0.2, 1.0))
     camera = Camera(
-        eye=eye, target=tuple(map(float, middle)), up=tuple(map(float, TURNED[:, 1])), fovy=15, width=9, height=7,
+        eye=eye, target=point(middle), up=point(TURNED[:, 1]), fovy=15, width=9, height=7,
         near=0.01, far=100,
     )  # fmt: skip
-    light = PointLight(position=tuple(map(float, middle + size * TURNED @ (0.4, -0.2, 0.9))), flux=(10.0, 8.0, 6.0))
+    light = PointLight(position=point(middle + size * TURNED @ (0.4, -0.2, 0.9)), flux=(10.0, 8.0, 6.0))
     return Case(
         name="test/corners", scene=Scene(camera=camera, shapes=(shape,), lights=(light,)), stresses="Corners.",
         covers=("NRM-3",), least_interior=1, most_edge=0.9,
