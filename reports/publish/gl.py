@@ -1,4 +1,6 @@
-"""Whether VTK can draw here, asked once in a child process and remembered.
+"""Whether VTK can draw here, asked in a child process until it once could: only a yes is remembered.
+
+A no may be the moment's: too little memory, a driver being updated. Kept, it would cost every later run its pictures.
 
 Without OpenGL libraries VTK does not raise: it kills the process inside `pyvista.Plotter()`. So nothing may touch a
 plotter in this process, and none before this probe said yes.
@@ -53,20 +55,20 @@ def recording_environment() -> dict[str, str]:
 
 
 def why_not(cache: Path | None = None) -> str | None:
-    """Return why VTK cannot draw here, or None if it can; the answer is kept in `cache` until something changes."""
+    """Return why VTK cannot draw here, or None if it can; that it can is kept in `cache` until something changes."""
     cache = cache or user_cache_path("rayproof")
     # One file per configuration, so that shells with different settings do not overwrite each other's answer.
     path = cache / f"gl-{_key()}.json"
     try:
-        remembered = json.loads(path.read_text(encoding="utf-8"))["why_not"]
-        if remembered is None or isinstance(remembered, str):
-            return remembered
-    except (OSError, ValueError, KeyError, TypeError):
+        if json.loads(path.read_text(encoding="utf-8"))["draws"] is True:
+            return None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         pass  # Never asked, or what was written is no answer: ask.
     answer = probe()
-    # A home that cannot be written costs a second at the next start, nothing else.
-    with contextlib.suppress(OSError):
-        write_text(path, json.dumps({"why_not": answer}))
+    if answer is None:
+        # A home that cannot be written costs a second at the next start, nothing else.
+        with contextlib.suppress(OSError):
+            write_text(path, json.dumps({"draws": True}))
     return answer
 
 
@@ -109,7 +111,7 @@ def _key() -> str:
     """Return what the answer depends on, as a short hash."""
     facts = [sys.executable, version("pyvista"), version("vtk")]
     facts += [f"{name}={drawing_environment().get(name, '')}" for name in _VARIABLES]
-    # The package manager rewrites this file when it installs a library: a remembered no then ends by itself.
+    # The package manager rewrites this file when it installs or removes a library: a remembered yes then ends.
     linker = Path("/etc/ld.so.cache")
     facts.append(str(linker.stat().st_mtime_ns) if linker.exists() else "")
     return hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""The probe for OpenGL: asked in a child, remembered, and asked again when something changes."""
+"""The probe for OpenGL: asked in a child, a yes remembered until something changes, a no never."""
 
 import json
 
@@ -7,16 +7,24 @@ import pytest
 from reports.publish import gl
 
 
-def test_an_answer_is_remembered_until_the_environment_changes(tmp_path, monkeypatch):
+def test_a_yes_is_remembered_until_the_environment_changes(tmp_path, monkeypatch):
     asked = []
-    monkeypatch.setattr(gl, "probe", lambda: asked.append(1) or "no OpenGL")
+    monkeypatch.setattr(gl, "probe", lambda: asked.append(1))
 
     answers = [gl.why_not(tmp_path), gl.why_not(tmp_path)]
     monkeypatch.setenv("DISPLAY", ":17")
     answers.append(gl.why_not(tmp_path))
 
-    assert answers == ["no OpenGL"] * 3
+    assert answers == [None] * 3
     assert len(asked) == 2
+
+
+def test_a_no_is_not_remembered(tmp_path, monkeypatch):
+    monkeypatch.setattr(gl, "probe", lambda: "too little memory")
+    assert gl.why_not(tmp_path) == "too little memory"
+
+    monkeypatch.setattr(gl, "probe", lambda: None)
+    assert gl.why_not(tmp_path) is None
 
 
 def test_a_damaged_memory_is_asked_again(tmp_path, monkeypatch):
@@ -26,7 +34,7 @@ def test_a_damaged_memory_is_asked_again(tmp_path, monkeypatch):
     memory.write_text("{")
 
     assert gl.why_not(tmp_path) is None
-    assert json.loads(memory.read_text()) == {"why_not": None}
+    assert json.loads(memory.read_text()) == {"draws": True}
 
 
 def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path, monkeypatch):
