@@ -13,6 +13,7 @@ llvm.select()
 def _cache_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Keep renders of references, in this process and in its workers, out of the user's own cache."""
     os.environ.setdefault("RAYPROOF_CACHE", str(tmp_path_factory.mktemp("references")))
+    os.environ.setdefault("RAYPROOF_CACHE_KEY", "the tests' own key")
 
 
 @pytest.fixture(params=["float32", "float64"])

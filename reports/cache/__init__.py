@@ -1,8 +1,8 @@
 """What was answered, judged and drawn before, by content: the same question to the same code has the same answer.
 
 A question is everything that the answer depends on, as a digest: the scene, versions, settings, packages and the code
-itself. Entries hold a checksum; one that is not what was written is removed and its question asked anew. The renderer
-under test always renders: a verdict is taken up again only for answers that are equal to the last byte.
+itself. Entries are signed with a secret of the user; one that is not what was written is removed and its question asked
+anew. The renderer under test always renders: a verdict is taken up again only for answers equal to the last byte.
 
 To keep another kind of thing: a new file here that makes its question by `digests` and asks `store` for it.
 """

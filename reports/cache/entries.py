@@ -1,16 +1,19 @@
-"""One cache entry as bytes: what it is in JSON, its arrays as they lie in memory, and a checksum over all of it.
+"""One cache entry as bytes: what it is in JSON, its arrays as they lie in memory, and a signature over all of it.
 
-No pickle: a cache is a folder that anybody may have written to, and reading it must not run anything.
+The signature is HMAC-SHA256 (RFC 2104) by the user's secret, over the question and every byte of the answer, and holds
+before anything is parsed. No pickle: a cache is a folder that anybody may have written to, and reading it must not run
+anything.
 """
 
 import hashlib
+import hmac
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-MAGIC = b"rayproof entry 1\n"
+MAGIC = b"rayproof entry 2\n"
 DIGEST = hashlib.sha256().digest_size
 START = len(MAGIC) + DIGEST
 COUNT = 8  # bytes that tell how long the JSON part is
@@ -18,48 +21,60 @@ GLANCE = 4096  # numbers of an array that are looked at before all are
 
 
 class DamagedEntryError(ValueError):
-    """An entry is not what was written: cut short, altered or under another's name."""
+    """An entry is not what was written: cut short, altered, forged or under another's name."""
 
 
-def encode(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
-    """Return an entry; float64 arrays that float32 holds to the last bit are written so."""
+def encode(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray], *, question: str, secret: bytes) -> bytes:
+    """Return an entry, signed; float64 arrays that float32 holds to the last bit are written so."""
     written = {name: _narrowed(np.ascontiguousarray(array)) for name, array in arrays.items()}
     table = [
         [name, array.dtype.str, arrays[name].dtype.str, list(np.shape(arrays[name]))] for name, array in written.items()
     ]
     header = json.dumps({"about": about, "arrays": table}).encode()
     parts = [len(header).to_bytes(COUNT, "little"), header, *(_bytes(array) for array in written.values())]
-    checksum = hashlib.sha256()
-    for part in parts:
-        checksum.update(part)
-    return b"".join([MAGIC, checksum.digest(), *parts])
+    return b"".join([MAGIC, _signature(parts, question, secret), *parts])
 
 
-def decode(data: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return what an entry is and its arrays; raise DamagedEntryError unless its checksum holds."""
-    _check(data)
+def decode(data: bytes, *, question: str, secret: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return what an entry is and its arrays; raise DamagedEntryError unless it was signed as this question's."""
+    _check(data, question, secret)
     header, offset = _header(data)
     arrays: dict[str, np.ndarray] = {}
-    for name, stored, wanted, shape in header["arrays"]:
-        kind, count = np.dtype(stored), int(np.prod(shape))
-        flat = np.frombuffer(data, dtype=kind, count=count, offset=offset)
-        arrays[name] = flat.reshape(shape).astype(np.dtype(wanted))
-        offset += count * kind.itemsize
+    try:
+        for name, stored, wanted, shape in header["arrays"]:
+            kind, count = np.dtype(stored), int(np.prod(shape))
+            flat = np.frombuffer(data, dtype=kind, count=count, offset=offset)
+            arrays[name] = flat.reshape(shape).astype(np.dtype(wanted))
+            offset += count * kind.itemsize
+    except (ValueError, TypeError, OverflowError) as wrong:
+        raise DamagedEntryError(f"its arrays cannot be read: {wrong}") from wrong
     return header["about"], arrays
 
 
 def about(data: bytes) -> dict[str, Any]:
-    """Return what an entry says it is, its checksum not looked at: for listings."""
-    if not data.startswith(MAGIC):
-        raise DamagedEntryError("it does not begin as an entry does")
+    """Return what an entry says it is, its signature not looked at: for listings, which believe nothing."""
+    _begins(data)
     return _header(data)[0]["about"]
 
 
-def _check(data: bytes) -> None:
+def _begins(data: bytes) -> None:
     if not data.startswith(MAGIC):
         raise DamagedEntryError("it does not begin as an entry does")
-    if hashlib.sha256(memoryview(data)[START:]).digest() != data[len(MAGIC) : START]:
-        raise DamagedEntryError(f"its checksum does not hold ({len(data)} bytes)")
+
+
+def _check(data: bytes, question: str, secret: bytes) -> None:
+    _begins(data)
+    if not hmac.compare_digest(_signature([memoryview(data)[START:]], question, secret), data[len(MAGIC) : START]):
+        raise DamagedEntryError(f"its signature does not hold ({len(data)} bytes)")
+
+
+def _signature(parts: Iterable[Any], question: str, secret: bytes) -> bytes:
+    """Return the HMAC-SHA256 of a question and of an answer's bytes: nothing else can be passed off as its answer."""
+    name = question.encode()
+    signature = hmac.new(secret, len(name).to_bytes(COUNT, "little") + name, hashlib.sha256)
+    for part in parts:
+        signature.update(part)
+    return signature.digest()
 
 
 def _header(data: bytes) -> tuple[dict[str, Any], int]:
@@ -67,9 +82,12 @@ def _header(data: bytes) -> tuple[dict[str, Any], int]:
     begin = START + COUNT
     end = begin + int.from_bytes(data[START:begin], "little")
     try:
-        return json.loads(data[begin:end]), end
-    except ValueError as wrong:
+        header = json.loads(data[begin:end])
+    except (ValueError, RecursionError) as wrong:
         raise DamagedEntryError(f"it does not say what it is: {wrong}") from wrong
+    if not (isinstance(header, dict) and isinstance(header.get("about"), dict) and "arrays" in header):
+        raise DamagedEntryError("it does not say what it is")
+    return header, end
 
 
 def _narrowed(array: np.ndarray) -> np.ndarray:

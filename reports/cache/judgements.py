@@ -16,7 +16,7 @@ import numpy as np
 from cases.case import Case
 from reports.cache.digests import code, digest, exact, machine, plain
 from reports.cache.entries import DamagedEntryError
-from reports.cache.store import Store
+from reports.cache.store import Entry, Store
 from reports.judge.parties import Candidate
 
 # All that judges, writes a record and writes its files; the tracer's code is told by its answers.
@@ -60,15 +60,16 @@ def recall(store: Store, key: str) -> Judgement | None:
     So it is where an entry names a file elsewhere than a record's files lie: it is not one that was kept here.
     """
     try:
-        found = store.get(key)
+        return store.read(key, _judgement)
     except DamagedEntryError:
         return None
-    if found is None:
-        return None
-    _, arrays = found
+
+
+def _judgement(entry: Entry) -> Judgement:
+    arrays = dict(entry[1])
     record = json.loads(zlib.decompress(arrays.pop(RECORD).tobytes()))
     if not all(map(_belongs, arrays)):
-        return None
+        raise DamagedEntryError("it names files elsewhere than a record's lie")
     files = {name: zlib.decompress(array.tobytes()) for name, array in arrays.items()}
     return Judgement(record=record, files=files)
 

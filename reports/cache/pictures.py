@@ -29,14 +29,14 @@ def question(job: dict[str, Any]) -> str:
 def recall(store: Store, key: str, job: dict[str, Any]) -> bool:
     """Write what was drawn before where the job wants it; say whether it was there."""
     try:
-        found = store.get(key)
+        drawn = store.read(key, lambda entry: {path: entry[1][kind].tobytes() for kind, path in _paths(job).items()})
     except DamagedEntryError:
         return False
-    if found is None:
+    if drawn is None:
         return False
-    for kind, path in _paths(job).items():
+    for path, data in drawn.items():
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(found[1][kind].tobytes())
+        path.write_bytes(data)
     return True
 
 

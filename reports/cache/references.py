@@ -19,9 +19,9 @@ from reference.analytic.edges import Edges
 from reference.analytic.edges.lamps import LightEnd
 from reports.cache.digests import code, digest, machine, plain
 from reports.cache.entries import DamagedEntryError
-from reports.cache.store import Store, usual_store
+from reports.cache.store import Entry, Store, usual_store
 
-# Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
+# Reading is checking too: about as fast as a processor sums an HMAC-SHA256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
 CODE = ("cases", "reference", "reports/run/asking.py", "reports/cache")
@@ -69,10 +69,11 @@ def recalled(question: Question, store: Store | None = None) -> Rendered | None:
         DamagedEntryError: the entry is not what was written; it is gone.
 
     """
-    found = (store or usual_store()).get(_key(question.about, question.scene))
-    if found is None:
-        return None
-    return Rendered(answers=_answers(found[1]), mean=found[1].get("mean"), cached=True)
+    return (store or usual_store()).read(_key(question.about, question.scene), _rendered)
+
+
+def _rendered(entry: Entry) -> Rendered:
+    return Rendered(answers=_answers(entry[1]), mean=entry[1].get("mean"), cached=True)
 
 
 def cached(
@@ -122,11 +123,11 @@ class KeepingOracle:
         about = {"kind": "edges", "reference": "analytic", "version": self._oracle.version()}
         key = _key(about, scene)
         try:
-            found = self._store.get(key)
+            found = self._store.read(key, lambda entry: _edges(*entry))
         except DamagedEntryError:
             found = None  # it is gone, and the edges are computed: no answer depends on it
         if found is not None:
-            return _edges(*found)
+            return found
         start = time.perf_counter()
         edges = self._oracle.edges(scene)
         seconds = time.perf_counter() - start

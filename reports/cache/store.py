@@ -1,22 +1,28 @@
-"""The store of all that is kept: a folder of entries by key, checked on every read, the least used go first.
+"""The store of all that is kept: a folder of signed entries by key, checked on every read, the least used go first.
+
+A store that has no secret of the user's own, or whose folder others may write, knows and keeps nothing: `unused` says
+why. What a reader makes of an entry is its own; whatever it cannot read is a miss.
 
 Many processes may use it at once: an entry is written beside its place and renamed into it, a reader sees all of one or
 nothing, and a file that another process removed meanwhile is simply not there.
 """
 
 import os
+import stat
 import time
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import platformdirs
 
 from reports.cache.entries import DamagedEntryError, about, decode, encode
+from reports.cache.signing import NoSecretError, usual_secret
 
 VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
 LIMIT = 2 * 2**30  # bytes: three default suites
@@ -24,6 +30,10 @@ LEAVE = 0.9  # of the limit, after the least recently used entries went
 UNSEEN = 1 / 64  # of the limit: what a process may write until it looks again at what others wrote
 SUFFIX, DRAFT = ".entry", ".draft"
 HEAD = 2**16  # bytes of an entry that a listing reads
+FORGOTTEN = 3600.0  # s after which a draft is one of a process that was killed
+
+Entry = tuple[dict[str, Any], dict[str, np.ndarray]]  # what it says, and its arrays
+Read = TypeVar("Read")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,48 +63,73 @@ def _store(folder: Path) -> "Store":
 
 
 class Store:
-    """Entries by key below a folder that need not exist yet."""
+    """Entries by key below a folder that need not exist yet; `unused` says why nothing is kept, if nothing is."""
 
-    def __init__(self, folder: Path, *, limit: int = LIMIT) -> None:
+    def __init__(self, folder: Path, *, limit: int = LIMIT, secret: bytes | None = None) -> None:
         self.folder = folder
         self._limit = limit
         self._size: int | None = None  # bytes, when they were counted last
         self._written = 0  # bytes since then
+        self.unused = _anybodys(folder)
+        self._secret = secret or b""
+        if secret is None and self.unused is None:
+            try:
+                self._secret = usual_secret()
+            except NoSecretError as wrong:
+                self.unused = str(wrong)
 
     def path(self, key: str) -> Path:
         """Return where a key's entry lies."""
         return self.folder / key[:2] / f"{key}{SUFFIX}"
 
-    def get(self, key: str) -> tuple[dict[str, Any], dict[str, np.ndarray]] | None:
+    def get(self, key: str) -> Entry | None:
         """Return what a key's entry says and holds, None without one.
 
         Raises:
             DamagedEntryError: it is not what was written under this key; it has been removed, if that is ours to do.
 
         """
+        return self.read(key, lambda entry: entry)
+
+    def read(self, key: str, reader: Callable[[Entry], Read]) -> Read | None:
+        """Return what `reader` makes of a key's entry, None without one.
+
+        Raises:
+            DamagedEntryError: it is not what was written under this key, or the reader raised, whatever it was; the
+                entry has been removed, if that is ours to do.
+
+        """
         path = self.path(key)
         try:
-            data = path.read_bytes()
+            data = path.read_bytes() if self.unused is None else None
         except OSError:
             return None
+        if data is None:
+            return None
         try:
-            told, arrays = decode(data)
-            if told.get("key") != key:
-                raise DamagedEntryError("it is another's entry")
-        except DamagedEntryError:
+            read = reader(self._decoded(key, data))
+        except Exception as wrong:
             self._remove(path)
-            raise
+            if isinstance(wrong, DamagedEntryError):
+                raise
+            raise DamagedEntryError(f"it cannot be read ({type(wrong).__name__}: {wrong})") from wrong
         self._touch(path)
-        return told, arrays
+        return read
+
+    def _decoded(self, key: str, data: bytes) -> Entry:
+        return decode(data, question=key, secret=self._secret)
 
     def put(self, key: str, told: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Write an entry, and let the least recently used go if that is too much; raise OSError if it cannot."""
-        data = encode({**told, "key": key}, arrays)
+        if self.unused is not None:
+            return
+        data = encode({**told, "key": key}, arrays, question=key, secret=self._secret)
         if len(data) > self._limit:
             return
         self._write(self.path(key), data)
         self._written += len(data)
         if self._size is None or self._written > UNSEEN * self._limit:
+            self._remove_old_drafts()
             self._size, self._written = sum(size for _, size, _ in self._files()), 0
         if self._size + self._written > self._limit:
             self._evict()
@@ -102,7 +137,8 @@ class Store:
     @staticmethod
     def _write(path: Path, data: bytes) -> None:
         """Write a whole entry or none; a draft's name is nobody else's, be it another thread of this process."""
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.parents[1].mkdir(parents=True, exist_ok=True, mode=0o700)
+        path.parent.mkdir(exist_ok=True, mode=0o700)
         draft = path.with_name(f"{path.stem}.{uuid.uuid4().hex}{DRAFT}")
         try:
             draft.write_bytes(data)
@@ -119,9 +155,7 @@ class Store:
         good, bad = 0, []
         for path, _, _ in self._by_use():
             try:
-                told, _ = decode(path.read_bytes())
-                if path != self.path(str(told.get("key"))):
-                    raise DamagedEntryError("it is another's entry")
+                self._decoded(path.stem, path.read_bytes())
                 good += 1
             except FileNotFoundError:
                 continue  # another process let it go meanwhile
@@ -136,9 +170,15 @@ class Store:
         for path, length, _ in list(self._files()):
             path.unlink(missing_ok=True)
             count, size = count + 1, size + length
-        for draft in list(self.folder.glob(f"??/*{DRAFT}")):
-            draft.unlink(missing_ok=True)  # of a process that was killed
+        self._remove_old_drafts(0.0)
         return count, size
+
+    def _remove_old_drafts(self, age: float = FORGOTTEN) -> None:
+        """Remove what processes that were killed had begun to write, at least `age` seconds ago."""
+        for draft in list(self.folder.glob(f"??/*{DRAFT}")):
+            with suppress(OSError):
+                if time.time() - draft.stat().st_mtime >= age:
+                    draft.unlink()
 
     def _files(self) -> Iterator[tuple[Path, int, float]]:
         """Yield every entry's path, size [bytes] and time of last use [s]; what vanishes meanwhile is left out."""
@@ -179,6 +219,17 @@ class Store:
             os.utime(path, (now, now))
         except OSError:
             return  # gone meanwhile, or a folder that is only read: its order of use is not ours to keep
+
+
+def _anybodys(folder: Path) -> str | None:
+    """Say in a sentence that a folder is others' to write, None where it is not, or is not there yet."""
+    try:
+        about = folder.stat()
+    except OSError:
+        return None
+    if os.name == "posix" and (about.st_uid not in (0, os.geteuid()) or about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
+        return f"others may write the cache: {folder}; chmod go-w it, or name another in {VARIABLE}"
+    return None
 
 
 def _told(path: Path) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import told_in_one_line
+from reports.commands.usage import UsageError, told_in_one_line
 
 if TYPE_CHECKING:
     from reports.cache.store import Item, Store
@@ -19,7 +19,7 @@ def cache(
     """List, verify or clear what earlier runs kept: references' renders, verdicts, pictures.
 
     The renderer under test renders in every run; a verdict is taken up only for answers equal to the last bit. A run
-    reads an entry only if its checksum holds.
+    reads an entry only if its signature holds, by a key that only this user has (or `RAYPROOF_CACHE_KEY`).
 
     Parameters
     ----------
@@ -37,6 +37,8 @@ def cache(
     store = Store(folder or usual_folder())
     with told_in_one_line():
         if what == "verify":
+            if store.unused is not None:
+                raise UsageError(f"nothing can be verified: {store.unused}")
             return _verify(store, json)
         if what == "clear":
             count, size = store.clear()

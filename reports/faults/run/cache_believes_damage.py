@@ -1,4 +1,4 @@
-"""Planted fault: the reference cache believes an entry whatever its checksum says."""
+"""Planted fault: the reference cache believes an entry whatever its signature says."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ from reports.faults.patching import replaced
 def cache_believes_damage() -> Iterator[None]:
     """Check nothing."""
 
-    def wrong(data: Any) -> None:
+    def wrong(data: Any, question: str, secret: bytes) -> None:
         return None
 
     with replaced(entries._check, wrong):

@@ -1,5 +1,6 @@
 """The reference cache's guard: the same question is answered from it, another one or a damaged entry is not."""
 
+import os
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.cache.references import Question, Rendered, cached
+from reports.cache.signing import SIZE
 from reports.cache.store import Store
 from reports.judge.sentinel import SCENE
 from reports.run.guards import BrokenHarnessError
@@ -47,7 +49,7 @@ class _Known:
 def guard_cache() -> None:
     """Ask a cache of our own the same, other and damaged questions; raise BrokenHarnessError for a wrong answer."""
     with tempfile.TemporaryDirectory() as folder:
-        _ask_about(Store(Path(folder)))
+        _ask_about(Store(Path(folder), secret=os.urandom(SIZE)))
 
 
 def _ask_about(store: Store) -> None:

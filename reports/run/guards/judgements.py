@@ -1,5 +1,6 @@
 """The memory's guard: a verdict is found again for exactly the answers, the case and the demands that it was of."""
 
+import os
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 
 from cases.stages import Stage
 from reports.cache import judgements
+from reports.cache.signing import SIZE
 from reports.cache.store import Store
 from reports.judge.parties import Candidate
 from reports.judge.sentinel import CASE
@@ -65,7 +67,7 @@ def _guard_entries(folder: Path, known: str, other: str) -> None:
     """Keep one verdict and ask for it by its question, by another one, and when it was altered."""
     (folder / "scenes").mkdir()
     (folder / _RECORD["scene"]).write_text("{}")
-    store = Store(folder / "cache")
+    store = Store(folder / "cache", secret=os.urandom(SIZE))
     judgements.keep(store, known, folder, _RECORD)
     found = judgements.recall(store, known)
     if found is None or found.record != _RECORD or found.files != {_RECORD["scene"]: b"{}"}:

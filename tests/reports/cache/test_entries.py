@@ -1,10 +1,13 @@
 """One entry as bytes: it comes back as it was written, and whatever was altered is noticed."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from reports.cache.entries import DamagedEntryError, decode, encode
 
+SIGNED: Any = {"question": "a", "secret": b"secret"}
 ARRAYS = {
     "float32 inside": np.array([[0.1, -0.0], [np.nan, np.inf]], dtype=np.float32).astype(np.float64),
     "float64": np.array([0.1, 1e300, 5e-324]),
@@ -15,7 +18,7 @@ ARRAYS = {
 
 
 def test_an_entry_comes_back_to_the_last_bit_and_type():
-    about, arrays = decode(encode({"key": "a"}, ARRAYS))
+    about, arrays = decode(encode({"key": "a"}, ARRAYS, **SIGNED), **SIGNED)
 
     assert about == {"key": "a"}
     for name, array in ARRAYS.items():
@@ -24,10 +27,10 @@ def test_an_entry_comes_back_to_the_last_bit_and_type():
         assert arrays[name].tobytes() == array.tobytes()
 
 
-@pytest.mark.parametrize("place", [0, 20, 60, -1], ids=["magic", "checksum", "header", "array"])
+@pytest.mark.parametrize("place", [0, 20, 60, -1], ids=["magic", "signature", "header", "array"])
 def test_any_byte_altered_is_noticed(place):
-    data = bytearray(encode({"key": "a"}, ARRAYS))
+    data = bytearray(encode({"key": "a"}, ARRAYS, **SIGNED))
     data[place] ^= 1
 
     with pytest.raises(DamagedEntryError):
-        decode(bytes(data))
+        decode(bytes(data), **SIGNED)

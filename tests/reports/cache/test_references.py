@@ -13,6 +13,7 @@ from reports.cache import references
 from reports.cache.digests import code
 from reports.cache.entries import encode
 from reports.cache.references import KeepingOracle, Question, cached
+from reports.cache.signing import usual_secret
 from reports.cache.store import Store, usual_folder
 from reports.run.asking import heard
 from reports.run.orders import ReferenceTask
@@ -107,7 +108,7 @@ def test_a_damaged_entry_is_rendered_anew_and_told_of(store, harm):
             "altered": data[:-9] + b"\x01" + data[-8:],
             "cut short": data[: len(data) // 2],
             "emptied": b"",
-            "another's": encode({"key": "0" * 64}, {"a": np.zeros(3)}),
+            "another's": encode({"key": "0" * 64}, {"a": np.zeros(3)}, question="0" * 64, secret=usual_secret()),
         }[harm]
     )
 

@@ -1,17 +1,20 @@
 """The store: it never grows too large, whoever writes at once, and what it may not remove costs nothing."""
 
 import os
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from reports.cache import entries
 from reports.cache.entries import DamagedEntryError, encode
+from reports.cache.signing import VARIABLE, usual_secret
 from reports.cache.store import Store
 
 ARRAY = {"a": np.full(1000, 0.1)}
-SIZE = len(encode({"key": "k" * 64}, ARRAY))
+SIZE = len(encode({"key": "k" * 64}, ARRAY, question="k" * 64, secret=b"s"))
 
 
 @pytest.fixture
@@ -26,7 +29,7 @@ def read_only(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_least_recently_used_go_first(tmp_path):
-    size = len(encode({"key": "k" * 64}, {"a": np.full(1000, 0.1)}))
+    size = len(encode({"key": "k" * 64}, ARRAY, question="k" * 64, secret=b"s"))
     store = Store(tmp_path, limit=4 * size)
     keys = [digit * 64 for digit in "abcd"]
     for age, key in enumerate(keys):
@@ -43,7 +46,7 @@ def test_the_least_recently_used_go_first(tmp_path):
 
 def test_what_another_store_wrote_is_counted_before_a_64th_of_the_limit_is_added(tmp_path):
     array = {"a": np.full(1000, 0.1)}
-    size = len(encode({"key": "k" * 64}, array))
+    size = len(encode({"key": "k" * 64}, array, question="k" * 64, secret=b"s"))
     stores = [Store(tmp_path, limit=128 * size) for _ in range(2)]
 
     for index in range(201):
@@ -98,3 +101,82 @@ def test_what_may_not_be_removed_is_passed_over_when_room_is_made(tmp_path, monk
     store.put("e" * 64, {}, ARRAY)
 
     assert [store.get(digit * 64) is not None for digit in "abcde"] == [True, False, False, True, True]
+
+
+def test_what_another_key_signed_is_not_believed(tmp_path, monkeypatch):
+    Store(tmp_path, secret=b"another's").put("a" * 64, {}, ARRAY)
+
+    with pytest.raises(DamagedEntryError, match="signature"):
+        Store(tmp_path, secret=b"ours").get("a" * 64)
+
+
+def test_an_entry_under_another_question_is_not_believed(tmp_path):
+    store = Store(tmp_path)
+    store.put("a" * 64, {}, ARRAY)
+    store.path("b" * 64).parent.mkdir()
+    store.path("a" * 64).rename(store.path("b" * 64))
+
+    with pytest.raises(DamagedEntryError, match="signature"):
+        store.get("b" * 64)
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["[", "[" * 100_000, "7", "{}", '{"about": 1, "arrays": []}', '{"about": {}, "arrays": 3}',
+     '{"about": {}, "arrays": [["a", "O", "O", [1]]]}',
+     '{"about": {}, "arrays": [["a", "<f8", "<f8", [9999999999, 9999999999, 99]]]}',
+     '{"about": {}, "arrays": [["a", "none", "<f8", [1]]]}', '{"about": {}, "arrays": [[]]}'],
+)  # fmt: skip
+def test_whatever_cannot_be_read_under_a_good_signature_is_damage_and_no_traceback(header, tmp_path):
+    store, key = Store(tmp_path), "a" * 64
+    parts = [len(header).to_bytes(entries.COUNT, "little"), header.encode()]
+    store.path(key).parent.mkdir(parents=True)
+    store.path(key).write_bytes(b"".join([entries.MAGIC, entries._signature(parts, key, usual_secret()), *parts]))
+
+    with pytest.raises(DamagedEntryError):
+        store.get(key)
+    assert not store.path(key).exists()
+
+
+def test_what_a_reader_cannot_make_anything_of_is_damage(tmp_path):
+    store = Store(tmp_path)
+    store.put("a" * 64, {}, ARRAY)
+
+    with pytest.raises(DamagedEntryError, match="KeyError"):
+        store.read("a" * 64, lambda entry: entry[1]["missing"])
+    assert store.get("a" * 64) is None
+
+
+@pytest.mark.parametrize("mode", [0o775, 0o777])
+def test_a_folder_that_others_may_write_is_not_used(mode, tmp_path):
+    Store(tmp_path).put("a" * 64, {}, ARRAY)
+    tmp_path.chmod(mode)
+
+    store = Store(tmp_path)
+    store.put("b" * 64, {}, ARRAY)
+
+    assert "others may write the cache" in (store.unused or "")
+    assert store.get("a" * 64) is None
+    assert not store.path("b" * 64).exists()
+
+
+def test_without_a_key_nothing_is_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, "short")
+
+    store = Store(tmp_path)
+    store.put("a" * 64, {}, ARRAY)
+
+    assert "RAYPROOF_CACHE_KEY has 5 characters" in (store.unused or "")
+    assert store.items() == []
+
+
+def test_what_a_killed_process_began_to_write_goes_after_an_hour(tmp_path):
+    for name, age in (("old", 7200.0), ("new", 60.0)):
+        draft = tmp_path / "aa" / f"{name}.draft"
+        draft.parent.mkdir(exist_ok=True)
+        draft.write_bytes(b"half")
+        os.utime(draft, (time.time() - age, time.time() - age))
+
+    Store(tmp_path).put("a" * 64, {}, ARRAY)
+
+    assert [path.name for path in tmp_path.glob("*/*.draft")] == ["new.draft"]
