@@ -3,13 +3,15 @@
 Each command is a file in `reports/commands`, imported when it is called: `rayproof --help` imports nothing heavy.
 """
 
+import errno
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from cyclopts import App, CycloptsError
+from reports.run.stopping import Stopping
 
-from reports.commands.usage import UsageError, one_line
-from tracer.llvm import NoBackendError
+if TYPE_CHECKING:
+    from cyclopts import App
 
 HELP = """A conformance harness for ray tracers: every stage checked against closed forms and independent renderers.
 
@@ -42,10 +44,17 @@ COMMANDS: dict[str, tuple[str, str]] = {
 }
 
 BAD_USAGE, NOT_MEASURED, INTERRUPTED = 2, 3, 130
+# Of a write or a start: not ours to mend, and nothing that a traceback would explain.
+OF_THE_MACHINE = {
+    errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO,
+    errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EAGAIN,
+}  # fmt: skip
 
 
-def application() -> App:
+def application() -> "App":
     """Return the command line's parser, its commands still unimported."""
+    from cyclopts import App
+
     # Plain text, because rich's Markdown would cost --help a quarter of its time.
     app = App(
         name="rayproof",
@@ -69,8 +78,30 @@ def version_line() -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command that `arguments` (default: the process's) name and return the exit code."""
+    # Before anything heavy is imported: whoever is stopped while it starts ends in one line, too.
+    with Stopping() as stopping:
+        try:
+            return _called(sys.argv[1:] if arguments is None else list(arguments))
+        except KeyboardInterrupt:
+            pass
+        except Exception as error:
+            # A library that is interrupted while it is imported may say so in words of its own.
+            if not stopping.told:
+                # An unforeseen error is a bug of rayproof, no verdict; exit code 1 would claim that a case failed.
+                sys.excepthook(type(error), error, error.__traceback__)
+                return NOT_MEASURED
+        sys.stderr.write("rayproof: interrupted\n")
+        return INTERRUPTED
+
+
+def _called(given: list[str]) -> int:
+    """Run a command; return the exit code, also of what is told in one line."""
+    from cyclopts import CycloptsError
+
+    from reports.commands.usage import UsageError, disown, one_line
+    from tracer.llvm import NoBackendError
+
     try:
-        given = sys.argv[1:] if arguments is None else list(arguments)
         result = application()(given, exit_on_error=False, print_error=False, result_action="return_value")
     except (UsageError, CycloptsError) as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
@@ -78,13 +109,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except NoBackendError as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
         return NOT_MEASURED
-    except KeyboardInterrupt:
-        sys.stderr.write("rayproof: interrupted\n")
-        return INTERRUPTED
+    except OSError as error:
+        if error.errno not in OF_THE_MACHINE:
+            raise
+        sys.stderr.write(f"rayproof: {one_line(error)}\n")
+        return NOT_MEASURED
     except SystemExit:  # by rich, with 1, where the reader of the output has gone: that is no verdict either
         return NOT_MEASURED
-    except Exception as error:
-        # An unforeseen error is a bug of rayproof, not a verdict; Python's own exit code 1 would claim that one failed.
-        sys.excepthook(type(error), error, error.__traceback__)
-        return NOT_MEASURED
+    finally:
+        disown()
     return result if isinstance(result, int) else 0

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 
 def audit(
@@ -42,7 +42,7 @@ def audit(
     choose_packaged_llvm()
     with told_in_one_line():
         planted(only)
-        writable_folder(out)
+        own(out)
         if json is not None:
             writable_folder(json.parent)
     from reports.audit.suite import run

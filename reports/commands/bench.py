@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 BUDGET, QUICK_BUDGET = 4.0, 0.8  # s for the rounds of one scene at one size
 
@@ -49,9 +49,10 @@ def bench(
     with told_in_one_line():
         asked = chosen(scenes, quick=quick)
         old = _earlier(compare)
-        for folder in (out, json.parent if json is not None else None):
-            if folder is not None:
-                writable_folder(folder)
+        if out is not None:
+            own(out)
+        if json is not None:
+            writable_folder(json.parent)
     files = [file for file in (json, out / "bench.json" if out is not None else None) if file is not None]
 
     names = everybody(quick=quick)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from reports.commands.output import console, say, shout, show_table, write_json
-from reports.commands.usage import UsageError, one_line, told_in_one_line, writable_folder
+from reports.commands.usage import UsageError, one_line, own, told_in_one_line, writable_folder
 
 REPETITIONS = 31
 FEWEST = 9  # with fewer a 95 % interval of a median is the range of all values
@@ -44,9 +44,10 @@ def compare(
     if repetitions < FEWEST:
         raise UsageError(f"--repetitions must be at least {FEWEST}, got {repetitions}")
     with told_in_one_line():
-        for folder in (out, json.parent if json is not None else None):
-            if folder is not None:
-                writable_folder(folder)
+        if out is not None:
+            own(out)
+        if json is not None:
+            writable_folder(json.parent)
         runs = [Path(name) for name in (base, candidate) if Path(name).is_dir()]
     if len(runs) == 1:
         raise UsageError(f"{runs[0]} is a run; it can only be compared with another run")

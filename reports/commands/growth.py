@@ -55,15 +55,12 @@ def growth(
         with told_in_one_line():
             writable_folder(json.parent)
     from reports.growth.measuring import GrowthError
-    from reports.run.stopping import terminated_as_interrupted
 
     try:
-        # A suite under way ends with the measurement, however that is stopped.
-        with terminated_as_interrupted():
-            if against is not None:
-                _compare(against, tuple(select or ()), rounds, json)
-            else:
-                _grow(sorted(set(cases or USUAL)), json)
+        if against is not None:
+            _compare(against, tuple(select or ()), rounds, json)
+        else:
+            _grow(sorted(set(cases or USUAL)), json)
     except GrowthError as error:
         say(str(error))
         return NOT_MEASURED

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from reports.commands.output import say, shout, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 FEW = 12  # names in a line
 MOST = 40  # rows of a table in the terminal; the page and the JSON have all
@@ -55,7 +55,7 @@ def report(
 
     with told_in_one_line():
         results = load_results(folder)
-        writable_folder(folder)
+        own(folder)
         if pictures is not None:
             writable_folder(pictures)
     for line in shouts(results):
@@ -113,9 +113,10 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
         record = comparison(*runs, names_of(before, after))
         if out is not None and out.resolve() in (before.resolve(), after.resolve()):
             raise UsageError(f"{out} is one of the two runs; the report of both needs a folder of its own")
-        for place in (out, json.parent if json is not None else None):
-            if place is not None:
-                writable_folder(place)
+        if out is not None:
+            own(out)
+        if json is not None:
+            writable_folder(json.parent)
     shout(record["faults"])
     if out is not None:
         from reports.difference.folder import write_folder

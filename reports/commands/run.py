@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from reports.commands.lookup import Repeated, configurations, references_named
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 if TYPE_CHECKING:
     from reports.subjects import Subject
@@ -97,7 +97,7 @@ def run(
             chosen = configurations(configuration, formula)
             tested = under_test(subject, seconds=timeout, memory=memory)
             panel(required, tested)
-            writable_folder(out)
+            own(out)
             if history is not None:
                 from reports.history.database import opened
 
@@ -124,7 +124,11 @@ def run(
         )
         from reports.run.suite import run as run_suite
 
-        code = run_suite(request, pool)
+        try:
+            code = run_suite(request, pool)
+        except OSError as error:  # a full disk, say: what was finished is in the journal
+            hint = f"{error.strerror or error}; what was finished is kept, and --resume goes on"
+            raise OSError(error.errno, hint, error.filename or str(out)) from error
     # Not above: the tracer's worker should not wait until what prints tables is imported.
     from reports.commands.report import write_one_file
 

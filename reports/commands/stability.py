@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from reports.commands.lookup import Repeated
 from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 CLEARED = 100  # columns of an earlier, longer line
 SHOWN = 40  # rows of the table, unless formulas or ladders were named
@@ -42,9 +42,10 @@ def stability(
 
     """
     with told_in_one_line():
-        for folder in (out, json.parent if json is not None else None):
-            if folder is not None:
-                writable_folder(folder)
+        if out is not None:
+            own(out / "stability")
+        if json is not None:
+            writable_folder(json.parent)
     from tracer.llvm import select
 
     select()
@@ -98,8 +99,6 @@ def written(folder: Path, planned: Any, found: dict[str, Any]) -> None:
     """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
     from reports.stability.publish import publish
 
-    with told_in_one_line():
-        writable_folder(folder)
     for ladder, _ in planned.ladders:
         publish(folder, ladder, [one for one in found["ladders"] if one["ladder"] == ladder.name])
     write_json(folder / "ladders.json", [ladder.name for ladder, _ in planned.ladders])

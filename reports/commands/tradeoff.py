@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from reports.commands.output import console, say, show_table, write_json
-from reports.commands.usage import told_in_one_line, writable_folder
+from reports.commands.usage import own, told_in_one_line, writable_folder
 
 REPETITIONS, QUICK_REPETITIONS = 13, 5
 
@@ -33,7 +33,7 @@ def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = No
 
     with told_in_one_line():
         found = tasks(selectors or (QUICK if quick else DEFAULT))
-        writable_folder(out / "tradeoff")
+        own(out / "tradeoff")
         if json is not None:
             writable_folder(json.parent)
     with console().status("measuring") as status:

@@ -1,8 +1,12 @@
 """What a user got wrong, told in exactly one line."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+
+from reports.ownership import owned
+
+_OWNED = ExitStack()  # the folders that this process's command writes
 
 
 class UsageError(Exception):
@@ -35,3 +39,19 @@ def writable_folder(folder: Path) -> None:
     probe = folder / ".writable"
     probe.touch()
     probe.unlink()
+
+
+def own(folder: Path) -> None:
+    """Make a folder of results if need be and own it until `disown`.
+
+    Raises:
+        OwnedError: another process writes it.
+        OSError: nothing can be written there.
+
+    """
+    _OWNED.enter_context(owned(folder))
+
+
+def disown() -> None:
+    """Let every folder go that `own` took: the command has ended."""
+    _OWNED.close()

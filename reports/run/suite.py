@@ -2,6 +2,7 @@
 
 import shutil
 import time
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,6 @@ from reports.run.plan import PlannedCase, plan
 from reports.run.pool import Pool
 from reports.run.progress import worst_first
 from reports.run.request import RunRequest
-from reports.run.stopping import terminated_as_interrupted
 from reports.run.supported import concerning
 from reports.run.workers import workers
 from reports.run.workload import render_and_judge
@@ -47,6 +47,9 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     """
     choose_packaged_llvm()
     store = usual_store() if request.cached else None
+    unused = store.unused if store is not None else None
+    if unused is not None:
+        store, request = None, replace(request, cached=False)
     if pool is not None and not (store is not None and passed("judge", store)):
         # Its sentinels take seconds, and there is little else to do until the first cases are rendered.
         pool.prepare(JUDGE, GuardTask(cached=request.cached))
@@ -58,6 +61,8 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=LOG_WIDTH)
+    if unused is not None:
+        console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True, markup=False)
     subject = request.subject
     names = request.configurations if subject.is_tracer else (subject.name,)
     planned = plan(_cases(request.selectors), names, subject)
@@ -73,7 +78,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     console.print(line, soft_wrap=True, markup=False)
     start, started = time.perf_counter(), datetime.now(UTC)
     pool = pool or workers(request)
-    with terminated_as_interrupted(), Drawing(request.out, store=store) as drawing:
+    with Drawing(request.out, store=store) as drawing:
         records, interrupted = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
     results = results_document(planned, records, heard, faults, started, subject)
     results["finished"] = not interrupted
