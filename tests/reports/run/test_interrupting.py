@@ -14,7 +14,7 @@ from reports.run.pool import Pool
 from reports.subjects.orphans import descendants
 
 CHECKOUT = Path(__file__).parents[3]
-NAP = "86398.375"  # s; no other process sleeps as long
+NAP = f"86398.{os.getpid()}"  # s; no other process sleeps as long, nor another run of this test
 
 
 def sleepers() -> list[psutil.Process]:
@@ -70,3 +70,59 @@ def test_a_worker_that_is_lost_takes_with_it_what_it_started() -> None:
 
 def _starts_a_sleeper(kind: str, connection: object) -> None:
     subprocess.run(["sleep", "77.25"], check=False)
+
+
+def started_run(tmp_path: Path, *more: str, **environment: str) -> subprocess.Popen[str]:
+    """Start a run of one case, its temporary files in a folder of their own."""
+    (tmp_path / "tmp").mkdir(exist_ok=True)
+    heeding = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"{heeding}; import sys; from reports.cli import main; sys.exit(main(sys.argv[1:]))"
+    return subprocess.Popen(
+        [sys.executable, "-c", code, "run", "primitives/sphere", "--out", str(tmp_path / "out"), *more],
+        cwd=CHECKOUT,
+        env={**os.environ, "TMPDIR": str(tmp_path / "tmp"), **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM"])
+def test_a_run_that_is_stopped_before_its_first_line_ends_in_one(tmp_path: Path, how: str) -> None:
+    process = started_run(tmp_path)
+    try:
+        # Its folder for temporary files is there: it has begun, and its imports take far longer.
+        deadline = time.monotonic() + 100
+        while not list((tmp_path / "tmp").iterdir()) and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.005)
+        os.killpg(process.pid, getattr(signal, how))  # a terminal's Ctrl-C goes to all
+        out, error = process.communicate(timeout=100)
+    finally:
+        process.kill()
+
+    assert (process.returncode, out, error) == (130, "", "rayproof: interrupted\n")
+    assert list((tmp_path / "tmp").iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+def test_a_full_disk_is_one_line_and_resuming_is_exact(tmp_path: Path) -> None:
+    limited = f"{CHECKOUT}{os.pathsep}{tmp_path}"
+    # No file above 4 KB: as a disk that is full, but for everything at once and without rights of mounting.
+    (tmp_path / "sitecustomize.py").write_text(
+        "import resource, sys\n"
+        "if sys.argv[:1] == ['-c'] and not any('multiprocessing' in word for word in sys.orig_argv):\n"
+        "    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))\n"
+    )
+    full = started_run(tmp_path, "--no-cache", PYTHONPATH=limited, PYTHONDONTWRITEBYTECODE="1")
+    out, error = full.communicate(timeout=200)
+
+    assert full.returncode == 3, error
+    assert error.count("\n") == 1
+    assert error.startswith(f"rayproof: {tmp_path / 'out'}")
+    assert "--resume goes on" in error
+    again = started_run(tmp_path, "--no-cache", "--resume")
+    out, error = again.communicate(timeout=200)
+    assert (again.returncode, error) == (0, "")
+    assert "1 planned, 1 pass" in out
