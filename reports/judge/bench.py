@@ -141,6 +141,8 @@ class Bench:
             flagged=classes.flagged,
             excused=good | near,
             window=self.terms.window,
+            # A position's error is a share of how far away it is, wherever the world's origin lies.
+            size=self.ground.conditioning.distance if stage is Stage.POSITION else None,
             precision=self.candidate.precision,
             finite=self._finite(stage),
             compared=compared,

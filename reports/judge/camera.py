@@ -5,6 +5,8 @@ inverts, the eye goes to 0, corners go to the clip cube's corners with depth 0 a
 so it is the third witness when two cameras disagree.
 """
 
+import math
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy as np
 
 from cases.scene import Camera
 from reports.judge.conditioning import basis_condition
+from reports.judge.examined import WIDE, Examined, counted, kinds_of
 from reports.judge.limits import Roundoff
 from reports.judge.measurement import over
 
@@ -63,25 +66,44 @@ def _shapes(camera: Camera) -> dict[str, tuple[int, ...]]:
     return matrices | {"frustum_corners": (8, 3)} | pixels
 
 
-def worst_part(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> tuple[float, str, float, float]:
-    """Return (error / limit, part, error, limit) of the worst part; a missing or misshapen part is infinitely wrong."""
-    worst = (-1.0, "", 0.0, 0.0)
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """Two cameras compared: the worst entry of the worst part, and the ledger of all entries."""
+
+    ratio: float  # error over limit
+    part: str
+    error: float
+    limit: float
+    examined: Examined
+
+
+def compared(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> Compared:
+    """Compare two cameras entry by entry; a missing or misshapen part is infinitely wrong."""
+    ratio, part, error, limit = -1.0, "", 0.0, 0.0
+    examined = Examined(pixels=0)
     shapes = _shapes(camera)
     for name, scale in scales(camera).items():
         mine, other = (np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (ours, theirs))
         if not mine.shape == other.shape == shapes[name]:
-            return np.inf, name, np.inf, 0.0
-        if worst[0] >= 0 and np.array_equal(mine, other):
-            continue  # no worse than what there is already
+            wrong = math.prod(shapes[name])
+            examined += Examined(pixels=wrong, wrong=wrong)
+            ratio, part, error, limit = np.inf, name, np.inf, 0.0
+            continue
+        allowed = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), mine.shape)
         with np.errstate(invalid="ignore"):  # inf - inf is NaN, which `over` counts as infinitely wrong
-            error = np.where(mine == other, 0.0, np.abs(mine - other))
-        limit = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), error.shape)
+            errors = np.where(mine == other, 0.0, np.abs(mine - other))
         # With the eye at the world's origin some limits are 0.
-        ratio = over(error, limit)
-        at = np.unravel_index(int(ratio.argmax()), ratio.shape)
-        if ratio[at] > worst[0]:
-            worst = (float(ratio[at]), name, float(error[at]), float(limit[at]))
-    return worst
+        ratios = over(errors, allowed)
+        # Entries are of the size of their part: one that is 0 is the difference of others.
+        wide = allowed > WIDE * np.abs(other).max()
+        nowhere = np.zeros(mine.shape, dtype=bool)
+        examined += counted(
+            kinds_of(ratios, nowhere, wide=wide, bounded=np.isfinite(allowed), edge=nowhere, interval=None, window=None)
+        )
+        worst = np.unravel_index(int(ratios.argmax()), ratios.shape)
+        if ratios[worst] > ratio:
+            ratio, part, error, limit = float(ratios[worst]), name, float(errors[worst]), float(allowed[worst])
+    return Compared(ratio=ratio, part=part, error=error, limit=limit, examined=examined)
 
 
 def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:

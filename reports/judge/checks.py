@@ -1,5 +1,6 @@
 """Checks: one candidate, one witness, one stage, judged end to end and continued from the candidate's own stages."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -11,6 +12,7 @@ from cases.stages import Stage, upto
 from reports.judge import camera
 from reports.judge.bench import Bench
 from reports.judge.calibration import calibration
+from reports.judge.examined import Examined, Kind, counted, most_interval, unexamined
 from reports.judge.limits import BECAUSE, Roundoff
 from reports.judge.measurement import Measurement, jsonable
 from reports.judge.metrics import METRICS
@@ -48,6 +50,7 @@ class Check:
     suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
     steps: str = ""  # what the parties' coarse outputs add to the limit, in words
     why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
+    examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
 
     @property
     def alone(self) -> bool:
@@ -72,6 +75,7 @@ class Check:
             "ratio": jsonable(self.ratio),
             "end_to_end": whole,
             "continued": self.continued.as_json() if self.continued else None,
+            "examined": self.examined.as_json() if self.examined else None,
             "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
             + self.steps,
         }
@@ -83,21 +87,22 @@ def camera_check(bench: Bench) -> Check:
     theirs = bench.witness.answers[Stage.CAMERA]
     # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
     g = max(Roundoff(bench.candidate.precision), Roundoff(bench.witness.precision), key=lambda each: each(1))
-    ratio, part, error, limit = bench.ground.once(
-        ("camera", g.key), (mine, theirs), lambda: camera.worst_part(mine, theirs, bench.ground.scene.camera, g)
+    found = bench.ground.once(
+        ("camera", g.key), (mine, theirs), lambda: camera.compared(mine, theirs, bench.ground.scene.camera, g)
     )
     check = Check(
         configuration=bench.candidate.name,
         reference=bench.witness.name,
         stage=Stage.CAMERA,
         outcome=Outcome.PASS,
-        part=camera.ITEMS[part],
-        ratio=ratio,
+        part=camera.ITEMS[found.part],
+        ratio=found.ratio,
+        examined=found.examined,
     )
-    check.informative = {"part": part, "error": error, "limit": limit}
-    if not ratio <= 1:
+    check.informative = {"part": found.part, "error": found.error, "limit": found.limit}
+    if not found.ratio <= 1:
         check.outcome = Outcome.FAIL
-        check.reason = f"{part} is off by {error:.3g}, limit {limit:.3g} ({ratio:.3g} times)"
+        check.reason = f"{found.part} is off by {found.error:.3g}, limit {found.limit:.3g} ({found.ratio:.3g} times)"
         ours_bad = camera.inconsistency(mine, bench.ground.scene.camera, g)
         theirs_bad = camera.inconsistency(theirs, bench.ground.scene.camera, g)
         if ours_bad <= 1 < theirs_bad:
@@ -117,11 +122,20 @@ def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
         with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
             value = oracle.continue_from(bench.ground.scene, stage, ours)
         check.continued = bench.continued(stage, value)
+    check.examined = _together(check.end_to_end, check.continued)
     _conclude(check)
     if stage is INFORMED:
         both = ours[stage], bench.witness.answers[stage]
         check.informative = bench.ground.once(("informative",), both, lambda: _inform(*both))
     return check
+
+
+def _together(whole: Measurement, continued: Measurement | None) -> Examined:
+    """Return the ledger end to end, with the pixels that are wrong only given the candidate's previous stages."""
+    if continued is None:
+        return whole.examined
+    wrong = continued.kinds == Kind.WRONG
+    return counted(np.where(wrong, continued.kinds, whole.kinds)) if wrong.any() else whole.examined
 
 
 def _conclude(check: Check) -> None:
@@ -152,6 +166,25 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
     ours, theirs = np.ldexp(ours, -unit), np.ldexp(theirs, -unit)
     scaled = (float(np.ldexp(value_range[0], -unit)), float(np.ldexp(value_range[1], -unit)))
     return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
+
+
+def account(checks: Sequence[Check], scene: Scene) -> None:
+    """Give every check its ledger; one that examined nothing of some pixels, or found one wrong, is no pass."""
+    for check in checks:
+        if check.examined is None:
+            check.examined = unexamined(check.stage, scene.camera)
+        left, most = check.examined, most_interval(check.examined.pixels)
+        if check.outcome is not Outcome.PASS:
+            continue
+        if left.unexamined or left.wrong:
+            check.outcome = Outcome.ERROR
+            check.reason = f"{left.unexamined + left.wrong} of {left.pixels} pixels were held to nothing"
+        elif left.interval > most:
+            check.outcome = Outcome.ERROR
+            check.reason = (
+                f"{left.interval} of {left.pixels} pixels are held to an interval only, which says too little of more "
+                f"than {most}"
+            )
 
 
 def unmeasured(candidate: Candidate, witness: Witness, stage: Stage, outcome: Outcome, reason: str) -> Check:

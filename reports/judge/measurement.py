@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from cases.stages import Stage
-from reports.judge.channels import any_of, crossed, dot, largest, length
+from reports.judge.channels import all_of, any_of, crossed, dot, largest, length
+from reports.judge.examined import WIDE, Examined, counted, kinds_of
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
 VECTORS = (*DIRECTIONS, Stage.POSITION)
@@ -37,10 +38,20 @@ class Measurement:
     inf: int
     flagged: int
     ulp: float  # the worst pixel's error in units in the last place of the reference, in the candidate's precision
+    kinds: np.ndarray = field(compare=False, repr=False)  # uint8 (height, width): each pixel's `Kind`
+
+    @property
+    def examined(self) -> Examined:
+        """Return the ledger of its pixels."""
+        return counted(self.kinds)
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain JSON data; inf and nan become the strings "inf" and "nan"."""
-        return {name: value if type(value) is int else jsonable(value) for name, value in vars(self).items()}
+        """Return plain JSON data; inf and nan become the strings "inf" and "nan". Of the kinds the check tells."""
+        return {
+            name: value if type(value) is int else jsonable(value)
+            for name, value in vars(self).items()
+            if name != "kinds"
+        }
 
 
 def jsonable(value: Any) -> Any:
@@ -130,14 +141,17 @@ def measure(
     excused: np.ndarray,
     precision: str,
     window: np.ndarray | None = None,
+    interval: np.ndarray | None = None,
+    size: np.ndarray | None = None,
     finite: bool | None = None,
     compared: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Measurement:
     """Measure `ours` against `theirs`: interior pixels strictly, edge pixels excused only where `excused` says so.
 
     `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides;
-    `window` are those that only a party's own epsilon leaves undecided. `finite` says whether all of `ours` is, and
-    `compared` what `ratios` says, if that is known.
+    `window` are those that only a party's own epsilon leaves undecided, `interval` those whose sides span no more than
+    an interval. `size` is what the limit is a share of, where that is not the value: (height, width). `finite` says
+    whether all of `ours` is, and `compared` what `ratios` says, if that is known.
     """
     ratio, wrong = compared or ratios(stage, ours, theirs, limit)
     forgiven, inside = edge & excused, ~edge
@@ -180,7 +194,28 @@ def measure(
         inf=0 if finite else _new_infinities(ours, theirs, forgiven),
         flagged=int(np.count_nonzero(flagged)),
         ulp=_ulp(own, others, precision),
+        kinds=kinds_of(
+            ratio,
+            forgiven,
+            wide=_wide(stage, limit, theirs, size),
+            bounded=all_of(np.isfinite(limit)) if limit.ndim == 3 else np.isfinite(limit),
+            edge=edge,
+            interval=interval,
+            window=within,
+        ),
     )
+
+
+def _wide(stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray | None) -> np.ndarray:
+    """Return where a limit is more than `WIDE` of the value, or of `size`, in any channel (height, width)."""
+    if stage in DIRECTIONS:
+        return limit > WIDE  # rad, of a unit vector
+    if size is not None:
+        return limit > WIDE * size
+    if stage is Stage.POSITION:
+        return limit > WIDE * length(theirs)
+    wide = (limit if limit.ndim == theirs.ndim else limit[..., np.newaxis]) > WIDE * np.abs(theirs)
+    return any_of(wide)
 
 
 def _new_infinities(ours: np.ndarray, theirs: np.ndarray, forgiven: np.ndarray) -> int:

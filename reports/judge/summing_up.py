@@ -8,7 +8,7 @@ from cases.case import Case
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.judge import blame
-from reports.judge.checks import Check
+from reports.judge.checks import Check, account
 from reports.judge.matrix import Matrix
 from reports.judge.outcomes import Outcome, worst
 from reports.judge.parties import Candidate
@@ -38,6 +38,7 @@ def sum_up(
     candidates: Mapping[str, Candidate] | None,
 ) -> Judged:
     """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame."""
+    account(checks, case.scene)
     outcome = worst([check.outcome for check in checks] + [Outcome(one["verdict"]) for one in expectations])
     guilty = [check for check in checks if check.outcome is outcome and outcome is not Outcome.PASS]
     order = list(Stage)

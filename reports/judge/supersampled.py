@@ -70,6 +70,7 @@ def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, sample
         precision=fine.candidate.precision,
     )
     check.ratio = measured.worst_ratio
+    check.examined = measured.examined
     if not check.ratio <= 1:
         check.outcome = Outcome.FAIL
         check.reason = f"pixel {measured.pixel} is off by {measured.worst_error:.3g}, limit {measured.limit:.3g}"

@@ -6,6 +6,7 @@ from typing import Any
 
 from cases.case import ITEMS
 from cases.stages import Stage
+from reports.judge.examined import Examined
 from reports.judge.findings import known_findings
 from reports.judge.outcomes import Outcome, ledger, worst
 from reports.plain import at_worst
@@ -38,6 +39,17 @@ def case_ledger(records: Sequence[Mapping[str, Any]], *, planned: int) -> dict[s
     """
     outcomes = [Outcome(record["verdict"]) for record in records]
     return ledger(outcomes + [Outcome.MISSING] * (planned - len(outcomes)), planned=planned)
+
+
+def examined(records: Iterable[Mapping[str, Any]], *, outcome: Outcome | None = None) -> dict[str, int]:
+    """Return what the checks of all cases examined, pixel by pixel; with an outcome, the checks that ended in it."""
+    ledgers = (
+        Examined(**check["examined"])
+        for record in records
+        for check in record["checks"]
+        if outcome is None or check["verdict"] == outcome.value
+    )
+    return sum(ledgers, start=Examined(pixels=0)).as_json()
 
 
 def coverage(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:

@@ -6,6 +6,7 @@ from datetime import datetime
 from importlib.metadata import version
 from typing import Any
 
+from reports.judge.outcomes import Outcome
 from reports.run import assemble
 from reports.run.panel import Panel
 from reports.run.plan import PlannedCase
@@ -49,6 +50,8 @@ def results_document(
         "absent": heard.absent,
         "summary": assemble.case_ledger(records, planned=len(planned)),
         "checks": assemble.check_ledger(records),
+        "examined": assemble.examined(records),
+        "examined_passing": assemble.examined(records, outcome=Outcome.PASS),
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
         "review": assemble.review(records),

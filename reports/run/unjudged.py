@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from cases.case import Case
+from reports.judge.examined import unexamined
 from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
@@ -34,6 +35,7 @@ def unjudged(
             "ratio": 0.0,
             "end_to_end": None,
             "continued": None,
+            "examined": unexamined(stage, case.scene.camera).as_json(),
             "because": "",
         }
         for candidate in candidates

@@ -18,7 +18,7 @@ SINGLE = Roundoff("float32")
 def test_an_equal_camera_at_the_origin_uses_nothing_of_its_limits():
     answer = camera_answer(AT_ORIGIN)
 
-    assert camera.worst_part(answer, answer, AT_ORIGIN, SINGLE)[0] == 0
+    assert camera.compared(answer, answer, AT_ORIGIN, SINGLE).ratio == 0
 
 
 @pytest.mark.parametrize("spoil", [np.nan, np.inf, "off"], ids=str)
@@ -30,7 +30,7 @@ def test_no_entry_of_any_part_is_overlooked(spoil):
         for entry in np.ndindex(value.shape):
             wrong = value.copy()
             wrong[entry] += max(2 * limit[entry], 1e-300) if spoil == "off" else spoil
-            ratio = camera.worst_part(answer | {part: wrong}, answer, AT_ORIGIN, SINGLE)[0]
+            ratio = camera.compared(answer | {part: wrong}, answer, AT_ORIGIN, SINGLE).ratio
             if not ratio > 1:
                 overlooked.append((part, entry))
 
@@ -43,5 +43,5 @@ def test_axes_mirrored_and_stretched_at_the_origin_fail():
     spoilt = {"view": view, "view_inverse": answer["view_inverse"] * 1.5}
 
     for part, wrong in spoilt.items():
-        assert camera.worst_part(answer | {part: wrong}, answer, AT_ORIGIN, SINGLE)[0] > 1, part
+        assert camera.compared(answer | {part: wrong}, answer, AT_ORIGIN, SINGLE).ratio > 1, part
         assert not camera.inconsistency(answer | {part: wrong}, AT_ORIGIN, SINGLE) <= 1, part
