@@ -19,7 +19,7 @@ from reports.plain import at_worst, number
 from reports.publish.results import load_results
 
 # From the best to the worst, as docs/results.md lists them.
-ORDER = ("pass", "warn", "unsupported", "missing", "reference_suspect", "error", "fail")
+ORDER = ("pass", "warn", "undecided", "unsupported", "missing", "reference_suspect", "error", "fail")
 SEED = 4
 Check = Mapping[str, Any]
 

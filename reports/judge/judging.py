@@ -15,13 +15,13 @@ from reports.judge.ground import ground
 from reports.judge.matrix import matrices
 from reports.judge.means import mean_checks
 from reports.judge.oracle import FullOracle, stages_of
-from reports.judge.outcomes import Outcome, worst
-from reports.judge.parties import Candidate, Witness
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate, Witness, abstention, lost
 from reports.judge.resolving import Coarseness
 from reports.judge.shapes_of_answers import misshapen as misshapen_answers
 from reports.judge.shapes_of_answers import without
 from reports.judge.sharing import shared
-from reports.judge.sufficiency import crowded, only_at_edges, too_little
+from reports.judge.sufficiency import crowded, leave_undecided, only_at_edges, too_little
 from reports.judge.summing_up import Judged, sum_up
 from reports.judge.terms import Terms
 from reports.judge.voices import voice
@@ -33,14 +33,19 @@ def judge_case(
     witnesses: Sequence[Witness],
     oracle: FullOracle,
     versions: Mapping[str, str],
+    *,
+    panel: Sequence[str] = (),
 ) -> Judged:
     """Judge every candidate against every witness, and settle who is wrong where they differ.
+
+    `panel` names the references that were announced: one of whom nothing came, not even an error, is missing.
 
     Raises:
         LookupError: the analytic reference is not among the witnesses; without its edges nothing can be classed.
 
     """
     scene, stages = case.scene, stages_of(case.scene)
+    witnesses = [*witnesses, *lost(panel, witnesses)]
     truth = next((witness for witness in witnesses if witness.name == ORACLE), None)
     if truth is None:
         raise LookupError(f"{ORACLE} must be among the references; it says which pixels are edges")
@@ -67,7 +72,11 @@ def judge_case(
         for witness in witnesses:
             mine = [stage for stage in stages if witness.answers_at(stage)]
             at = Bench(ground=base, candidate=candidate, witness=witness)
-            checks += _checks(at, mine, oracle if witness.name == ORACLE else None, misshapen)
+            found = _checks(at, mine, oracle if witness.name == ORACLE else None, misshapen)
+            for check in found:
+                if check.end_to_end is not None:
+                    leave_undecided(case, check, at.terms)
+            checks += found
         if candidate.answers is not None:
             at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
             expectations += closed_forms(case, candidate, at_oracle)
@@ -78,10 +87,10 @@ def judge_case(
         means, asked = mean_checks(case, candidates, witnesses, oracle)
         checks += means
         planned += asked
-    panel = matrices(base, candidates, witnesses, stages, checks)
+    each = matrices(base, candidates, witnesses, stages, checks)
     tested = {candidate.name for candidate in candidates}
     independent = {witness.name: witness.independent for witness in witnesses}
-    adjudicate(checks, panel, independent, lambda name: voice(name, tested))
+    adjudicate(checks, each, independent, lambda name: voice(name, tested))
     for check in checks:
         guilty = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
         known = explained(guilty, versions.get(guilty, ""), check.stage, case.name) if guilty else None
@@ -90,13 +99,12 @@ def judge_case(
             check.known = known.name
         failed = check.outcome in (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
         if failed and check.configuration in crowds and only_at_edges(check):
-            check.outcome = Outcome.ERROR
+            check.outcome = Outcome.ERROR if case.tuned else Outcome.UNDECIDED
             check.reason = f"{check.reason}; only at edges, and too many pixels are edges to tell their sides"
     judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in candidates})
-    judged.panel = panel
+    judged.panel = each
     if sparse:
-        judged.outcome = worst([judged.outcome, Outcome.ERROR])
-        judged.reason = judged.reason or sparse[0]
+        judged.worsen(Outcome.ERROR, sparse[0])
     return judged
 
 
@@ -118,7 +126,8 @@ def _checks(
         elif stage in same:
             checks.append(unmeasured(candidate, witness, stage, Outcome.REFERENCE_SUSPECT, why))
         elif witness.error is not None:
-            checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, f"{witness.name}: {witness.error}"))
+            why_not = f"{witness.name} abstains: {witness.error}"
+            checks.append(unmeasured(candidate, witness, stage, abstention(witness), why_not))
         elif stage in misshapen[candidate.name]:
             checks.append(unmeasured(candidate, witness, stage, Outcome.FAIL, misshapen[candidate.name][stage]))
         elif stage not in candidate.answers:

@@ -11,7 +11,7 @@ from reports.judge.checks import Check, unmeasured
 from reports.judge.ground import ground
 from reports.judge.oracle import FullOracle, stages_of
 from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
+from reports.judge.parties import Candidate, Witness, abstention
 from reports.judge.supersampled import box_mean, finer, supersampled_check, under_samples
 from reports.judge.terms import Terms
 
@@ -36,7 +36,8 @@ def mean_checks(
         many = replace(candidate, name=under_samples(candidate.name, case.samples))
         if (candidate.fine is None and candidate.mean is None) or witness.mean is None:
             why = candidate.error or witness.error or "no box-filtered image was given"
-            checks.append(unmeasured(many, witness, stage, Outcome.ERROR, why))
+            how = Outcome.ERROR if candidate.error or not witness.error else abstention(witness)
+            checks.append(unmeasured(many, witness, stage, how, why))
             continue
         fine = Terms(
             ground=base,

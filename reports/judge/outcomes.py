@@ -1,4 +1,4 @@
-"""The seven outcomes of a check, their order, and the ledger that must add up."""
+"""The eight outcomes of a check, their order, and the ledger that must add up."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -10,6 +10,7 @@ class Outcome(StrEnum):
 
     PASS = "pass"
     WARN = "warn"
+    UNDECIDED = "undecided"  # neither for nor against: too little could be judged, or a reference abstained
     UNSUPPORTED = "unsupported"
     MISSING = "missing"
     REFERENCE_SUSPECT = "reference_suspect"
@@ -18,9 +19,13 @@ class Outcome(StrEnum):
 
 
 def worst(outcomes: Iterable[Outcome]) -> Outcome:
-    """Return the worst outcome; of nothing, MISSING, since nothing was measured."""
-    order = list(Outcome)
-    return max(outcomes, key=order.index, default=Outcome.MISSING)
+    """Return the worst outcome; of nothing, MISSING, since nothing was measured.
+
+    What is undecided says nothing, so that the others decide; only where there are none it is undecided.
+    """
+    order, found = list(Outcome), list(outcomes)
+    decided = [outcome for outcome in found if outcome is not Outcome.UNDECIDED]
+    return max(decided or found, key=order.index, default=Outcome.MISSING)
 
 
 def ledger(outcomes: Iterable[Outcome], *, planned: int) -> dict[str, int]:
@@ -38,10 +43,13 @@ def ledger(outcomes: Iterable[Outcome], *, planned: int) -> dict[str, int]:
 
 
 def exit_code(outcomes: Iterable[Outcome]) -> int:
-    """Return 0 if all pass or warn, 1 if some fail, 3 if something could not be measured."""
+    """Return 0 if all pass or warn, 1 if some fail, 3 if something could not be measured.
+
+    What is undecided is neither a pass nor a failure; where nothing else is, nothing was measured.
+    """
     found = set(outcomes)
     if found & {Outcome.FAIL, Outcome.REFERENCE_SUSPECT}:
         return 1
-    if found - {Outcome.PASS, Outcome.WARN}:
+    if found - {Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED}:
         return 3
-    return 0 if found else 3
+    return 0 if found & {Outcome.PASS, Outcome.WARN} else 3

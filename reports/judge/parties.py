@@ -1,12 +1,13 @@
 """The parties to a case: the renderers under test and the references, with what they answered."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from cases.answers import Answers, Resolution
 from cases.stages import Stage
+from reports.judge.outcomes import Outcome
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +57,24 @@ class Witness:
     def answers_at(self, stage: Stage) -> bool:
         """Say whether it is asked about this stage: everything that it did not declare unsupported."""
         return stage not in self.unsupported
+
+
+LOST = "it was announced and nothing came of it"
+
+
+def lost(panel: Collection[str], witnesses: Collection[Witness]) -> list[Witness]:
+    """Return those of an announced panel of whom nothing came: they were planned, and are missing."""
+    heard = {witness.name for witness in witnesses}
+    return [
+        Witness(name=name, precision="float32", independent=False, shadow_epsilon=0.0, answers={}, error=LOST)
+        for name in panel
+        if name not in heard
+    ]
+
+
+def abstention(witness: Witness) -> Outcome:
+    """Return what becomes of checks against a reference of which there is no answer: it has no say, or was lost."""
+    return Outcome.MISSING if witness.error == LOST else Outcome.UNDECIDED
 
 
 def as_candidate(witness: Witness) -> Candidate:

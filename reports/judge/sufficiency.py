@@ -1,4 +1,6 @@
-"""Whether enough of a case's image could be judged: what the case fixed in advance."""
+"""Whether enough of a case's image could be judged: what a tuned case fixed in advance, and what one check can tell."""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -6,18 +8,21 @@ from cases.case import Case
 from cases.stages import Stage
 from reports.judge.bench import GEOMETRY
 from reports.judge.checks import Check
+from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate
 from reports.judge.terms import Terms
 
+# Of a candidate's error of position: what it may leave out before its feelers for rounding's sake.
+NEEDED = 8
+
 
 def too_little(case: Case, candidate: Candidate, terms: Terms) -> list[str]:
-    """Return a sentence if fewer pixels could be judged than the case fixed in advance, else nothing."""
+    """Return a sentence if fewer pixels could be judged than a tuned case fixed in advance, else nothing."""
+    if not case.tuned:
+        return []
     last = Stage.RADIANCE if case.scene.lights else Stage.NORMAL
-    # What a renderer says that it does not see before the eye is excused as an edge is, and counts as one.
-    edge = terms.classes.edge(last) | terms.near
-    interior = int(np.count_nonzero(terms.conditioning.hit & ~edge))
+    interior, share = _judged(terms, last)
     why = "".join(f"; {note}" for note in terms.classes.notes)
-    share = np.count_nonzero(edge) / edge.size
     if interior < case.least_interior:
         return [f"{candidate.name}: {interior} interior pixels, the case asks for {case.least_interior}{why}"]
     if share > case.most_edge:
@@ -25,6 +30,47 @@ def too_little(case: Case, candidate: Candidate, terms: Terms) -> list[str]:
     if not interior and np.any(terms.conditioning.hit):
         return [f"{candidate.name}: no pixel that hits something lies clear of every edge"]
     return []
+
+
+def leave_undecided(case: Case, check: Check, terms: Terms) -> None:
+    """Turn a check that passed into `undecided` where so little could be judged strictly that it says nothing.
+
+    If that is by what a candidate declares not to see, far beyond what rounding needs, it is an error: nobody chooses
+    what is decidable of him.
+    """
+    if check.outcome is not Outcome.PASS or check.stage in (Stage.CAMERA, Stage.RAY):
+        return
+    why = _nothing_to_tell(case, terms, check.stage)
+    if why is None:
+        return
+    check.outcome, check.reason = Outcome.UNDECIDED, why
+    candidate = terms.candidate
+    blind = np.any(np.asarray(candidate.shadow_epsilon) > 0) or candidate.ray_epsilon > 0
+    if blind and not case.tuned:
+        needed = NEEDED * terms.limits.position
+        honest = replace(
+            candidate, ray_epsilon=0.0, shadow_epsilon=np.minimum(np.asarray(candidate.shadow_epsilon), needed)
+        )
+        if _nothing_to_tell(case, replace(terms, candidate=honest), check.stage) is None:
+            check.outcome = Outcome.ERROR
+            check.reason = f"{why}, for {candidate.name} declares that it does not see there"
+
+
+def _nothing_to_tell(case: Case, terms: Terms, stage: Stage) -> str | None:
+    """Return why a check of a stage says nothing, or None. Where nothing is hit, misses tell."""
+    interior, share = _judged(terms, stage)
+    if not interior and np.any(terms.conditioning.hit):
+        return "no pixel that hits something lies clear of every edge"
+    if share > case.most_edge:
+        return f"{share:.4f} of the pixels are edge, and more than {case.most_edge} tell nothing"
+    return None
+
+
+def _judged(terms: Terms, stage: Stage) -> tuple[int, float]:
+    """Return how many pixels that hit something are judged strictly at a stage, and the share of edge pixels."""
+    # What a renderer says that it does not see before the eye is excused as an edge is, and counts as one.
+    edge = terms.classes.edge(stage) | terms.near
+    return int(np.count_nonzero(terms.conditioning.hit & ~edge)), float(np.count_nonzero(edge) / edge.size)
 
 
 def crowded(case: Case, terms: Terms) -> bool:

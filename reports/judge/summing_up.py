@@ -1,6 +1,6 @@
 """From a case's checks and closed forms to its verdict, the stage to blame and the specification item behind it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,6 +29,11 @@ class Judged:
     planned: int
     panel: Mapping[Stage, Matrix] = field(default_factory=dict)  # everybody against everybody
 
+    def worsen(self, outcome: Outcome, reason: str) -> None:
+        """Take a worse outcome for a reason of its own, in place of an earlier one's; a verdict that is worse stays."""
+        if outcome is not self.outcome and worst([self.outcome, outcome]) is outcome:
+            self.outcome, self.reason, self.stage, self.item = outcome, reason, None, None
+
 
 def sum_up(
     case: Case,
@@ -39,7 +44,7 @@ def sum_up(
 ) -> Judged:
     """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame."""
     account(checks, case.scene)
-    outcome = worst([check.outcome for check in checks] + [Outcome(one["verdict"]) for one in expectations])
+    outcome = case_outcome(checks, expectations)
     guilty = [check for check in checks if check.outcome is outcome and outcome is not Outcome.PASS]
     order = list(Stage)
     # A stage that is wrong by itself comes before one that only shows what it was handed.
@@ -69,6 +74,20 @@ def sum_up(
             f"{broken['configuration']}: {broken['measured']} instead of {broken['expected']}: {broken['because']}"
         )
     return judged
+
+
+def case_outcome(checks: Sequence[Check], expectations: Sequence[dict[str, Any]]) -> Outcome:
+    """Return the worst outcome of checks and closed forms; what is undecided leaves the word to the rest.
+
+    Camera and rays are decided whatever the scene: where they alone are, the scene's question is undecided.
+    """
+    outcomes = [check.outcome for check in checks] + [Outcome(one["verdict"]) for one in expectations]
+    found = worst(outcomes)
+    asked = [check.outcome for check in checks if check.stage not in (Stage.CAMERA, Stage.RAY)]
+    answered = {Outcome.PASS, Outcome.WARN}
+    if found in answered and Outcome.UNDECIDED in asked and not answered & {*asked}:
+        return Outcome.UNDECIDED
+    return found
 
 
 def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> str:

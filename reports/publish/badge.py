@@ -15,6 +15,7 @@ CHARACTER = 7.0  # px that a character of 11 px Verdana takes on average
 COLORS = {
     Outcome.PASS: "#2a7f3f",
     Outcome.WARN: "#7a6a00",
+    Outcome.UNDECIDED: "#5a5a5a",
     Outcome.UNSUPPORTED: "#5a5a5a",
     Outcome.MISSING: "#a34700",
     Outcome.REFERENCE_SUSPECT: "#a34700",

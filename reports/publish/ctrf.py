@@ -15,6 +15,7 @@ _STATUSES = {
     Outcome.WARN: "passed",
     Outcome.FAIL: "failed",
     Outcome.REFERENCE_SUSPECT: "failed",
+    Outcome.UNDECIDED: "skipped",
     Outcome.UNSUPPORTED: "skipped",
     Outcome.ERROR: "other",
     Outcome.MISSING: "other",

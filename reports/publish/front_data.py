@@ -6,13 +6,13 @@ from typing import Any
 
 from cases.stages import FACTS, Stage
 from reports.judge.outcomes import Outcome
+from reports.judge.outcomes import worst as worst_outcome
 from reports.plain import number
 from reports.publish.case_data import picture_of
 from reports.publish.headline import blame, headline, shouts, worst_of, worst_ratio
 from reports.publish.items import TITLES
 from reports.publish.results import LEDGER
 
-_ORDER = [outcome.value for outcome in Outcome]
 _OF_THE_RUN = (
     "rayproof", "command", "started", "seconds", "verdict", "environment", "configurations", "references", "subject",
     "absent",
@@ -76,7 +76,7 @@ def _cell(checks: list[Mapping[str, Any]], unsupported: int) -> list[Any]:
     """Return a renderer's word on a case: worst verdict, checks that have it, all checks, worst ratio, refusals."""
     measured = [check["verdict"] for check in checks if check["verdict"] != Outcome.UNSUPPORTED]
     refused = unsupported + len(checks) - len(measured)
-    worst = max(measured, key=_ORDER.index, default=Outcome.UNSUPPORTED.value)
+    worst = worst_outcome(map(Outcome, measured)).value if measured else Outcome.UNSUPPORTED.value
     largest = worst_of(checks)
     # Three digits are what is shown.
     return [worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused]

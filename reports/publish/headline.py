@@ -49,7 +49,7 @@ def headline(results: dict[str, Any]) -> str:
 
 
 # Of these a check may have come to nothing; the camera's have no measurement though they were made.
-UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNSUPPORTED})
+UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED, Outcome.UNSUPPORTED})
 BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING})
 
 

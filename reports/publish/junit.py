@@ -20,6 +20,7 @@ _ELEMENTS = {
     Outcome.REFERENCE_SUSPECT: "failure",
     Outcome.ERROR: "error",
     Outcome.MISSING: "error",
+    Outcome.UNDECIDED: "skipped",
     Outcome.UNSUPPORTED: "skipped",
 }
 

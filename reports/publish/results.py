@@ -35,6 +35,10 @@ def load_results(folder: Path) -> dict[str, Any]:
         raise ResultsError(f"{path}: no such file; `rayproof run --out {folder}` makes it") from error
     except (ValueError, RecursionError) as error:
         raise ResultsError(f"{path}: not JSON: {error}") from error
+    if isinstance(results, dict):
+        for counts in (results.get("summary"), results.get("checks")):
+            if isinstance(counts, dict):
+                counts.setdefault(Outcome.UNDECIDED.value, 0)  # what was written before there was such an outcome
     problem = shape_problem(results)
     if problem:
         raise ResultsError(f"{path}: {problem}")

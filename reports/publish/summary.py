@@ -57,7 +57,11 @@ def _totals(results: dict[str, Any]) -> list[str]:
 
 
 def _failures(results: dict[str, Any], room: int) -> list[str]:
-    cases = [case for case in worst_first(results["cases"]) if case["verdict"] in BAD | {Outcome.UNSUPPORTED}]
+    cases = [
+        case
+        for case in worst_first(results["cases"])
+        if case["verdict"] in BAD | {Outcome.UNDECIDED, Outcome.UNSUPPORTED}
+    ]
     if not cases:
         return []
     lines = ["## What did not pass\n", "| case | verdict | blamed | error / limit | why |", "|---|---|---|---|---|"]

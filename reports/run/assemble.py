@@ -139,6 +139,15 @@ def verdict(records: Sequence[Mapping[str, Any]], *, planned: int, tracer: bool 
     return worst(outcomes + [Outcome.MISSING] * (planned - len(records)))
 
 
+def abstained(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, str]]:
+    """Return each reference that had no say in a case where it was planned, by a crash or a time limit: case to why."""
+    found: dict[str, dict[str, str]] = {}
+    for record in records:
+        for name, why in record.get("abstained", {}).items():
+            found.setdefault(name, {})[record["name"]] = why
+    return found
+
+
 def silent(records: Iterable[Mapping[str, Any]], required: Iterable[str]) -> tuple[str, ...]:
     """Return the required references that measured nothing in any case."""
     heard = {

@@ -144,6 +144,7 @@ class CaseRun:
                 versions=self.versions,
                 folder=self._folder,
                 require=self._require,
+                panel=self._references,
                 subject=self._subject,
                 notes=self._notes,
                 full=self._full,

@@ -48,6 +48,7 @@ def results_document(
             for name in heard.names
         },
         "absent": heard.absent,
+        "abstained": assemble.abstained(records),
         "summary": assemble.case_ledger(records, planned=len(planned)),
         "checks": assemble.check_ledger(records),
         "examined": assemble.examined(records),

@@ -52,10 +52,12 @@ class Journal:
     def finished(self, key: str) -> dict[str, Any] | None:
         """Return the record of a case that was finished under exactly this key, or None.
 
-        An error may have been the machine's or the time limit's, so that such a case is done again.
+        An error, or a reference that abstained, may have been the machine's or the time limit's fault, so that such a
+        case is done again.
         """
         record = self._done.get(key)
-        return None if record is None or record.get("verdict") == Outcome.ERROR else record
+        again = record is None or record.get("verdict") == Outcome.ERROR or bool(record.get("abstained"))
+        return None if again else record
 
     def append(self, key: str, record: Mapping[str, Any]) -> None:
         """Write one finished case and make sure that it reached the disk."""

@@ -10,7 +10,7 @@ from reports.cache.references import KeepingOracle
 from reports.cache.store import usual_store
 from reports.judge.adjudication import adjudication
 from reports.judge.judging import judge_case
-from reports.judge.outcomes import Outcome, worst
+from reports.judge.outcomes import Outcome
 from reports.judge.parties import Witness
 from reports.judge.remembering import Remembering
 from reports.judge.sentinels import stand_guard
@@ -44,13 +44,12 @@ def judge(task: JudgeTask | GuardTask) -> dict[str, Any]:
     if isinstance(task, GuardTask):
         return {}
     oracle = Remembering(KeepingOracle(_ORACLE) if task.cached else _ORACLE)
-    judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions)
+    judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions, panel=task.panel)
     count_what_is_supported(judged, task.candidates)
     for witness in task.witnesses:
         if witness.name in task.require and not witness.answers and not _excused(witness):
             why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
-            judged.outcome = worst([judged.outcome, Outcome.FAIL])
-            judged.reason = judged.reason or f"{witness.name} is required and could not answer: {why}"
+            judged.worsen(Outcome.FAIL, f"{witness.name} is required and could not answer: {why}")
     panel = adjudication(judged, task.candidates, task.witnesses, oracle)
     scene = write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
@@ -105,6 +104,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
             for name, stages in unable
             for stage, why in stages.items()
         ],
+        "abstained": {witness.name: witness.error for witness in task.witnesses if witness.error is not None},
         "notes": [{"reference": name, "note": note} for name, note in notes],
         "checks": [check.as_json() for check in judged.checks],
         "expectations": judged.expectations,

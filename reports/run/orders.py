@@ -73,6 +73,7 @@ class JudgeTask:
     versions: dict[str, str]
     folder: Path
     require: tuple[str, ...]
+    panel: tuple[str, ...] = ()  # the references that the run announced: of one that is not among `witnesses` we say so
     subject: Subject = THE_TRACER
     notes: tuple[str, ...] = ()  # what the subject says of its answers
     full: bool = False  # keep every image of every case

@@ -15,6 +15,7 @@ from reports.publish.headline import ratio_of
 COLOURS = {
     Outcome.PASS: "green",
     Outcome.WARN: "yellow",
+    Outcome.UNDECIDED: "cyan",
     Outcome.UNSUPPORTED: "cyan",
     Outcome.MISSING: "magenta",
     Outcome.REFERENCE_SUSPECT: "blue",

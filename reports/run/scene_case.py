@@ -45,4 +45,5 @@ def case_of_file(path: Path, *, name: str | None = None) -> Case:
         covers=covering(scene),
         least_interior=0,
         most_edge=MOST_EDGE,
+        tuned=False,
     )

@@ -6,8 +6,9 @@ Checks of such stages stay `unsupported`; a case in which nothing else was measu
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from reports.judge.outcomes import Outcome, worst
+from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate
+from reports.judge.summing_up import case_outcome
 
 if TYPE_CHECKING:
     from reports.judge.summing_up import Judged
@@ -20,12 +21,13 @@ def count_what_is_supported(judged: "Judged", candidates: Sequence[Candidate]) -
     if judged.outcome is not Outcome.UNSUPPORTED:
         return
     declared = {(candidate.name, stage) for candidate in candidates for stage in candidate.unsupported}
-    left = [one.outcome for one in judged.checks if (one.configuration, one.stage) not in declared]
-    left += [Outcome(one["verdict"]) for one in judged.expectations]
-    if Outcome.UNSUPPORTED in left:
+    left = [one for one in judged.checks if (one.configuration, one.stage) not in declared]
+    if any(one.outcome is Outcome.UNSUPPORTED for one in left):
         judged.outcome = Outcome.MISSING  # a stage that was neither given nor declared
-    elif any(outcome in MEASURED for outcome in left):
-        judged.outcome, judged.stage, judged.item, judged.reason = worst(left), None, None, ""
+    elif left or judged.expectations:
+        outcome = case_outcome(left, judged.expectations)
+        why = next((one.reason for one in left if one.outcome is outcome), "")
+        judged.outcome, judged.stage, judged.item, judged.reason = outcome, None, None, why
 
 
 def concerning(outcomes: Iterable[Outcome], *, tracer: bool) -> list[Outcome]:

@@ -70,6 +70,7 @@ def unjudged(
         ],
         "ran": {},
         "unsupported": [],
+        "abstained": {one.name: one.error for one in witnesses if one.error is not None},
         "notes": [],
         "checks": checks,
         "expectations": [],

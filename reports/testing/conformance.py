@@ -93,7 +93,7 @@ class Conformance:
 
         candidate = self._traced() if answer is None else self._given(answer)
         judged = self._judged(candidate)
-        if judged.outcome is Outcome.UNSUPPORTED:
+        if judged.outcome in (Outcome.UNDECIDED, Outcome.UNSUPPORTED):
             pytest.skip(f"{self.case.name}: {judged.reason or 'nothing that it answers can be measured here'}")
         if judged.outcome not in (Outcome.PASS, Outcome.WARN):
             where = f" at {judged.stage}" if judged.stage else ""

@@ -25,7 +25,7 @@
   }
 
   // Where nothing was measured the record has the ratio 0; of the camera nothing else is recorded.
-  const UNMEASURED = ["error", "missing", "unsupported"];
+  const UNMEASURED = ["error", "missing", "undecided", "unsupported"];
   const overall = (check) => check.end_to_end?.worst_ratio ?? (UNMEASURED.includes(check.verdict) ? null : check.ratio);
 
   function row(check, selected, onpixel) {

@@ -38,12 +38,12 @@
       e("p", { class: "muted" }, ["cases", "checks"].map((what, i) => {
         const counts = i ? results.checks : results.summary;
         const measured = ["pass", "warn", "fail", "reference_suspect"].reduce((sum, name) => sum + counts[name], 0);
-        return `${i ? "; " : ""}${counts.planned} ${what} planned = ${measured} measured + ${counts.unsupported} unsupported + ${counts.error + counts.missing} errors`;
+        return `${i ? "; " : ""}${counts.planned} ${what} planned = ${measured} measured + ${counts.undecided ? `${counts.undecided} undecided + ` : ""}${counts.unsupported} unsupported + ${counts.error + counts.missing} errors`;
       }), "."));
   };
 
   rayproof.blamed = function (results) {
-    const bad = results.cases.filter((row) => !["pass", "warn", "unsupported"].includes(row.verdict));
+    const bad = results.cases.filter((row) => !["pass", "warn", "undecided", "unsupported"].includes(row.verdict));
     if (!bad.length) return null;
     return e("section", { class: "panel blamed", "aria-label": "What is blamed" },
       e("h2", {}, "What is blamed"),

@@ -1,10 +1,11 @@
-// The seven verdicts: a shape and a word beside every colour, best first as in reports/judge/outcomes.py.
+// The eight verdicts: a shape and a word beside every colour, best first as in reports/judge/outcomes.py.
 (function (rayproof) {
   "use strict";
 
   const VERDICTS = {
     pass: ["\u2713", "pass"],
     warn: ["\u25B2", "warn"],
+    undecided: ["\u25D0", "undecided"],
     unsupported: ["\u25CB", "unsupported"],
     missing: ["?", "missing"],
     reference_suspect: ["\u25C6", "reference suspect"],
@@ -17,7 +18,11 @@
   rayproof.glyph = (verdict) => (VERDICTS[verdict] || ["?"])[0];
   rayproof.word = (verdict) => (VERDICTS[verdict] || [null, String(verdict)])[1];
   rayproof.tone = (verdict) => `v-${ORDER.includes(verdict) ? verdict : "missing"}`;
-  rayproof.worst = (verdicts) => ORDER[Math.max(-1, ...verdicts.map((verdict) => ORDER.indexOf(verdict)))] || null;
+  // What is undecided says nothing: the others decide, if there are any.
+  rayproof.worst = function (verdicts) {
+    const decided = verdicts.filter((verdict) => verdict !== "undecided");
+    return ORDER[Math.max(-1, ...(decided.length ? decided : verdicts).map((verdict) => ORDER.indexOf(verdict)))] || null;
+  };
 
   rayproof.pill = function (verdict) {
     const e = rayproof.element;

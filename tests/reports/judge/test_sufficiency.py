@@ -5,12 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cases.case import Case
+from cases.placement import translation
+from cases.scene import Camera, PointLight, Scene, Square
 from cases.stages import Stage
 from reports.judge.judging import judge_case
+from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
+from reports.judge.resolving import WHOLE
+from reports.judge.summing_up import Judged
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, truth, witness
 
 FAR_ABOVE_ALL = 1e9  # m
+EXACT = (Stage.CAMERA, *WHOLE)
 
 
 @pytest.mark.parametrize("epsilon", ["ray_epsilon", "shadow_epsilon"])
@@ -43,3 +50,85 @@ def test_what_is_missed_before_the_eye_counts_against_the_edge_that_a_case_allow
 
     assert found.outcome is Outcome.ERROR
     assert f"the case allows {CASE.most_edge}" in found.reason
+
+
+def apart(height: float) -> Case:
+    """Return a case that nobody tuned: two squares, one `height` [m] above the other, seen from above."""
+    camera = Camera(
+        eye=(0.3, -2.0, 9.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=4, width=12, height=9, near=0.1, far=99
+    )  # fmt: skip
+    squares = tuple(Square(albedo=(0.5, 0.4, 0.3), to_world=translation(0.0, 0.0, at)) for at in (0.0, height))
+    light = PointLight(position=(1.0, 2.0, 5.0), flux=(10.0, 20.0, 30.0))
+    return replace(CASE, scene=Scene(camera=camera, shapes=squares, lights=(light,)), most_edge=0.5, tuned=False)
+
+
+def judged_apart(height: float) -> Judged:
+    """Judge faultless renderers of both precisions on it."""
+    case = apart(height)
+    right = ORACLE.render(case.scene, stages_of(case.scene))
+    # In numbers of its own, a rounding away: who repeats another to the last bit is a copy.
+    fine = {stage: image if stage in EXACT else image * (1 + 2.0**-52) for stage, image in right.items()}
+    both = [candidate(rounded(right)), replace(candidate(fine, name="float64"), precision="float64", shadow_epsilon=0)]
+    return judge_case(case, both, [witness(right)], ORACLE, {})
+
+
+def test_what_one_precision_cannot_decide_the_other_decides():
+    found = judged_apart(1e-6)
+
+    outcomes = {(check.configuration, check.stage): check.outcome for check in found.checks}
+    assert outcomes["float32", Stage.OBJECT] is outcomes["float32", Stage.RADIANCE] is Outcome.UNDECIDED
+    assert outcomes["float64", Stage.OBJECT] is outcomes["float64", Stage.RADIANCE] is Outcome.PASS
+    assert found.outcome is Outcome.PASS
+
+
+def test_where_nobody_can_decide_the_case_is_undecided_and_no_pass():
+    found = judged_apart(0.0)
+
+    assert {check.outcome for check in found.checks if check.stage is Stage.RAY} == {Outcome.PASS}
+    assert found.outcome is Outcome.UNDECIDED
+    assert "clear of every edge" in found.reason
+
+
+def test_an_undecided_case_hides_no_failure():
+    case = apart(1e-6)
+    right = ORACLE.render(case.scene, stages_of(case.scene))
+    wrong = rounded(right) | {Stage.POSITION: rounded(right)[Stage.POSITION] * 1.01}
+
+    found = judge_case(case, [candidate(wrong)], [witness(right)], ORACLE, {})
+
+    assert found.outcome is Outcome.FAIL
+    assert found.stage is Stage.POSITION
+
+
+@pytest.mark.parametrize("epsilon", ["ray_epsilon", "shadow_epsilon"])
+def test_nobody_chooses_what_is_decidable_of_him(epsilon):
+    case = replace(CASE, least_interior=0, tuned=False)
+    blind = replace(candidate(rounded(truth())), chained=False, **{epsilon: FAR_ABOVE_ALL})
+
+    found = judge_case(case, [blind], [witness(truth())], ORACLE, {})
+
+    assert found.outcome is Outcome.ERROR
+    assert "declares that it does not see" in found.reason
+
+
+def test_a_reference_that_crashed_abstains_and_one_that_was_lost_is_missing():
+    ours, right = candidate(rounded(truth())), witness(truth())
+    fallen = replace(witness({}, name="embree"), error="no answer within 120 s; stopped")
+
+    abstains = judge_case(CASE, [ours], [right, fallen], ORACLE, {}, panel=("analytic", "embree"))
+    lost = judge_case(CASE, [ours], [right], ORACLE, {}, panel=("analytic", "embree"))
+
+    assert abstains.planned == lost.planned == len(abstains.checks) == len(lost.checks) == 2 * len(Stage)
+    assert abstains.outcome is Outcome.PASS
+    assert {check.outcome for check in abstains.checks if check.reference == "embree"} == {Outcome.UNDECIDED}
+    assert "no answer within 120 s" in abstains.checks[-1].reason
+    assert lost.outcome is Outcome.MISSING
+
+
+def test_the_reason_of_a_case_is_that_of_what_decides_it():
+    without = replace(candidate(rounded(truth())), unsupported={Stage.CAMERA: "The protocol has no channel for it."})
+
+    found = judge_case(replace(CASE, least_interior=10**6), [without], [witness(truth())], ORACLE, {})
+
+    assert found.outcome is Outcome.ERROR
+    assert "the case asks for 1000000" in found.reason

@@ -9,7 +9,7 @@ from tests.reports.publish.sample import HOSTILE, results_of
 def test_totals_failures_and_coverage_are_there(published):
     text = (published.folder / "summary.md").read_text()
 
-    assert "| cases | 9 | 1 | 1 | 1 | 1 | 1 | 1 | 3 |" in text
+    assert "| cases | 9 | 1 | 1 | 0 | 1 | 1 | 1 | 1 | 3 |" in text
     assert "| sphere/sheared | fail | normal NRM-3 |" in text
     assert "| CAM-4 | 9 | 0 |" in text
     assert "mesh/huge" in text

@@ -67,6 +67,8 @@ def test_slack_and_tight_limits_are_listed_for_review(ratio, listed):
         (["pass", "error"], 3),
         (["pass", "missing"], 3),
         (["unsupported"], 3),
+        (["pass", "undecided"], 0),
+        (["undecided"], 3),
         ([], 3),
     ],
 )

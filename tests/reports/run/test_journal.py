@@ -40,10 +40,12 @@ def test_a_line_cut_short_by_a_kill_is_done_again_and_swallows_nothing(tmp_path)
 def test_a_case_that_ended_in_an_error_is_done_again(tmp_path):
     with Journal(tmp_path, resume=False) as journal:
         journal.append("timed out", {"verdict": "error"})
+        journal.append("abstained", {"verdict": "pass", "abstained": {"embree": "no answer within 120 s; stopped"}})
         journal.append("failed", {"verdict": "fail"})
 
     with Journal(tmp_path, resume=True) as journal:
         assert journal.finished("timed out") is None
+        assert journal.finished("abstained") is None
         assert journal.finished("failed") == {"verdict": "fail"}
 
 
