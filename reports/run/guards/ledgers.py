@@ -16,16 +16,21 @@ def guard_ledgers() -> None:
     _refuses(_record(Outcome.PASS, (Outcome.PASS,) * 2, planned=3), "a lost check")
     _refuses(_record(Outcome.PASS, (Outcome.PASS,) * 3, planned=2), "a check counted twice")
     for outcome in Outcome:
-        if worst([Outcome.PASS, outcome, Outcome.PASS]) is not outcome:
-            raise BrokenHarnessError(f"the ledgers are broken: pass and {outcome} must make {outcome}")
+        # What is undecided leaves the word to the rest, and is nobody's pass.
+        both = Outcome.PASS if outcome is Outcome.UNDECIDED else outcome
+        if worst([Outcome.PASS, outcome, Outcome.PASS]) is not both or worst([outcome]) is not outcome:
+            raise BrokenHarnessError(f"the ledgers are broken: pass and {outcome} must make {both}")
         code = exit_code([Outcome.PASS, outcome])
-        wanted = 0 if outcome in (Outcome.PASS, Outcome.WARN) else 1 if outcome in _WRONG else 3
+        wanted = 0 if outcome in _GOOD else 1 if outcome in _WRONG else 3
         if code != wanted:
             raise BrokenHarnessError(f"the ledgers are broken: {outcome} must end in exit code {wanted}, got {code}")
+    if exit_code([Outcome.UNDECIDED]) != 3:
+        raise BrokenHarnessError("the ledgers are broken: a run that decided nothing must end in exit code 3")
     if worst([]) is not Outcome.MISSING or assemble.verdict([passed], planned=2) is not Outcome.MISSING:
         raise BrokenHarnessError("the ledgers are broken: what was not measured must be missing")
 
 
+_GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED)
 _WRONG = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
 
 
