@@ -11,6 +11,7 @@ from cases.scene import Scene
 from cases.stages import Stage, upto
 from reports.judge import camera
 from reports.judge.bench import Bench
+from reports.judge.bias import Bias, bias
 from reports.judge.calibration import calibration
 from reports.judge.examined import Examined, Kind, counted, most_interval, unexamined
 from reports.judge.limits import BECAUSE, Roundoff
@@ -18,6 +19,7 @@ from reports.judge.measurement import Measurement, jsonable
 from reports.judge.metrics import METRICS
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
+from reports.judge.terms import LIGHT
 
 # The stage whose images people look at: its informative metrics are worth their time.
 INFORMED = Stage.RADIANCE
@@ -42,6 +44,8 @@ class Check:
     reason: str = ""
     end_to_end: Measurement | None = None
     continued: Measurement | None = None
+    bias: Bias | None = None  # of light before the oracle: the factors that many pixels share
+    continued_bias: Bias | None = None
     informative: dict[str, Any] = field(default_factory=dict)
     part: str | None = None  # camera: the item of the worst part
     ratio: float = 0.0
@@ -57,7 +61,9 @@ class Check:
         """Say whether the stage is wrong by itself; nothing comes before the camera that it could have been handed."""
         if self.stage is Stage.CAMERA:
             return self.outcome is Outcome.FAIL
-        return self.outcome is Outcome.FAIL and self.continued is not None and self.continued.worst_ratio > 1
+        by_pixels = self.continued is not None and self.continued.worst_ratio > 1
+        by_factors = self.continued_bias is not None and self.continued_bias.ratio > 1
+        return self.outcome is Outcome.FAIL and (by_pixels or by_factors)
 
     def as_json(self) -> dict[str, Any]:
         """Return plain JSON data."""
@@ -76,9 +82,23 @@ class Check:
             "end_to_end": whole,
             "continued": self.continued.as_json() if self.continued else None,
             "examined": self.examined.as_json() if self.examined else None,
+            **({"bias": self._bias_as_json(self.bias)} if self.bias else {}),
             "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
             + self.steps,
         }
+
+    def _bias_as_json(self, bias: Bias) -> dict[str, Any]:
+        """Return the factors end to end and, if it was asked, given the candidate's own previous stages.
+
+        Of these the groups are told only where one is over its limit.
+        """
+        own = self.continued_bias
+        if own is None:
+            return bias.as_json()
+        told = own.as_json()
+        if own.ratio <= 1:
+            del told["groups"]
+        return bias.as_json() | {"continued": told}
 
 
 def camera_check(bench: Bench) -> Check:
@@ -122,7 +142,11 @@ def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
         with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
             value = oracle.continue_from(bench.ground.scene, stage, ours)
         check.continued = bench.continued(stage, value)
+        if stage in LIGHT:
+            check.continued_bias = bias(bench.terms, stage, ours[stage], value)
     check.examined = _together(check.end_to_end, check.continued)
+    if oracle is not None and stage in LIGHT:
+        check.bias = bias(bench.terms, stage, ours[stage], None)
     _conclude(check)
     if stage is INFORMED:
         both = ours[stage], bench.witness.answers[stage]
@@ -154,6 +178,20 @@ def _conclude(check: Check) -> None:
             f"{how} pixel {worst.pixel} is off by {worst.worst_error:.3g}, limit {worst.limit:.3g} "
             f"({worst.worst_ratio:.3g} times)"
         )
+    else:
+        _conclude_factors(check)
+
+
+def _conclude_factors(check: Check) -> None:
+    """Fail the check for a factor that many pixels share, each of them within its own limit."""
+    both = [each for each in (check.continued_bias, check.bias) if each is not None]
+    wrong = next((each for each in both if not each.ratio <= 1), None)
+    if wrong is None or wrong.worst is None:
+        return
+    check.outcome = Outcome.FAIL
+    check.ratio = wrong.ratio
+    how = "given its own previous stages " if wrong is check.continued_bias else ""
+    check.reason = how + wrong.worst.sentence(check.stage, check.reference)
 
 
 def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:

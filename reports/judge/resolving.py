@@ -64,27 +64,14 @@ class Coarseness:
         if stage is Stage.NORMAL:
             return c.curvature * moved(Stage.POSITION)
         if stage is Stage.IRRADIANCE:
-            return self._irradiance(scene, given)
+            moved_and_turned = (self.step(before, given[before]) for before in (Stage.POSITION, Stage.NORMAL))
+            return irradiance_moved(scene, given, *moved_and_turned)
         if stage is Stage.EXITANCE:
             # No albedo is above its own largest: one bound for the image.
             return max((max(shape.albedo) for shape in scene.shapes), default=0.0) * moved(Stage.IRRADIANCE)
         if stage is Stage.RADIANCE:
             return moved(Stage.EXITANCE) * (1.0 if scene.shading == "simplified" else 1 / math.pi)
         return 0.0
-
-    def _irradiance(self, scene: Scene, given: Answers) -> np.ndarray | float:
-        """Return what steps of position and normal do to irradiance (height, width, 3), where lights are seen."""
-        moved, turned = (self.step(stage, given[stage]) for stage in (Stage.POSITION, Stage.NORMAL))
-        inverse_square = scene.shading == "inverse_square"
-        total = np.zeros((*given[Stage.POSITION].shape[:2], 3))
-        for index, light in enumerate(scene.lights):
-            r = length(np.asarray(light.position, dtype=np.float64) - given[Stage.POSITION])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                relative = (3 if inverse_square else 1) * moved / r + turned
-                scale = relative / (4 * math.pi * r**2) if inverse_square else relative
-            arriving = np.asarray(light.flux) * given[Stage.VISIBILITY][..., index : index + 1]
-            total += np.nan_to_num(arriving * np.asarray(scale)[..., np.newaxis], nan=0.0, posinf=0.0)
-        return total
 
     def because(self, stage: Stage, name: str) -> str:
         """Return the part of a limit's derivation that is this party's output, or nothing."""
@@ -104,3 +91,18 @@ class Coarseness:
             step = one.relative * largest + one.absolute
             return f"its output's steps of {step:.3g} ({one.because}) tell nothing of values up to {largest:.3g}"
         return None
+
+
+def irradiance_moved(scene: Scene, given: Answers, moved: np.ndarray | float, turned: np.ndarray | float) -> np.ndarray:
+    """Return what positions `moved` [m] and normals `turned` [rad] do to irradiance (height, width, 3), where lit."""
+    inverse_square = scene.shading == "inverse_square"
+    total = np.zeros((*given[Stage.POSITION].shape[:2], 3))
+    for index, light in enumerate(scene.lights):
+        r = length(np.asarray(light.position, dtype=np.float64) - given[Stage.POSITION])
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            relative = (3 if inverse_square else 1) * moved / r + turned
+            scale = relative / (4 * math.pi * r**2) if inverse_square else relative
+            arriving = np.asarray(light.flux) * given[Stage.VISIBILITY][..., index : index + 1]
+            moves = arriving * np.asarray(scale)[..., np.newaxis]
+        total += np.nan_to_num(moves, nan=0.0, posinf=0.0)
+    return total

@@ -58,7 +58,7 @@ class Terms:
 
     @cached_property
     def _roundoffs(self) -> tuple[Roundoff, Roundoff]:
-        return _roundoff(self.candidate), _roundoff(self.witness)
+        return roundoff(self.candidate), roundoff(self.witness)
 
     @property
     def _by_matrices(self) -> bool:
@@ -171,7 +171,7 @@ class Terms:
         return np.where(any_of(ours[Stage.OBJECT] != self.truth[Stage.OBJECT]), own[stage], limit)
 
 
-def _roundoff(party: Candidate | Witness) -> Roundoff:
+def roundoff(party: Candidate | Witness) -> Roundoff:
     """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
     known = calibration(party.name)
     return Roundoff(party.precision, scale=known.factor, baked=known.baked_normals, placed=known.placed_corners)
