@@ -1,9 +1,12 @@
 """Whole files or none: written beside their place under another name, then renamed into it."""
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+DRAFT = re.compile(r"\..*\.\d+(\.[^.]*)?")  # what `replacing` writes to
 
 
 @contextmanager
@@ -25,3 +28,10 @@ def write_text(path: Path, text: str) -> Path:
         # Lone surrogates come in by undecodable file names; they cannot be written and must not stop a report.
         draft.write_bytes(text.encode("utf-8", errors="replace"))
     return path
+
+
+def remove_drafts(folder: Path) -> None:
+    """Remove what writers below `folder` that were killed had begun; nobody else may be writing there."""
+    for path in folder.rglob(".*"):
+        if DRAFT.fullmatch(path.name) and path.is_file():
+            path.unlink(missing_ok=True)

@@ -28,6 +28,9 @@ _VARIABLES = (
     "LIBGL_DRIVERS_PATH", "GALLIUM_DRIVER", "MESA_LOADER_DRIVER_OVERRIDE", "__EGL_VENDOR_LIBRARY_FILENAMES",
 )  # fmt: skip
 _PROBE = """
+import sys
+from reports.parent_death import end_with_parent
+end_with_parent(int(sys.argv[1]))
 import pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(32, 24))
 plotter.add_mesh(pyvista.Sphere(), color="red")
@@ -90,7 +93,8 @@ def probe() -> str | None:
     """Draw a sphere in a child process and return why that failed, or None."""
     try:
         child = subprocess.run(
-            [sys.executable, "-c", _PROBE],
+            [sys.executable, "-c", _PROBE, str(os.getpid())],
+            cwd=Path(__file__).parents[2],
             env=drawing_environment(),
             stdin=subprocess.DEVNULL,
             capture_output=True,

@@ -1,7 +1,7 @@
 """The child process of `pictures`: jobs come on stdin, what it does goes to stdout, a line of JSON each.
 
 A line before each case names what was being drawn should the process die there. Run as
-`python -m reports.publish.picture_worker`.
+`python -m reports.publish.picture_worker PARENT`.
 """
 
 import json
@@ -9,9 +9,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from reports.parent_death import end_with_parent
+
 
 def main() -> None:
-    """Draw every job of stdin."""
+    """Draw every job of stdin; end with the parent, whose process number is the argument."""
+    for parent in sys.argv[1:]:
+        end_with_parent(int(parent), "rayproof-draw")
     from cases.scene_json import load_scene
     from reports.publish.kept import kept_images
     from reports.publish.picture_scene import draw, new_plotter

@@ -20,6 +20,7 @@ OURS, THEIRS = "tracer-float32", "analytic"
 # A second process takes a second and a third of a gigabyte to begin with; where this many cases wait, it pays.
 BACKLOG = 16
 MOST = min(4, os.cpu_count() or 1)  # processes
+PATIENCE = 120.0  # s for one picture, where nobody says how long it may take
 
 
 def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str], None] | None = None) -> str | None:
@@ -37,16 +38,22 @@ def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str
 class Drawing:
     """Pictures and views made in child processes while other work goes on: submit cases, leave the block, ask why.
 
-    Whether the machine can draw is asked when the block is entered: the answer takes seconds, the first time. A child
-    starts with the first case that can be drawn, another where cases wait for it. What `store` has of the very same
-    images is taken from there.
+    Whether the machine can draw is asked when the block is entered: the answer takes seconds, the first time, and only
+    the end of the block waits for it. A child starts with the first case that can be drawn, another where cases wait
+    for it. What `store` has of the very same images is taken from there. One picture may take `seconds`.
     """
 
     def __init__(
-        self, folder: Path, progress: Callable[[str], None] | None = None, *, store: Store | None = None
+        self,
+        folder: Path,
+        progress: Callable[[str], None] | None = None,
+        *,
+        store: Store | None = None,
+        seconds: float = PATIENCE,
     ) -> None:
         self.reason: str | None = None  # why pictures were left out; complete when the block is left
-        self._folder, self._progress, self._store = folder, progress, store
+        self._folder, self._progress, self._store, self._seconds = folder, progress, store, seconds
+        self._held: list[tuple[dict[str, Any], dict[str, Any]]] = []  # cases and jobs, until it is known who draws
         self._jobs: dict[str, tuple[str, dict[str, Any]]] = {}  # what is to be kept when it is drawn, and its question
         self._cases: dict[str, dict[str, Any]] = {}
         self._drawn = 0
@@ -64,11 +71,26 @@ class Drawing:
         """Have a case drawn; its `picture` and `view` are set when they are there."""
         case["picture"] = case["view"] = None
         job = _job(self._folder, case)
-        if job is None:
-            return
-        if self._asked is not None:
+        if job is not None:
+            self._held.append((case, job))
+            self._release(wait=False)
+
+    @property
+    def pending(self) -> bool:
+        """Say whether the end of the block has anything to wait for."""
+        return bool(self._held) or any(child.waiting for child in self._children)
+
+    def _release(self, *, wait: bool) -> None:
+        """Draw what is held, once it is known whether the machine can."""
+        if self._held and self._asked is not None and (wait or self._asked.done()):
             self.reason, self._asked = self._asked.result(), None
             self._pictures = self.reason is None
+        if self._asked is None:
+            held, self._held = self._held, []
+            for case, job in held:
+                self._draw(case, job)
+
+    def _draw(self, case: dict[str, Any], job: dict[str, Any]) -> None:
         if not self._pictures:
             job["picture"] = None
         if self._store is not None:
@@ -87,11 +109,13 @@ class Drawing:
         idlest = min(alive or self._children, key=lambda child: child.waiting, default=None)
         if idlest is None or (alive and idlest.waiting >= BACKLOG and len(self._children) < MOST):
             environment = gl.drawing_environment() if self._pictures else gl.recording_environment()
-            idlest = DrawingChild(environment, drawn=self._is_drawn, failed=self._failed)
+            idlest = DrawingChild(environment, seconds=self._seconds, drawn=self._is_drawn, failed=self._failed)
             self._children.append(idlest)
         return idlest
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self._release(wait=True)
         ends = [child.close(kill=kind is not None) for child in self._children]
         self.reason = self._conclude([end for end in ends if end is not None]) or self.reason
 

@@ -14,7 +14,9 @@ from cases.families import all_cases, select
 from reports.cache.guards import ask_once, passed
 from reports.cache.store import usual_store
 from reports.judge.outcomes import Outcome, exit_code
+from reports.publish.atomic import remove_drafts
 from reports.publish.pictures import Drawing
+from reports.publish.results import save_results
 from reports.run import assemble
 from reports.run.document import results_document
 from reports.run.guards import stand_guards
@@ -33,6 +35,7 @@ from reports.run.workers import workers
 from reports.run.workload import render_and_judge
 
 FAILED, INTERRUPTED = 1, 130
+LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
 
@@ -70,6 +73,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     request.out.mkdir(parents=True, exist_ok=True)
     if not request.resume:
         _clear(request.out)
+    remove_drafts(request.out)
     faults = _faults(planned) if subject.is_tracer else []
     if faults:
         console.print(f"[bold red]PLANTED FAULT in this run: {', '.join(faults)}; it must fail[/]")
@@ -78,10 +82,12 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     console.print(line, soft_wrap=True, markup=False)
     start, started = time.perf_counter(), datetime.now(UTC)
     pool = pool or workers(request)
-    with Drawing(request.out, store=store) as drawing:
+    with Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
         records, interrupted = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
-    results = results_document(planned, records, heard, faults, started, subject)
-    results["finished"] = not interrupted
+        results = results_document(planned, records, heard, faults, started, subject)
+        results["finished"] = not interrupted
+        if drawing.pending:
+            save_results(request.out, results)  # before anybody waits for a picture
     results["seconds"] = round(time.perf_counter() - start, 3)
     worse = _remember(request, results, console)
     _publish(request, results, drawing.reason, console)
@@ -151,7 +157,6 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
     `why` says why pictures were left out.
     """
     from reports.publish import publish_all
-    from reports.publish.results import save_results
 
     results["environment"]["pictures"] = why or "drawn"
     path = save_results(request.out, results)

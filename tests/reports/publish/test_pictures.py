@@ -2,6 +2,9 @@
 
 import copy
 import shutil
+import signal
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -101,9 +104,39 @@ def test_of_two_children_the_one_that_is_killed_is_named_and_the_other_draws_on(
     with pictures.Drawing(tmp_path / "folder") as drawing:
         drawing.submit(rest[0])
         drawing.submit(first)
+        drawing._release(wait=True)
         drawing._children[1]._process.kill()
         drawing._children[1]._process.wait()
         drawing.submit(rest[1])
 
     assert drawing.reason == "drawing ended at the first case (signal 9); 2 of 3 drawn"
     assert [case["view"] is not None for case in results["cases"]] == [False, True, True]
+
+
+def test_a_child_that_is_stopped_costs_its_pictures_and_not_the_run(published, results, tmp_path, monkeypatch):
+    shutil.copytree(published.folder, tmp_path / "folder")
+    monkeypatch.setattr(gl, "why_not", lambda: "no pictures here")  # views are enough
+    start = time.monotonic()
+    with pictures.Drawing(tmp_path / "folder", seconds=2.0) as drawing:
+        for case in results["cases"]:
+            drawing.submit(case | {"stage": "x" * 2**17})  # more than a pipe holds
+        drawing._release(wait=True)
+        assert drawing.pending
+        drawing._children[0]._process.send_signal(signal.SIGSTOP)
+
+    assert drawing.reason == "drawing ended at the first case (nothing for 2 s; stopped); 0 of 3 drawn"
+    assert time.monotonic() - start < 60
+
+
+def test_nobody_waits_for_the_answer_whether_there_is_opengl(published, results, monkeypatch):
+    answer = threading.Event()
+    monkeypatch.setattr(gl, "why_not", lambda: "no pictures here" if answer.wait(60) else None)
+    with pictures.Drawing(published.folder) as drawing:
+        start = time.monotonic()
+        drawing.submit(results["cases"][0])
+        assert time.monotonic() - start < 10
+        assert drawing.pending
+        answer.set()
+
+    assert drawing.reason == "no pictures here"
+    assert results["cases"][0]["view"] is not None
