@@ -77,12 +77,14 @@ def release(folder: Path, lock: int) -> None:
 
 
 def abandoned(folder: Path) -> bool:
-    """Say whether a folder has an owner's file and no process that holds it."""
+    """Say whether a folder has an owner's file, written to the end, and no process that holds it."""
     try:
         lock = os.open(folder / NAME, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
     except OSError:
         return False
     try:
+        if not os.fstat(lock).st_size:
+            return False  # it is being taken
         _lock(lock, folder)
     except OSError:
         return False

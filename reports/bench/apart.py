@@ -7,12 +7,12 @@ as long for a mesh.
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import Any
 
 from cases.benchmark.scenes import chosen
 from reports.bench import CONTENDERS
 from reports.bench.document import entry, measured
+from reports.run.channel import Channel
 from reports.run.pool import Pool
 from reports.run.worker import Reply, serve
 
@@ -57,7 +57,7 @@ def _handler(kind: str) -> Callable[[Task], Any]:
     return take
 
 
-def _serve(kind: str, connection: Connection) -> None:
+def _serve(kind: str, connection: Channel) -> None:
     serve(kind, connection, _handler)
 
 

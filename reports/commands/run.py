@@ -85,8 +85,9 @@ def run(
         )
     count = jobs or os.cpu_count() or 1
     from reports.run.early import early_workers
+    from reports.run.scratch import scratch
 
-    with early_workers(jobs=count, timeout=timeout) if subject == TRACER else nullcontext() as pool:
+    with scratch(), early_workers(jobs=count, timeout=timeout) if subject == TRACER else nullcontext() as pool:
         required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
         references_named(required)
         from reports.run.panel import panel

@@ -1,21 +1,23 @@
 """The pool: worker processes by kind, at most `jobs` busy at once, each task with a deadline.
 
 A worker that dies or overruns its deadline costs the task that it had, if it had one; it is replaced when the next task
-of its kind comes. What it left in its folder for temporary files goes with it.
+of its kind comes. What it left in its folder for temporary files goes with it. The deadline is that of handing over the
+task and of taking back the reply as well: nobody waits for a worker that was stopped in the middle of either.
 """
 
 import contextlib
+import select
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from multiprocessing.connection import wait
 from typing import Any
 
-from reports.run.worker import PREPARE, Reply, send, serve
+from reports.run.worker import PREPARE, Reply, serve
 from reports.run.worker_process import WorkerProcess, started
 
-LONGEST_WAIT = 3600.0  # s; operating systems count milliseconds in 32 bits, and a deadline may be infinite
+GLANCE = 1.0  # s, the longest wait at a time
+ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its machine asleep: no worker is to blame
 
 
 @dataclass(kw_only=True)
@@ -67,7 +69,7 @@ class Pool:
         if place in self._workers:
             return
         with contextlib.suppress(OSError):  # it died; its first task will tell
-            send(self._spawn(place).process.connection, PREPARE)
+            self._spawn(place).process.connection.post(PREPARE)
         if task is not None:
             self.submit(kind, task, lambda _: None, first=True)
 
@@ -77,18 +79,33 @@ class Pool:
         return not self._urgent and not self._waiting and not self._busy()
 
     def step(self) -> None:
-        """Start what can start, then wait for one worker at least to answer, die or overrun."""
+        """Start what can start, then wait a little for a worker to answer, die or overrun."""
         self.start()
         busy = self._busy()
         if not busy:
             return
-        rest = min(LONGEST_WAIT, max(0.0, min(worker.deadline for worker in busy.values()) - time.monotonic()))
-        ready = set(wait([worker.process.connection for worker in busy.values()], timeout=rest))
+        ready = self._ready(busy)
         for place, worker in busy.items():
-            if worker.process.connection in ready:
-                self._receive(place, worker)
-            elif time.monotonic() >= worker.deadline:
+            if worker.process.connection.fileno() in ready:
+                self._exchange(place, worker)
+            if worker.done is not None and time.monotonic() >= worker.deadline:
                 self._lose(place, worker, f"no answer within {self._limit(place[0]):g} s; stopped")
+
+    @staticmethod
+    def _ready(busy: Mapping[tuple[str, int], _Worker]) -> set[int]:
+        """Return the descriptors of workers that give or take something, once there is one or a deadline is near."""
+        poll = select.poll()
+        for worker in busy.values():
+            channel = worker.process.connection
+            poll.register(channel, select.POLLIN | (select.POLLOUT if channel.unsent else 0))
+        start = time.monotonic()
+        rest = min(GLANCE, max(0.0, min(worker.deadline for worker in busy.values()) - start))
+        ready = {descriptor for descriptor, _ in poll.poll(1000 * rest)}
+        asleep = time.monotonic() - start - rest
+        if asleep > ASLEEP:
+            for worker in busy.values():
+                worker.deadline += asleep
+        return ready
 
     def close(self) -> None:
         """Stop every worker, now."""
@@ -123,7 +140,7 @@ class Pool:
             worker.started = time.monotonic()
             worker.deadline = worker.started + self._limit(kind)
             try:
-                send(worker.process.connection, task)
+                worker.process.connection.post(task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
         queue.extendleft(reversed(postponed))
@@ -138,14 +155,17 @@ class Pool:
         self._workers[place] = worker = _Worker(process=started(place[0], self._target))
         return worker
 
-    def _receive(self, place: tuple[str, int], worker: _Worker) -> None:
+    def _exchange(self, place: tuple[str, int], worker: _Worker) -> None:
+        """Hand over what is left of a task, and take what there is of its reply."""
         try:
-            reply = worker.process.connection.recv()
+            with contextlib.suppress(BrokenPipeError):  # its last words may lie there still
+                worker.process.connection.flush()
+            whole, reply = worker.process.connection.receive()
         except (EOFError, OSError):
             self._lose(place, worker, f"the worker died ({worker.process.how_it_ended()})")
             return
-        done, worker.done = worker.done, None
-        if done is not None:
+        if whole and worker.done is not None:
+            done, worker.done = worker.done, None
             done(reply)
 
     def _bury(self, place: tuple[str, int]) -> None:

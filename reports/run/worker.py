@@ -6,14 +6,13 @@ the pool, which replaces it.
 """
 
 import contextlib
-import pickle
-import signal
 import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import Any
+
+from reports.run.channel import Channel
 
 PREPARE = None  # instead of a task: import what the first one will need; nothing is answered
 
@@ -28,17 +27,10 @@ class Reply:
     seconds: float
 
 
-def send(connection: Connection, message: Any) -> None:
-    """Send a message for the other end's `recv`, without the copy of every array that the usual protocol makes."""
-    connection.send_bytes(pickle.dumps(message, protocol=5))
-
-
-def serve(kind: str, connection: Connection, handlers: Callable[[str], Callable[[Any], Any]] | None = None) -> None:
+def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[Any], Any]] | None = None) -> None:
     """Answer tasks until the other end closes; `handlers` says what a worker of `kind` does, if it is not a run's."""
     if handlers is None:
         from reports.run.tasks import handler as handlers
-    # Ctrl-C goes to the whole process group; only the main process decides what it means.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     handler: Callable[[Any], Any] | None = None
     while True:
         try:
@@ -57,6 +49,6 @@ def serve(kind: str, connection: Connection, handlers: Callable[[str], Callable[
             line = f"{type(error).__name__}: {error}".splitlines()[0]
             reply = Reply(value=None, error=line, trace=traceback.format_exc(), seconds=time.perf_counter() - start)
         try:
-            send(connection, reply)
+            connection.send(reply)
         except OSError:
             return

@@ -1,25 +1,35 @@
-"""One worker's process: started with a pipe and a folder for temporary files, ended with all that it started itself."""
+"""One worker's process: started with a channel and a folder for temporary files, ended with all that it started itself.
+
+It ends with its parent, too, however that ends, and is shown as `rayproof-` and its kind in listings of processes.
+"""
 
 import multiprocessing
+import os
 import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from reports.parent_death import end_with_parent
+from reports.run.channel import Channel, channels
+from reports.run.scratch import Scratch
+
 # A fork would share the JIT compilers' state and threads.
 CONTEXT = multiprocessing.get_context("spawn")
-PARTING = 5.0  # s for a process whose pipe has closed to be gone
+PARTING = 5.0  # s for a process whose channel has closed, or that was killed, to be gone
 
 
 @dataclass(frozen=True, kw_only=True)
 class WorkerProcess:
-    """A process that serves one kind of task, and our end of its pipe."""
+    """A process that serves one kind of task, and our end of its channel."""
 
     process: BaseProcess
-    connection: Any  # multiprocessing's Connection; on Windows its PipeConnection
-    folder: tempfile.TemporaryDirectory[str]
+    connection: Channel
+    scratch: Scratch
 
     @property
     def alive(self) -> bool:
@@ -27,7 +37,7 @@ class WorkerProcess:
         return self.process.is_alive()
 
     def how_it_ended(self) -> str:
-        """Return in words how a process ended that closed its pipe."""
+        """Return in words how a process ended that closed its channel."""
         self.process.join(timeout=PARTING)
         code = self.process.exitcode
         if code is not None and code < 0:
@@ -47,23 +57,51 @@ class WorkerProcess:
         self.process.kill()
 
     def clean_up(self) -> None:
-        """Wait until it is gone, and remove what it left."""
-        self.process.join()
-        self.folder.cleanup()
+        """Wait until it is gone, though not for what a killed process may still wait for, and remove what it left."""
+        self.process.join(timeout=PARTING)
+        self.scratch.remove()
 
 
 def started(kind: str, target: Callable[[str, Any], None]) -> WorkerProcess:
     """Return a new process in which `target` serves tasks of `kind`."""
-    ours, theirs = CONTEXT.Pipe()
-    folder = tempfile.TemporaryDirectory(prefix="rayproof-", ignore_cleanup_errors=True)
-    given = (target, folder.name, kind, theirs)
-    process = CONTEXT.Process(target=_work_in, args=given, daemon=True, name=f"rayproof-{kind}")
-    process.start()
-    theirs.close()
-    return WorkerProcess(process=process, connection=ours, folder=folder)
+    scratch = Scratch()
+    try:
+        ours, theirs = channels()
+        given = (target, str(scratch.folder), kind, theirs, os.getpid())
+        process = CONTEXT.Process(target=_work_in, args=given, daemon=True, name=f"rayproof-{kind}")
+        # Or this would start with the first worker, and hear again what is not to be heard.
+        resource_tracker.ensure_running()
+        with _deaf():
+            process.start()
+        theirs.close()
+    except BaseException:
+        scratch.remove()
+        raise
+    return WorkerProcess(process=process, connection=ours, scratch=scratch)
 
 
-def _work_in(target: Callable[[str, Any], None], folder: str, kind: str, connection: Any) -> None:
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Put off Ctrl-C, for this process and what it starts meanwhile.
+
+    It goes to the whole process group, and only the main process decides what it means; a worker that heard it while
+    it loads would print what it was about.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _work_in(target: Callable[[str, Any], None], folder: str, kind: str, connection: Channel, parent: int) -> None:
     """Serve as a worker whose temporary files are made in `folder`: one that is killed cannot remove them itself."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # what it starts may hear it
+    end_with_parent(parent, f"rayproof-{kind}")
     tempfile.tempdir = folder
     target(kind, connection)

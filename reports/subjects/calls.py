@@ -40,7 +40,7 @@ def call(arguments: Sequence[str], folder: Path, *, seconds: float, memory: int,
     # Not in the folder, and no pipes: a program may delete the one, and stops where nobody reads the other.
     with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as complaint:
         process = subprocess.Popen(
-            [sys.executable, "-I", "-S", CONFINE, str(memory), str(output), *arguments],
+            [sys.executable, "-I", "-S", CONFINE, str(os.getpid()), str(memory), str(output), *arguments],
             cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=said,

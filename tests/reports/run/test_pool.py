@@ -1,10 +1,17 @@
 """A worker may abort, leave or hang; it costs one task, never the run."""
 
+import os
+import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
+import psutil
 import pytest
 
 from reports.run.pool import Pool
+from reports.run.scratch import PREFIX, scratch
 from reports.run.worker import Reply
 from tests.reports.run.workers import obey
 
@@ -117,3 +124,88 @@ def test_a_worker_that_dies_when_it_has_nothing_to_do_costs_no_task():
         (("a", "answer and leave"), None),
         (("a", "after"), None),
     ]
+
+
+@pytest.mark.parametrize("how", ["stop", "stop amid the reply"])
+def test_a_worker_that_is_stopped_costs_its_task_at_its_deadline(how):
+    found = replies([("a", how), ("a", "after"), ("b", "other")], timeout=3.0)
+
+    assert "3 s" in (found["a", how].error or "")
+    assert found["a", "after"].error is None
+    assert found["b", "other"].error is None
+
+
+def test_a_worker_that_was_stopped_before_its_task_came_does_not_stop_who_hands_it_over():
+    pool, heard = Pool(jobs=2, timeout=20.0, target=obey), []
+    try:
+        pool.submit("a", "one", heard.append)
+        while not pool.idle:
+            pool.step()
+        pid = pool._workers["a", 0].process.process.pid
+        assert pid is not None
+        os.kill(pid, signal.SIGSTOP)
+        pool._timeout = 2.0
+        start = time.monotonic()
+        pool.submit("a", bytes(2**23), heard.append)
+        pool.submit("b", bytes(2**23), heard.append)
+        while not pool.idle:
+            pool.step()
+        seconds = time.monotonic() - start
+    finally:
+        pool.close()
+
+    errors = [reply.error for reply in heard]
+    assert "no answer within 2 s; stopped" in errors
+    assert seconds < 15.0
+
+
+def test_eight_megabytes_go_there_and_come_back():
+    content = os.urandom(2**23)
+    pool, heard = Pool(jobs=1, timeout=60.0, target=obey), []
+    try:
+        pool.submit("a", content, heard.append)
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+
+    assert [reply.value == content for reply in heard] == [True]
+
+
+WITH_A_WORKER = """
+import sys
+from reports.run.pool import Pool
+from reports.run.scratch import scratch
+from tests.reports.run.workers import obey
+if __name__ == "__main__":
+    with scratch():
+        pool = Pool(jobs=1, timeout=60.0, target=obey)
+        pool.submit("a", "hang", print)
+        pool.start()
+        print(pool._workers["a", 0].process.process.pid, flush=True)
+        while True:
+            pool.step()
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="prctl of Linux")
+def test_workers_end_with_a_parent_that_is_killed_and_the_next_start_sweeps_its_folders(tmp_path, monkeypatch):
+    process = subprocess.Popen(
+        [sys.executable, "-c", WITH_A_WORKER],
+        cwd=Path(__file__).parents[3],
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    worker = psutil.Process(int(process.stdout.readline()))
+    process.kill()
+    process.communicate()
+
+    assert psutil.wait_procs([worker], timeout=10)[1] == []
+    (left,) = tmp_path.iterdir()
+    (tmp_path / f"{PREFIX}unmarked").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with scratch():
+        assert not left.exists()
+    assert [path.name for path in tmp_path.iterdir()] == [f"{PREFIX}unmarked"]

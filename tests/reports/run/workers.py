@@ -1,14 +1,16 @@
 """A worker for the pool's tests that does as it is told, and dies when told to."""
 
 import os
+import pickle
 import signal
 import tempfile
 import time
 
+from reports.run.channel import LENGTH, Channel
 from reports.run.worker import PREPARE, Reply
 
 
-def obey(kind: str, connection) -> None:
+def obey(kind: str, connection: Channel) -> None:
     """Answer each task by doing it: echo, die, hang or leave, at once or afterwards."""
     while True:
         try:
@@ -25,6 +27,15 @@ def obey(kind: str, connection) -> None:
             os._exit(3)
         if task == "hang":
             time.sleep(60)
+        if task == "stop":
+            os.kill(os.getpid(), signal.SIGSTOP)
+        if task == "stop amid the reply":
+            packed = pickle.dumps(Reply(value=bytes(2**23), error=None, trace=None, seconds=0.0))
+            connection._end.sendall(LENGTH.pack(len(packed)) + packed[: len(packed) // 2])
+            os.kill(os.getpid(), signal.SIGSTOP)
+        if isinstance(task, bytes):
+            connection.send(Reply(value=task, error=None, trace=None, seconds=0.0))
+            continue
         connection.send(Reply(value=(kind, task), error=None, trace=None, seconds=0.0))
         if task == "answer and leave":
             os._exit(3)
