@@ -4,21 +4,24 @@ A scene file may come from anybody. So its mesh must lie inside the scene's fold
 header must not claim more than its bytes can hold, and nothing that the mesh file names in turn is ever opened.
 """
 
-import io
 import re
-import stat
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from cases.budget import BYTES_A_BYTE, FREE_BYTES, Budget
+from cases.foreign import ForeignError, ask
 from cases.mesh_headers import CLAIMS
+from cases.own_folder import content_of, path_within
 from cases.scene import SceneError
 from cases.scene_fields import shown
 
 LARGEST = 256 * 2**20  # bytes of a mesh file
+# What trimesh may take, beside its own code: a text file of 2 million triangles needs a third of it.
+SECONDS, BYTES_A_SECOND = 6.0, 2**20
+MEMORY, MEMORY_A_BYTE = 512 * 2**20, 40  # bytes
 # Where an OBJ file has several materials, trimesh puts the faces of each together, the last material's first.
 MATERIALS = re.compile(rb"^[ \t]*usemtl\b[^\n]*", re.MULTILINE)
-MOST_TRIANGLES = 20_000_000  # after the instances of a GLB file are unfolded
 
 
 def mesh_path(name: str, folder: Path | None) -> Path:
@@ -30,64 +33,58 @@ def mesh_path(name: str, folder: Path | None) -> Path:
     """
     if folder is None:
         raise SceneError(f"file cannot be read without a scene file to be relative to, got {shown(name)}")
-    absolute = PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor
-    if not name or absolute or not name.isprintable() or ".." in PurePosixPath(name.replace("\\", "/")).parts:
-        raise SceneError(f"file must be a relative path inside the scene's folder, got {shown(name)}")
-    if PurePosixPath(name).suffix.lower() not in CLAIMS:
-        raise SceneError(f"file must end in one of {', '.join(CLAIMS)}, got {shown(name)}")
-    try:
-        path = (folder / name).resolve(strict=True)
-        facts = path.stat()
-    except FileNotFoundError:
-        raise SceneError(f"file names no file: {shown(name)}") from None
-    except (OSError, RuntimeError):  # a loop of links, a part that is no folder, no permission, too long a name
-        raise SceneError(f"file cannot be opened: {shown(name)}") from None
-    if not path.is_relative_to(folder.resolve()):
-        raise SceneError(f"file must be a relative path inside the scene's folder, got a link out of it: {shown(name)}")
-    if not stat.S_ISREG(facts.st_mode):
-        raise SceneError(f"file must name a regular file, got {shown(name)}")
-    if facts.st_size > LARGEST:
-        raise SceneError(f"file must have at most {LARGEST} bytes, got {facts.st_size} bytes in {shown(name)}")
-    return path
+    return path_within(name, folder, what="file", largest=LARGEST, kinds=tuple(CLAIMS))
 
 
-def read_mesh(name: str, folder: Path | None) -> tuple[np.ndarray, np.ndarray]:
+def read_mesh(name: str, folder: Path | None, budget: Budget | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (n, 3) float64 [m] and faces (m, 3) of the mesh file `name` in `folder`, in the file's order.
 
-    The nodes of a GLB scene are placed by their transforms and joined.
+    The nodes of a GLB scene are placed by their transforms and joined. `budget` is the scene's (default: a new one).
 
     Raises:
         SceneError: the file may not or cannot be read, or has no triangles; the message begins with "file".
 
     """
     path = mesh_path(name, folder)
+    budget = budget or Budget()
+    if path not in budget.meshes:
+        budget.meshes[path] = _parsed(path, name, budget)
+    vertices, faces = budget.meshes[path]
+    # For every shape that names the file: each keeps arrays of its own.
+    budget.spend("triangles", len(faces), by=f"file {shown(name)}")
+    budget.expand(vertices.nbytes + faces.nbytes, by=f"file {shown(name)}")
+    return vertices.copy(), faces.copy()
+
+
+def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices and faces of a file that was not read yet."""
     suffix = PurePosixPath(name).suffix.lower()
     try:
-        content = path.read_bytes()
+        content = content_of(path, largest=LARGEST)
     except OSError as error:
         raise SceneError(f"file cannot be read: {error.strerror}: {shown(name)}") from None
+    budget.count_file(path, len(content))
     problem = CLAIMS[suffix](content)
     if problem:
         raise SceneError(f"file {problem}: {shown(name)}")
     if suffix == ".obj":
         content = MATERIALS.sub(b"", content)
-
-    import trimesh  # here, because it takes most of a second and most scenes have no mesh file
-
     try:
-        # From bytes and without a resolver: nothing that the file refers to can be opened.
-        world = trimesh.load_scene(
-            io.BytesIO(content), file_type=suffix[1:], process=False, maintain_order=True, skip_materials=True
+        facts, arrays = ask(
+            "cases.mesh_parsing",
+            suffix[1:],
+            content,
+            seconds=SECONDS + len(content) / BYTES_A_SECOND,
+            memory=MEMORY + MEMORY_A_BYTE * len(content),
+            most=FREE_BYTES + BYTES_A_BYTE * len(content),
         )
-        triangles = sum(
-            len(getattr(world.geometry[world.graph[node][1]], "faces", ())) for node in world.graph.nodes_geometry
-        )
-        if 0 < triangles <= MOST_TRIANGLES:
-            mesh = world.to_mesh()
-            return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
-    except Exception as error:
-        reason = " ".join(shown(str(error))[1:-1].split()) or type(error).__name__
+    except ForeignError as error:
+        reason = " ".join(shown(str(error), 200)[1:-1].split())
         raise SceneError(f"file cannot be understood as {suffix[1:].upper()} ({reason}): {shown(name)}") from None
-    if triangles == 0:
+    if facts["triangles"] == 0:
         raise SceneError(f"file holds no triangles: {shown(name)}")
-    raise SceneError(f"file must hold at most {MOST_TRIANGLES} triangles, got {triangles}: {shown(name)}")
+    # Where there are too many, nothing but their number came back.
+    budget.spend("triangles", 0 if arrays else facts["triangles"], by=f"file {shown(name)}")
+    numbers = 3 * facts["vertices"]
+    vertices = np.frombuffer(arrays, np.float64, numbers).reshape(-1, 3)
+    return vertices, np.frombuffer(arrays, np.int64, offset=8 * numbers).reshape(-1, 3)

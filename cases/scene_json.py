@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from cases.budget import Budget
 from cases.mesh_file import read_mesh
 from cases.scene import (
     CLIPS,
@@ -131,9 +132,10 @@ def scene_from_json(document: Any, folder: Path | None, where: str) -> Scene:
     if "$schema" in members:
         members["$schema"].text()
     lights = members["lights"].items() if "lights" in members else ()
+    budget = Budget()
     return Scene(
         camera=_camera(members["camera"]),
-        shapes=tuple(_shape(shape, folder) for shape in members["shapes"].items()),
+        shapes=tuple(_shape(shape, folder, budget) for shape in members["shapes"].items()),
         lights=tuple(_light(light) for light in lights),
         shading=members["shading"].choice(SHADINGS) if "shading" in members else "inverse_square",
         clip=members["clip"].choice(CLIPS) if "clip" in members else "depth",
@@ -166,7 +168,7 @@ def _light(field: Field) -> PointLight:
     return _built(field, PointLight, position=members["position"].vector(), flux=members["flux"].vector())
 
 
-def _shape(field: Field, folder: Path | None) -> Shape:
+def _shape(field: Field, folder: Path | None, budget: Budget) -> Shape:
     if not isinstance(field.value, dict) or "type" not in field.value:
         field.expected('an object with a "type"')
     kind = Field(value=field.value["type"], path=f"{field.path}.type", where=field.where).choice(tuple(SHAPES))
@@ -191,7 +193,7 @@ def _shape(field: Field, folder: Path | None) -> Shape:
     if "file" in members:
         values["file"] = members["file"].text()
         try:
-            values["vertices"], values["faces"] = read_mesh(values["file"], folder)
+            values["vertices"], values["faces"] = read_mesh(values["file"], folder, budget)
         except SceneError as error:
             _refuse_as(field, error)
     return _built(field, SHAPES[kind], **values)

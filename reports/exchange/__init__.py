@@ -41,8 +41,10 @@ def import_scene(path: Path, size: Size = None) -> Imported:
     suffix = path.suffix.lower()
     if suffix not in IMPORTERS:
         raise SceneError(f"{path}: must end in one of {', '.join(IMPORTERS)}")
-    if not path.is_file():
+    if not path.exists():
         raise SceneError(f"{path}: there is no such file")
+    if not path.is_file():
+        raise SceneError(f"{path}: is no regular file")
     # A file's numbers may leave the floats on the way; a scene refuses what comes of it, and says which.
     with np.errstate(all="ignore"):
         return IMPORTERS[suffix](path, size)

@@ -10,7 +10,6 @@ from reports.exchange.gltf.document import Document
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COUNTS = {"SCALAR": 1, "VEC3": 3}
-MOST = 60_000_000  # elements: 20 million triangles' corners
 
 
 def array(document: Document, index: Any, kind: str) -> np.ndarray:
@@ -29,8 +28,7 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
         raise SceneError(f"accessor {index} has no known componentType: {shown(accessor.get('componentType'))}")
     element = np.dtype(COMPONENTS[accessor["componentType"]])
     components, count = COUNTS[kind], _whole(accessor, "count", index)
-    if count > MOST:
-        raise SceneError(f"accessor {index} must have at most {MOST} elements, got {count}")
+    document.budget.expand(count * components * element.itemsize, by=f"accessor {shown(index)} of {count} elements")
     if "bufferView" not in accessor:
         return np.zeros((count, components), dtype=element)
     view = document.one("bufferViews", accessor["bufferView"])
@@ -42,7 +40,10 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
         raise SceneError(f"accessor {index} reaches to byte {end} of {len(buffer)}")
     found = np.ndarray((count, components), element, buffer, start, (stride, element.itemsize)).copy()
     stands_for_fractions = accessor.get("normalized") is True and element.kind in "iu" and kind != "SCALAR"
-    return _fractions(found) if stands_for_fractions else found
+    if stands_for_fractions:
+        document.budget.expand(8 * found.size, by=f"accessor {shown(index)}, normalized,")
+        return _fractions(found)
+    return found
 
 
 def _fractions(whole: np.ndarray) -> np.ndarray:
@@ -50,7 +51,7 @@ def _fractions(whole: np.ndarray) -> np.ndarray:
     return np.maximum(whole / float(np.iinfo(whole.dtype).max), -1.0)
 
 
-def _buffer(document: Document, view: dict[str, Any]) -> bytes:
+def _buffer(document: Document, view: dict[str, Any]) -> memoryview:
     index = view.get("buffer")
     if not isinstance(index, int) or not 0 <= index < len(document.buffers):
         raise SceneError(f"a buffer view names no buffer: {shown(index)}")

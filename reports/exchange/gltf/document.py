@@ -4,12 +4,14 @@ import base64
 import binascii
 import json
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+from cases.budget import Budget
 from cases.mesh_headers import glb_problem
+from cases.own_folder import content_of, path_within
 from cases.scene import SceneError
 from cases.scene_fields import shown
 
@@ -19,10 +21,11 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 
 @dataclass(frozen=True, kw_only=True)
 class Document:
-    """The JSON part, and the bytes of each buffer."""
+    """The JSON part, the bytes of each buffer, and what may still be spent on them."""
 
     json: dict[str, Any]
-    buffers: tuple[bytes, ...]
+    buffers: tuple[memoryview, ...]
+    budget: Budget = field(default_factory=Budget)
 
     def listed(self, kind: str) -> list[dict[str, Any]]:
         """Return the document's top-level list of a kind; empty where it has none."""
@@ -46,9 +49,12 @@ def read_document(path: Path) -> Document:
         SceneError: it is too large, cut off, not glTF 2.0, or keeps data outside its own folder.
 
     """
-    if path.stat().st_size > LARGEST:
-        raise SceneError(f"must have at most {LARGEST} bytes, got {path.stat().st_size}")
-    content = path.read_bytes()
+    try:
+        content = content_of(path, largest=LARGEST)
+    except OSError as error:
+        raise SceneError(f"cannot be read: {error.strerror}") from None
+    budget = Budget()
+    budget.count_file(path, len(content))
     binary = b""
     if path.suffix.lower() == ".glb":
         problem = glb_problem(content)
@@ -70,14 +76,39 @@ def read_document(path: Path) -> Document:
         raise SceneError(f"must be glTF of version 2, got {shown(version)}")
     found = Document(json=document, buffers=())
     # The binary chunk is that of the first buffer (section 4.4.3.3); any other without a uri holds nothing.
-    buffers = enumerate(found.listed("buffers"))
-    return Document(
-        json=document,
-        buffers=tuple(_buffer(buffer, path.parent, b"" if index else binary) for index, buffer in buffers),
+    files = _Files(path.parent, budget)
+    buffers = tuple(
+        _buffer(buffer, files, b"" if index else binary) for index, buffer in enumerate(found.listed("buffers"))
     )
+    return Document(json=document, buffers=buffers, budget=budget)
 
 
-def _buffer(buffer: dict[str, Any], folder: Path, binary: bytes) -> bytes:
+class _Files:
+    """The files that buffers name, each read once however many name it."""
+
+    def __init__(self, folder: Path, budget: Budget) -> None:
+        self._folder, self._budget = folder, budget
+        self._contents: dict[str, bytes] = {}
+
+    def content(self, uri: str) -> bytes:
+        """Return the bytes of the file that a uri names, inside the folder."""
+        what = "a buffer's uri"
+        if uri not in self._contents:
+            if ":" in uri:
+                raise SceneError(f"{what} must be a relative path, got {shown(uri)}")
+            path = path_within(unquote(uri), self._folder, what=what, largest=LARGEST)
+            try:
+                content = content_of(path, largest=LARGEST)
+            except OSError as error:
+                raise SceneError(f"{what} names a file that cannot be read: {error.strerror}: {shown(uri)}") from None
+            # By what it is written, so that an alias of a file counts as often as it is held.
+            self._budget.count_file(path, len(content))
+            self._budget.expand(len(content), by=f"{what} {shown(uri)}")
+            self._contents[uri] = content
+        return self._contents[uri]
+
+
+def _buffer(buffer: dict[str, Any], files: _Files, binary: bytes) -> memoryview:
     """Return a buffer's bytes (section 3.6.1)."""
     length, uri = buffer.get("byteLength"), buffer.get("uri")
     if not isinstance(length, int) or not 0 <= length <= LARGEST:
@@ -92,20 +123,10 @@ def _buffer(buffer: dict[str, Any], folder: Path, binary: bytes) -> bytes:
             content = base64.b64decode(body, validate=True)
         except (ValueError, binascii.Error):
             raise SceneError("a buffer's data URI is not base64") from None
+    elif isinstance(uri, str):
+        content = files.content(uri)
     else:
-        content = _file(uri, folder)
+        raise SceneError(f"a buffer's uri must be a text, got {shown(uri)}")
     if len(content) < length:
         raise SceneError(f"a buffer has {len(content)} bytes, {length} were announced")
-    return content[:length]
-
-
-def _file(uri: Any, folder: Path) -> bytes:
-    name = unquote(uri) if isinstance(uri, str) else ""
-    if not name or "\0" in name or ":" in name:
-        raise SceneError(f"a buffer's uri must be a relative path, got {shown(uri)}")
-    path = (folder / name).resolve()
-    if not path.is_relative_to(folder.resolve()):
-        raise SceneError(f"a buffer's uri must stay inside the file's folder, got {shown(uri)}")
-    if not path.is_file() or path.stat().st_size > LARGEST:
-        raise SceneError(f"a buffer's uri names no file that can be read: {shown(uri)}")
-    return path.read_bytes()
+    return memoryview(content)[:length]

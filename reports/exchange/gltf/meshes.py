@@ -44,6 +44,7 @@ def meshes_of(document: Document, index: Any, to_world: np.ndarray, drop: Drop) 
         )
         albedo, two_sided = _material(document, primitive, place, drop)
         faces = corners[: len(corners) // 3 * 3].astype(np.int64).reshape(-1, 3)
+        document.budget.spend("triangles", len(faces), by=place)
         yield Mesh(albedo=albedo, two_sided=two_sided, vertices=vertices, faces=faces, to_world=matrix(to_world))
 
 

@@ -30,6 +30,7 @@ def placed_nodes(document: Document) -> Iterator[tuple[dict[str, Any], np.ndarra
         if index in seen:
             raise SceneError(f"node {index} has two parents, or is its own ancestor")
         seen.add(index)
+        document.budget.spend("elements", 1, by=f"node {index}")
         to_world = outer @ _local(node, index)
         yield node, to_world
         waiting += [(child, to_world) for child in reversed(node.get("children", []))]

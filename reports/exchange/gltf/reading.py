@@ -30,11 +30,10 @@ def import_gltf(path: Path, size: Size) -> Imported:
         SceneError: the file cannot be understood, or holds what the specification refuses.
 
     """
-    dropped: list[str] = []
+    dropped: dict[str, None] = {}
 
     def drop(sentence: str) -> None:
-        if (told := f"{path.name}: {sentence}") not in dropped:
-            dropped.append(told)
+        dropped[f"{path.name}: {sentence}"] = None
 
     try:
         return Imported(scene=_scene(read_document(path), size, drop), dropped=tuple(dropped))
@@ -53,7 +52,11 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
     meshes: list[Mesh] = []
     cameras: list[Camera] = []
     lights: list[PointLight] = []
-    for node, to_world in placed_nodes(document):
+    nodes = list(placed_nodes(document))
+    # Before any is built: a mesh may be named by every node.
+    named = [document.one("meshes", node["mesh"]) for node, _ in nodes if "mesh" in node]
+    document.budget.spend("shapes", sum(len(mesh.get("primitives", [])) for mesh in named), by="it with all its nodes")
+    for node, to_world in nodes:
         if "skin" in node:
             drop(f"the skin of node {shown(node.get('name', '?'))}; the mesh keeps its pose")
         if "mesh" in node:

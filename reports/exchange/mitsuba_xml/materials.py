@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cases.scene import Rgb
-from reports.exchange.mitsuba_xml.tree import Element
+from reports.exchange.mitsuba_xml.tree import Element, Spectrum
 from reports.exchange.numbers import vector
 
 GREY: Rgb = (0.5, 0.5, 0.5)  # Mitsuba's own default
@@ -49,9 +49,9 @@ def _reflectance(material: Element, name: str, drop: Callable[[str], None]) -> R
 
 def rgb(value: Any, place: str, drop: Callable[[str], None], *, white: Rgb = EQUAL_ENERGY) -> Rgb:
     """Return a colour property as linear RGB; `white` is what a uniform spectrum of 1 looks like in its role."""
-    if type(value).__name__ == "Spectrum":
+    if isinstance(value, Spectrum):
         level = float(np.mean(value.values))
-        if not value.is_uniform():
+        if not value.uniform:
             drop(f"{place}: the spectrum; its mean {level:g} is taken at all wavelengths")
         return (level * white[0], level * white[1], level * white[2])
     return vector(np.broadcast_to(np.asarray(value, dtype=np.float64), 3))

@@ -7,7 +7,7 @@ from reports.exchange import IMPORTERS, Imported, Size
 from reports.exchange.framing import camera_for, light_for
 from reports.exchange.mitsuba_xml.emitters import lights_of
 from reports.exchange.mitsuba_xml.sensors import camera_of
-from reports.exchange.mitsuba_xml.shapes import shapes_of
+from reports.exchange.mitsuba_xml.shapes import count_shapes, shapes_of
 from reports.exchange.mitsuba_xml.tree import read_tree
 
 PINHOLES = ("perspective", "thinlens")
@@ -33,16 +33,22 @@ def import_mitsuba(path: Path, size: Size) -> Imported:
 
 
 def _scene(path: Path, size: Size) -> Imported:
-    root = read_tree(path)
+    try:
+        root = read_tree(path)
+        root.budget.spend("shapes", count_shapes(root), by="it with its instances")
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
     if root.kind != "Scene":
         raise SceneError(f"{path}: must hold a scene, got a {root.kind.lower()}")
-    dropped: list[str] = []
+    dropped: dict[str, None] = {}
 
     def drop(sentence: str) -> None:
-        if sentence not in dropped:
-            dropped.append(sentence)
+        dropped[sentence] = None
 
-    shapes = tuple(shapes_of(root, path.parent, drop))
+    try:
+        shapes = tuple(shapes_of(root, path.parent, drop))
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
     sensors = [sensor for _, sensor in root.children("Sensor")]
     usable = [sensor for sensor in sensors if sensor.plugin in PINHOLES]
     for sensor in sensors:

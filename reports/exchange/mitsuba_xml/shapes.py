@@ -18,6 +18,28 @@ TWICE = np.diag([2.0, 2.0, 2.0, 1.0])
 TURNED = np.diag([1.0, 1.0, -1.0, 1.0])  # under the inverse transpose a square's normal turns around
 
 
+def count_shapes(element: Element, counts: dict[int, int] | None = None, depth: int = 0) -> int:
+    """Return how many shapes a scene or group comes to, its instances unfolded, before any is built.
+
+    Raises:
+        SceneError: they are more than are read, or nested too deeply.
+
+    """
+    counts = {} if counts is None else counts
+    element.budget.go_down(depth, by=element.place)
+    if id(element) not in counts:
+        total = 0
+        for _, child in element.children("Shape"):
+            if child.plugin == "instance":
+                total += sum(count_shapes(group, counts, depth + 1) for _, group in child.children("Shape"))
+            elif child.plugin == "merge":
+                total += count_shapes(child, counts, depth + 1)
+            elif child.plugin != "shapegroup":
+                total += 1
+        counts[id(element)] = total
+    return counts[id(element)]
+
+
 def shapes_of(element: Element, folder: Path, drop: Drop, outer: np.ndarray | None = None) -> Iterator[Shape]:
     """Yield the shapes of a scene or group, the members of its groups placed wherever they are instanced.
 
@@ -50,7 +72,7 @@ def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> 
         "ply": _mesh,
         "stl": _mesh,
     }
-    if element.plugin not in known or (element.plugin == "disk" and not element.properties.id().startswith(PLANE)):
+    if element.plugin not in known or (element.plugin == "disk" and not element.id.startswith(PLANE)):
         drop(f"{element.place}: the shape {element.plugin}")
         return None
     for _, emitter in element.children("Emitter"):
@@ -91,7 +113,7 @@ def _plane(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, com
 
 
 def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, common: dict[str, Any]) -> Shape:
-    vertices, faces = read_mesh(str(element.get("filename", "")), folder)
+    vertices, faces = read_mesh(str(element.get("filename", "")), folder, element.budget)
     if not element.get("face_normals", False):
         drop(f"{element.place}: vertex normals, if {element.get('filename', '')} has any; the mesh is shaded by faces")
     if _flipped(element, common):

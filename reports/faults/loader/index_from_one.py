@@ -17,8 +17,8 @@ def index_from_one() -> Iterator[None]:
     """Spoil what every renderer is given."""
     right = mesh_file.read_mesh
 
-    def wrong(name: str, folder: Any) -> tuple[Any, Any]:
-        vertices, faces = right(name, folder)
+    def wrong(*asked: Any) -> tuple[Any, Any]:
+        vertices, faces = right(*asked)
         return np.roll(vertices, 1, axis=0), faces
 
     with replaced(right, wrong):

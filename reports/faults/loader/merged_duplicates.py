@@ -17,8 +17,8 @@ def merged_duplicates() -> Iterator[None]:
     """Spoil what every renderer is given."""
     right = mesh_file.read_mesh
 
-    def wrong(name: str, folder: Any) -> tuple[Any, Any]:
-        vertices, faces = right(name, folder)
+    def wrong(*asked: Any) -> tuple[Any, Any]:
+        vertices, faces = right(*asked)
         return np.round(vertices, 3), faces
 
     with replaced(right, wrong):

@@ -15,8 +15,8 @@ def scaled() -> Iterator[None]:
     """Spoil what every renderer is given."""
     right = mesh_file.read_mesh
 
-    def wrong(name: str, folder: Any) -> tuple[Any, Any]:
-        vertices, faces = right(name, folder)
+    def wrong(*asked: Any) -> tuple[Any, Any]:
+        vertices, faces = right(*asked)
         return vertices * 0.01, faces
 
     with replaced(right, wrong):

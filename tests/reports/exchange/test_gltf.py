@@ -166,7 +166,7 @@ HOSTILE = {
     "a sparse accessor": (changed("accessors.0.sparse", {}), "sparse"),
     "a node below itself": (changed("nodes.0.children", [0]), "two parents"),
     "a mesh that is not there": (changed("nodes.0.mesh", 7), "none at 7"),
-    "a file outside the folder": (changed("buffers.0.uri", "../secret.bin"), "inside the file's folder"),
+    "a file outside the folder": (changed("buffers.0.uri", "../secret.bin"), "inside the scene's folder"),
     "an address": (changed("buffers.0.uri", "http://localhost/a.bin"), "relative path"),
     "bytes that are not base64": (changed("buffers.0.uri", "data:;base64,@@@"), "not base64"),
     "a singular matrix": (changed("nodes.0.scale", [0, 1, 1]), "singular"),
