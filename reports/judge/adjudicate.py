@@ -15,14 +15,16 @@ def adjudicate(
     panel: Mapping[Stage, Matrix],
     independent: Mapping[str, bool],
     voice: Callable[[str], str],
+    contradicted: Callable[[Check], Mapping[str, str]] = lambda _: {},
 ) -> None:
     """Turn a failure into `reference_suspect` where the panel's other voices say that the reference is the wrong one.
 
     Every independent voice that can compare both takes a side, at the failure's stage or the next one that it can
     judge: it sides with the one under test if that passes against it while it differs from the reference, and with
     the reference the other way round. More voices for the one under test than for the reference make the reference
-    suspect, the oracle like any other; a split panel leaves the failure standing. Where the oracle is suspect no
-    failure from that stage on stands, against whomever: edges and limits are the suspect oracle's own.
+    suspect, the oracle like any other; a split panel leaves the failure standing. Of a failure that is one only where
+    continued from the oracle `contradicted` says who sides with whom (`contradictions.py`). Where the oracle is suspect
+    no failure from that stage on stands, against whomever: edges and limits are the suspect oracle's own.
     """
     verdicts = {(check.configuration, check.reference, check.stage): check for check in checks}
     failed = [check for check in checks if check.outcome is Outcome.FAIL]
@@ -30,6 +32,9 @@ def adjudicate(
     for check in failed:
         witnesses = [name for name, alone in independent.items() if alone]
         with_it, against_it = _sides(check, witnesses, verdicts, panel, voice)
+        for name, side in contradicted(check).items():
+            if voice(name) not in (voice(check.reference), SUBJECT):
+                (with_it if side == "with" else against_it)[name] = check.stage.value
         check.evidence = {"with": with_it, "against": against_it}
         mine, theirs = ({voice(name) for name in side} for side in (with_it, against_it))
         if len(mine) > len(theirs):

@@ -9,6 +9,7 @@ from reports.judge.adjudicate import ORACLE, adjudicate
 from reports.judge.bench import Bench
 from reports.judge.checks import Check, camera_check, stage_check, unmeasured
 from reports.judge.closed_forms import closed_forms
+from reports.judge.contradictions import Contradictions
 from reports.judge.copies import copied
 from reports.judge.findings import explained
 from reports.judge.ground import ground
@@ -90,7 +91,13 @@ def judge_case(
     each = matrices(base, candidates, witnesses, stages, checks)
     tested = {candidate.name for candidate in candidates}
     independent = {witness.name: witness.independent for witness in witnesses}
-    adjudicate(checks, each, independent, lambda name: voice(name, tested))
+    asked = Contradictions(
+        ground=base,
+        candidates={candidate.name: candidate for candidate in candidates},
+        witnesses={witness.name: witness for witness in witnesses},
+        checks=checks,
+    )
+    adjudicate(checks, each, independent, lambda name: voice(name, tested), asked.sides)
     for check in checks:
         guilty = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
         known = explained(guilty, versions.get(guilty, ""), check.stage, case.name) if guilty else None

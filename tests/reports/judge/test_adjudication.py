@@ -1,6 +1,7 @@
 """Everybody against everybody, who stands alone, and which convention explains it: by test, never by name."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.judge.remembering import Remembering
+from reports.judge.summing_up import Judged
 from tests.reports.judge.scenes import CAMERA, CASE, LIGHT, ORACLE, SCENE, candidate, rounded, truth, witness
 
 HEIGHT, WIDTH = CAMERA.height, CAMERA.width
@@ -192,3 +194,56 @@ def test_a_reference_that_picks_a_light_at_random_is_found_out():
 
     assert record["radiance"]["alone"] == "second"
     assert "picks one light at random" in record["radiance"]["why"]
+
+
+class Continuing:
+    """The oracle, except that continuing it takes one pixel's light for hidden."""
+
+    def __init__(self, pixel: tuple[int, int]) -> None:
+        self.pixel = pixel
+
+    def __getattr__(self, name: str):
+        return getattr(ORACLE, name)
+
+    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+        """Answer as the oracle does, but for the one pixel."""
+        found = np.array(ORACLE.continue_from(scene, stage, given))
+        if stage is Stage.VISIBILITY:
+            found[self.pixel] = 1 - found[self.pixel]
+        return found
+
+
+def continued_wrong(*others: Witness) -> Judged:
+    """Judge a right renderer before an oracle that continues wrongly in one lit pixel far from every edge."""
+    edges = ORACLE.edges(SCENE)
+    clear = np.minimum(edges.silhouette, np.minimum(edges.shadow, edges.terminator)[..., 0])
+    row, column = map(int, np.unravel_index(np.argmax(clear * (truth()[Stage.VISIBILITY][..., 0] == 1)), clear.shape))
+    oracle: Any = Continuing((row, column))
+    return judge_case(CASE, [candidate(rounded(truth()))], [witness(truth()), *others], oracle, {})
+
+
+def test_two_independent_voices_overrule_what_the_oracle_continued():
+    alone = continued_wrong()
+    settled = continued_wrong(other(truth(), "certified"), other(truth(), "embree"))
+
+    assert (alone.outcome, alone.stage) == (Outcome.FAIL, Stage.VISIBILITY)
+    assert (settled.outcome, settled.stage) == (Outcome.REFERENCE_SUSPECT, Stage.VISIBILITY)
+    check = next(check for check in settled.checks if check.outcome is Outcome.REFERENCE_SUSPECT)
+    assert check.reference == "analytic"
+    assert check.evidence["with"] == {"certified": "visibility", "embree": "visibility"}
+
+
+def test_witnesses_that_the_oracle_does_not_contradict_excuse_nothing():
+    # Off by itself by more than its own roundings, and within what the witnesses' limits end to end can tell.
+    ours = rounded(truth())
+    ours[Stage.EXITANCE] = ours[Stage.EXITANCE] * (1 + 2.0**-21)
+
+    found = judge_case(
+        CASE, [candidate(ours)], [witness(truth()), other(truth(), "certified"), other(truth(), "embree")], ORACLE, {}
+    )
+
+    assert (found.outcome, found.stage) == (Outcome.FAIL, Stage.EXITANCE)
+    failed = next(check for check in found.checks if check.outcome is Outcome.FAIL)
+    assert failed.end_to_end is not None
+    assert failed.end_to_end.worst_ratio <= 1
+    assert failed.evidence["with"] == {}
