@@ -5,7 +5,7 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -14,9 +14,37 @@ from typing import Any
 import numpy as np
 
 from cases.scene import Mesh
+from reports.cache.closure import ROOT, closure
 
-ROOT = Path(__file__).resolve().parents[2]
-SUFFIXES = (".py", ".json")  # of files that decide an answer
+# Whose numbers are in an answer or a verdict.
+PACKAGES = (
+    "drjit",
+    "embreex",
+    "mitsuba",
+    "numpy",
+    "openexr",
+    "pyradiance",
+    "python-flint",
+    "scikit-image",
+    "scipy",
+    "trimesh",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Key:
+    """All that one kind of kept answer depends on, field by field: a change of any is another question.
+
+    The harness's guards (`reports/run/guards/keys.py`) change one field after another and see another digest.
+    """
+
+    code: str
+    machine: tuple[str, ...]
+
+    @property
+    def digest(self) -> str:
+        """Return the name under which the answer is kept."""
+        return digest(exact(self))
 
 
 def digest(content: Any) -> str:
@@ -24,19 +52,10 @@ def digest(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def plain(value: Any) -> Any:
-    """Return dataclasses as JSON data with the name of their type; a mesh by its digest."""
+def exact(value: Any) -> Any:
+    """Return data as JSON data: dataclasses with the name of their type, arrays and meshes by their digests."""
     if isinstance(value, Mesh):
         return ["Mesh", value.digest, value.file]
-    if is_dataclass(value) and not isinstance(value, type):
-        return [type(value).__name__, {field.name: plain(getattr(value, field.name)) for field in fields(value)}]
-    if isinstance(value, tuple | list):
-        return [plain(item) for item in value]
-    return value
-
-
-def exact(value: Any) -> Any:
-    """Return data that holds arrays as JSON data; an array by its type, its shape and the digest of its bytes."""
     if isinstance(value, np.ndarray | np.generic):
         array = np.ascontiguousarray(value)
         return ["array", array.dtype.str, list(np.shape(value)), hashlib.sha256(array.tobytes()).hexdigest()]
@@ -52,27 +71,21 @@ def exact(value: Any) -> Any:
 
 
 @cache
-def _sources(place: str) -> tuple[bytes, ...]:
-    """Return name and SHA-256 of each source file at or below a place, in an order that depends on names alone."""
-    top = ROOT / place
-    found = [top] if top.is_file() else []
-    for folder, below, names in os.walk(top):
-        below[:] = sorted(name for name in below if name != "__pycache__")
-        found += [Path(folder, name) for name in sorted(names) if name.endswith(SUFFIXES)]
-    told = []
-    for path in found:
-        content = hashlib.sha256(path.read_bytes()).digest()
-        told.append(path.relative_to(ROOT).as_posix().encode() + b"\0" + content)
-    return tuple(told)
+def _content(file: Path) -> bytes:
+    return file.relative_to(ROOT).as_posix().encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest()
 
 
 @cache
-def code(places: Sequence[str]) -> str:
-    """Return the SHA-256 of the source files at or below `places`, relative to the project's root."""
+def code(modules: Sequence[str], *, without: Sequence[str] = ()) -> str:
+    """Return the SHA-256 of all files of ours that `modules` depend on, those in packages `without` left out.
+
+    Raises:
+        LookupError: there is no such module.
+
+    """
     content = hashlib.sha256()
-    for place in places:
-        for file in _sources(place):
-            content.update(file)
+    for file in closure(modules, without=without):
+        content.update(_content(file))
     return content.hexdigest()
 
 
@@ -82,8 +95,8 @@ def _installed(package: str) -> str:
 
 
 @cache
-def machine(packages: Sequence[str]) -> list[str]:
+def machine(packages: Sequence[str] = PACKAGES) -> tuple[str, ...]:
     """Return what beside code and data decides an answer's last bits: packages, interpreter, processor, compiler."""
     installed = [_installed(package) for package in packages]
     chosen = [os.environ.get(name, "") for name in ("DRJIT_LIBLLVM_PATH", "RAYPROOF_BACKEND")]
-    return [*installed, platform.python_version(), platform.machine(), *chosen]
+    return (*installed, platform.python_version(), platform.machine(), *chosen)

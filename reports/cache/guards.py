@@ -1,13 +1,21 @@
 """Guards that let a harness pass: the same code on the same packages and processor would be let pass again."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
-from reports.cache.digests import code, digest, machine
+from reports.cache.digests import Key, code, machine
 from reports.cache.entries import DamagedEntryError
 from reports.cache.store import Store
 
-CODE = ("cases", "reference", "reports", "tracer")
-PACKAGES = ("drjit", "mitsuba", "numpy", "openexr", "scikit-image", "scipy", "trimesh")
+# What asks the guards, the guards themselves and with them all that they guard.
+CODE = ("reports.run.guards", "reports.judge.sentinels", "reports.run.judge_task", "reports.run.suite")
+
+
+@dataclass(frozen=True, kw_only=True)
+class GuardKey(Key):
+    """That a guard passed."""
+
+    name: str
 
 
 def ask_once(name: str, guard: Callable[[], object], store: Store) -> None:
@@ -30,4 +38,4 @@ def passed(name: str, store: Store) -> bool:
 
 
 def _key(name: str) -> str:
-    return digest(["guard", name, code(CODE), machine(PACKAGES)])
+    return GuardKey(name=name, code=code(CODE), machine=machine()).digest

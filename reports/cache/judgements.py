@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from cases.case import Case
-from reports.cache.digests import code, digest, exact, machine, plain
+from reports.cache.digests import Key, code, machine
 from reports.cache.entries import DamagedEntryError
 from reports.cache.store import Entry, Store
 from reports.judge.parties import Candidate
 
-# All that judges, writes a record and writes its files; the tracer's code is told by its answers.
-CODE = ("cases", "reference", "reports/judge", "reports/run", "reports/cache", "reports/subjects", "reports/publish")
-PACKAGES = ("drjit", "embreex", "mitsuba", "numpy", "openexr", "pyradiance", "scikit-image", "scipy", "trimesh")
+# What asks references, judges, and writes a record with its files; the tracer's code is told by its answers.
+CODE = ("reports.run.asking", "reports.run.judge_task", "reports.run.case_run")
+TOLD_BY_ANSWERS = ("tracer",)
 RECORD = "record"  # the array that holds it; files are named by their paths, which have a slash
 PLACES = ("images", "scenes")  # where a record's files lie in a results folder
 LEVEL = 1  # of zlib: a record is read back as often as it is written
@@ -42,16 +42,30 @@ class Judgement:
             path.write_bytes(data)
 
 
-def question(
-    case: Case, candidates: Sequence[Candidate], versions: Mapping[str, str], asked: Sequence[Any], *, files: str
-) -> str:
-    """Return the digest of all that a verdict depends on.
+@dataclass(frozen=True, kw_only=True)
+class JudgementKey(Key):
+    """A verdict: of whose answers, on which case, before which references, and what the run demanded."""
 
-    `versions` are the references' by name; `asked` is what the run demands of the case; `files` says which are kept.
-    """
-    parties = [exact(candidate) for candidate in candidates]
-    about = ["judgement", plain(case), parties, dict(versions), list(asked), files]
-    return digest([*about, code(CODE), machine(PACKAGES)])
+    case: Case
+    candidates: tuple[Candidate, ...]
+    versions: Mapping[str, str]  # the references', by name
+    demands: Any  # `reports.run.demands.Demands`, which this folder does not import
+    notes: tuple[str, ...]  # what the subject says of its answers
+
+
+def judgement_key(
+    case: Case, candidates: Sequence[Candidate], versions: Mapping[str, str], demands: Any, notes: Sequence[str]
+) -> JudgementKey:
+    """Return all that a verdict depends on, the code among it."""
+    return JudgementKey(
+        case=case,
+        candidates=tuple(candidates),
+        versions=versions,
+        demands=demands,
+        notes=tuple(notes),
+        code=code(CODE, without=TOLD_BY_ANSWERS),
+        machine=machine(),
+    )
 
 
 def recall(store: Store, key: str) -> Judgement | None:

@@ -1,29 +1,51 @@
 """Pictures and 3-D views drawn before, of the same scene with the same images by the same code."""
 
 import hashlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from reports.cache.digests import code, digest, machine
+from reports.cache.digests import Key, code, machine
 from reports.cache.entries import DamagedEntryError
 from reports.cache.store import Store
 
-CODE = ("cases", "reports/publish", "reports/cache")
+CODE = ("reports.publish.picture_worker", "reports.publish.pictures")
 PACKAGES = ("numpy", "pillow", "pyvista", "trame-vtk", "vtk")
 KINDS = ("picture", "view")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureKey(Key):
+    """A case's picture and view: of which files, and what of them they show."""
+
+    name: str
+    files: tuple[tuple[str, str], ...]  # name and digest of each that is read, the scene first
+    ours: str | None
+    theirs: str | None
+    stage: str | None
+    view: str | None  # where it goes: it hands itself over under that name
+    drawn: bool  # whether a picture is wanted too
 
 
 def question(job: dict[str, Any]) -> str:
     """Return the digest of all that a job's drawings depend on: the files it reads, and what it is told to show."""
     folder, case = Path(job["folder"]), job["case"]
-    read = [job["scene"], case.get("pixels"), *(render.get("image") for render in case.get("renders") or ())]
-    files = [[name, _digest(folder / name)] for name in map(str, filter(None, read))]
-    # The scene's path names the folder, which the drawing does not depend on; its content is told.
-    files[0][0] = "scene"
-    told = [job["name"], job["ours"], job["theirs"], job["stage"], job["view"], job["picture"] is not None]
-    return digest(["picture", files, told, code(CODE), machine(PACKAGES)])
+    read = [case.get("pixels"), *(render.get("image") for render in case.get("renders") or ())]
+    files = [(name, _digest(folder / name)) for name in map(str, filter(None, read))]
+    return PictureKey(
+        name=job["name"],
+        # The scene's path names the folder, which the drawing does not depend on; its content is told.
+        files=(("scene", _digest(Path(job["scene"]))), *files),
+        ours=job["ours"],
+        theirs=job["theirs"],
+        stage=job["stage"],
+        view=job["view"],
+        drawn=job["picture"] is not None,
+        code=code(CODE),
+        machine=machine(PACKAGES),
+    ).digest
 
 
 def recall(store: Store, key: str, job: dict[str, Any]) -> bool:

@@ -5,7 +5,7 @@ Only references are here; what the renderer under test answers is never taken fr
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,15 +17,14 @@ from cases.scene import Scene
 from cases.stages import Stage
 from reference.analytic.edges import Edges
 from reference.analytic.edges.lamps import LightEnd
-from reports.cache.digests import code, digest, machine, plain
+from reports.cache.digests import Key, code, machine
 from reports.cache.entries import DamagedEntryError
 from reports.cache.store import Entry, Store, usual_store
 
 # Reading is checking too: about as fast as a processor sums an HMAC-SHA256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
-CODE = ("cases", "reference", "reports/run/asking.py", "reports/cache")
-PACKAGES = ("drjit", "mitsuba", "numpy", "trimesh")
+CODE = ("reports.run.asking",)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +38,19 @@ class Rendered:
 
 
 @dataclass(frozen=True, kw_only=True)
+class RenderKey(Key):
+    """A reference's images of a scene, or its edges."""
+
+    kind: str  # "render" or "edges"
+    name: str
+    version: str
+    scene: Scene
+    settings: Mapping[str, str]
+    stages: tuple[Stage, ...]
+    samples: int  # over so many a side of a pixel a mean is taken
+
+
+@dataclass(frozen=True, kw_only=True)
 class Question:
     """What a reference is asked: the stages of a scene, and over how many samples a pixel's mean is taken."""
 
@@ -49,17 +61,20 @@ class Question:
     samples: int
 
     @cached_property
-    def about(self) -> dict[str, Any]:
-        """Return all that an answer depends on beside scene, code and machine."""
+    def key(self) -> RenderKey:
+        """Return all that an answer depends on."""
         settings = getattr(self.reference, "settings", None)
-        return {
-            "kind": "render",
-            "reference": self.name,
-            "version": self.reference.version(),
-            "settings": dict(settings(self.scene)) if settings is not None else {},
-            "stages": [stage.value for stage in self.stages],
-            "samples": self.samples,
-        }
+        return RenderKey(
+            kind="render",
+            name=self.name,
+            version=self.reference.version(),
+            scene=self.scene,
+            settings=dict(settings(self.scene)) if settings is not None else {},
+            stages=self.stages,
+            samples=self.samples,
+            code=code(CODE),
+            machine=machine(),
+        )
 
 
 def recalled(question: Question, store: Store | None = None) -> Rendered | None:
@@ -69,7 +84,7 @@ def recalled(question: Question, store: Store | None = None) -> Rendered | None:
         DamagedEntryError: the entry is not what was written; it is gone.
 
     """
-    return (store or usual_store()).read(_key(question.about, question.scene), _rendered)
+    return (store or usual_store()).read(question.key.digest, _rendered)
 
 
 def _rendered(entry: Entry) -> Rendered:
@@ -100,8 +115,7 @@ def cached(
     answers, mean = render()
     seconds = math.inf if always else time.perf_counter() - start
     arrays = _arrays(answers) | ({} if mean is None else {"mean": np.asarray(mean)})
-    about = question.about | _seen(question.scene, seconds)
-    notes += _keep(store, _key(question.about, question.scene), about, arrays, seconds)
+    notes += _keep(store, question.key, _seen(question.key, seconds), arrays, seconds)
     return Rendered(answers=answers, mean=mean, cached=False, notes=notes)
 
 
@@ -120,10 +134,19 @@ class KeepingOracle:
 
     def edges(self, scene: Scene) -> Edges:
         """Return the scene's edges, from the store if they are there unharmed."""
-        about = {"kind": "edges", "reference": "analytic", "version": self._oracle.version()}
-        key = _key(about, scene)
+        key = RenderKey(
+            kind="edges",
+            name="analytic",
+            version=self._oracle.version(),
+            scene=scene,
+            settings={},
+            stages=(),
+            samples=1,
+            code=code(CODE),
+            machine=machine(),
+        )
         try:
-            found = self._store.read(key, lambda entry: _edges(*entry))
+            found = self._store.read(key.digest, lambda entry: _edges(*entry))
         except DamagedEntryError:
             found = None  # it is gone, and the edges are computed: no answer depends on it
         if found is not None:
@@ -134,7 +157,7 @@ class KeepingOracle:
         ends = [[int(end.light), int(end.shape), int(end.face), float(end.gap)] for end in edges.light_ends]
         arrays = {name: getattr(edges, name) for name in ("silhouette", "shadow", "terminator", "gap", "behind")}
         arrays |= {f"end {index}": end.pixels for index, end in enumerate(edges.light_ends)}
-        _keep(self._store, key, about | {"light_ends": ends} | _seen(scene, seconds), arrays, seconds)
+        _keep(self._store, key, {"light_ends": ends} | _seen(key, seconds), arrays, seconds)
         return edges
 
 
@@ -148,23 +171,29 @@ def _edges(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Edges:
 
 
 def _keep(
-    store: Store, key: str, about: dict[str, Any], arrays: dict[str, np.ndarray], seconds: float
+    store: Store, key: RenderKey, about: dict[str, Any], arrays: dict[str, np.ndarray], seconds: float
 ) -> tuple[str, ...]:
     """Write an entry if reading it is cheaper than rendering it again; return a sentence if it cannot be written."""
     if seconds <= OPENING + sum(array.nbytes for array in arrays.values()) / READING:
         return ()
     try:
-        store.put(key, about, arrays)
+        store.put(key.digest, about, arrays)
     except OSError as wrong:
         return (f"Its render could not be kept in {store.folder}: {wrong.strerror or wrong}.",)
     return ()
 
 
-def _seen(scene: Scene, seconds: float) -> dict[str, Any]:
+def _seen(key: RenderKey, seconds: float) -> dict[str, Any]:
     """Return what a listing tells of an entry."""
-    size = [scene.camera.width, scene.camera.height]
+    scene = key.scene
     return {
-        "size": size,
+        "kind": key.kind,
+        "reference": key.name,
+        "version": key.version,
+        "settings": dict(key.settings),
+        "stages": [stage.value for stage in key.stages],
+        "samples": key.samples,
+        "size": [scene.camera.width, scene.camera.height],
         "shapes": len(scene.shapes),
         "lights": len(scene.lights),
         "seconds": round(seconds, 4) if math.isfinite(seconds) else 0.0,
@@ -191,8 +220,3 @@ def _answers(arrays: dict[str, np.ndarray]) -> Answers:
         elif name != "mean":
             answers[Stage(stage)] = array
     return answers
-
-
-def _key(about: dict[str, Any], scene: Scene) -> str:
-    """Return the digest of everything that an answer depends on."""
-    return digest([about, plain(scene), code(CODE), machine(PACKAGES)])

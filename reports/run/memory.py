@@ -11,23 +11,19 @@ from cases.case import Case
 from reports.cache import judgements
 from reports.cache.store import Store
 from reports.judge.parties import Candidate
-from reports.subjects import Subject
+from reports.run.demands import Demands
 
 
 class Memory:
     """What was judged before, for one subject before one panel."""
 
-    def __init__(
-        self, store: Store, references: tuple[str, ...], *, subject: Subject, require: tuple[str, ...], full: bool
-    ) -> None:
-        self._store, self._references, self._subject = store, references, subject
-        self._demands = (subject.title, list(subject.identity), sorted(set(require)), references)
-        self._files = "every renderer" if full else "what passed in one file"
+    def __init__(self, store: Store, demands: Demands) -> None:
+        self._store, self._demands = store, demands
 
     @cached_property
     def _versions(self) -> Mapping[str, str]:
         """Return the version of every reference that would be asked."""
-        return {name: _version(name) for name in self._references}
+        return {name: _version(name) for name in self._demands.references}
 
     def prepare(self) -> None:
         """Ask the references for their versions, once: while the first renders are on their way it costs nothing."""
@@ -35,8 +31,7 @@ class Memory:
 
     def key(self, case: Case, candidates: Sequence[Candidate], notes: Sequence[str]) -> str:
         """Return the question that a case is, given what the subject answered and said of it."""
-        asked = (*self._demands, list(notes))
-        return judgements.question(case, candidates, self._versions, asked, files=self._files)
+        return judgements.judgement_key(case, candidates, self._versions, self._demands, notes).digest
 
     def recall(self, key: str, folder: Path) -> dict[str, Any] | None:
         """Return the record found before, its files written into the results folder, or None."""

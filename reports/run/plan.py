@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from cases.case import Case
-from reports.cache.digests import code, digest, machine, plain
+from reports.cache.digests import Key, code, machine
+from reports.run.demands import Demands
 from reports.subjects import THE_TRACER, Subject
 
 DEFAULTS = ("float32", "float64")
@@ -21,29 +22,8 @@ ALTERNATIVES = (
     "feeler/minimum_t",
     "feeler/doubles",
 )
-PACKAGES = (
-    "drjit",
-    "embreex",
-    "mitsuba",
-    "numpy",
-    "openexr",
-    "pyradiance",
-    "python-flint",
-    "scikit-image",
-    "scipy",
-    "trimesh",
-)  # whose numbers are in a result
 # All that renders, judges, writes a record and writes its files.
-SOURCES = (
-    "cases",
-    "tracer",
-    "reference",
-    "reports/judge",
-    "reports/run",
-    "reports/cache",
-    "reports/subjects",
-    "reports/publish",
-)
+CODE = ("reports.run.suite", "reports.run.tasks", "reports.run.trace_task", "reports.run.judge_task")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,17 +85,21 @@ def plan(
     )
 
 
-@lru_cache(maxsize=1)
-def code_digest() -> str:
-    """Return the SHA-256 of the code, and the packages, that decide a result; one of other code is never taken up."""
-    return digest([code(SOURCES), machine(PACKAGES)])
+@dataclass(frozen=True, kw_only=True)
+class RecordKey(Key):
+    """A finished case's record: which case, put to whom, before whom, and what was demanded."""
+
+    case: Case
+    configurations: tuple[str, ...]
+    demands: Demands
 
 
-def key(planned: PlannedCase, references: tuple[str, ...]) -> str:
-    """Return the digest under which a finished case may be taken up again by `--resume`."""
-    return question(planned, references, code_digest())
-
-
-def question(planned: PlannedCase, references: tuple[str, ...], of_code: str) -> str:
-    """Return the digest of a case, whom it is put to, before whom, and the digest of all code."""
-    return digest([plain(planned.case), planned.configurations, references, of_code])
+def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
+    """Return all that a finished case depends on: under it `--resume` takes its record up again."""
+    return RecordKey(
+        case=planned.case,
+        configurations=planned.configurations,
+        demands=demands,
+        code=code(CODE),
+        machine=machine(),
+    )

@@ -9,9 +9,10 @@ from cases.case import Case
 from reports.cache.store import Store
 from reports.publish.pictures import Drawing
 from reports.run.case_run import CaseRun
+from reports.run.demands import demands
 from reports.run.journal import Journal
 from reports.run.memory import Memory
-from reports.run.plan import PlannedCase, key
+from reports.run.plan import PlannedCase, record_key
 from reports.run.pool import Pool
 from reports.run.progress import CaseProgress
 from reports.run.request import RunRequest
@@ -35,10 +36,8 @@ def render_and_judge(
     subject = request.subject
     records: dict[str, dict[str, Any]] = {}
     asked = demands(request, references)
-    keys = {one.case.name: key(one, asked) for one in planned}
-    memory = None
-    if store is not None:
-        memory = Memory(store, references, subject=subject, require=request.require, full=request.full)
+    keys = {one.case.name: record_key(one, asked).digest for one in planned}
+    memory = None if store is None else Memory(store, asked)
     interrupted = False
     under_way: dict[str, int] = {}  # name -> pixels
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
@@ -87,15 +86,6 @@ def render_and_judge(
         finally:
             pool.close()
     return [records[one.case.name] for one in planned if one.case.name in records], interrupted
-
-
-def demands(request: RunRequest, references: tuple[str, ...]) -> tuple[str, ...]:
-    """Return what a run asks of each case: a record of one that asked less is not taken up."""
-    subject = request.subject
-    asked = (*references, *(f"required: {name}" for name in sorted(set(request.require))))
-    if request.full:
-        asked = (*asked, "every renderer's images")
-    return asked if subject.is_tracer else (*asked, f"under test: {subject.title}", *subject.identity)
 
 
 def has_room(pixels: Collection[int]) -> bool:

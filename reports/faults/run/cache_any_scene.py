@@ -1,23 +1,37 @@
-"""Planted fault: the reference cache takes one scene's render for another's."""
+"""Planted faults: the reference cache takes one render for another: of another scene, camera, version or settings."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from reports.cache import references
 from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from reports.faults.patching import altered
 from reports.judge.sentinel import SCENE
 
 
-@FAULTS.register("run/cache_any_scene", where="run", stage=None)
 @contextmanager
-def cache_any_scene() -> Iterator[None]:
-    """Leave the scene's light, surfaces and camera out of the key."""
-    right = references._key
-
-    def wrong(about: Any, scene: Any) -> Any:
-        return right(about, SCENE)
-
-    with replaced(right, wrong):
+def _key_is(wrong: Callable[[Any], Any]) -> Iterator[None]:
+    """Change every key of a render."""
+    right = references.Question.key.func
+    with altered(references.Question, "key", property(lambda question: wrong(right(question)))):
         yield
+
+
+@FAULTS.register("run/cache_any_scene", where="run", stage=None)
+def cache_any_scene() -> Any:
+    """Leave the scene's light, surfaces and camera out of the key."""
+    return _key_is(lambda key: replace(key, scene=SCENE))
+
+
+@FAULTS.register("run/cache_any_camera", where="run", stage=None)
+def cache_any_camera() -> Any:
+    """Leave the camera out of the key."""
+    return _key_is(lambda key: replace(key, scene=replace(key.scene, camera=SCENE.camera)))
+
+
+@FAULTS.register("run/cache_any_version", where="run", stage=None)
+def cache_any_version() -> Any:
+    """Leave version and settings out of the key."""
+    return _key_is(lambda key: replace(key, version="", settings={}))

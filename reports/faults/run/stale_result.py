@@ -1,22 +1,37 @@
-"""Planted fault: a cached result is taken up again whatever changed."""
+"""Planted faults: a kept record is taken up again whatever changed, or whatever code it was found by."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from reports.faults import FAULTS
 from reports.faults.patching import replaced
 from reports.run import plan
+from reports.run.guards.keys import CASE
 
 
 @FAULTS.register("run/stale_result", where="run", stage=None)
 @contextmanager
 def stale_result() -> Iterator[None]:
-    """Give every case of a name the same key."""
-    right = plan.key
+    """Give every case the same key."""
+    right = plan.record_key
 
-    def wrong(planned: Any, references: Any) -> str:
-        return planned.case.name
+    def wrong(planned: Any, demands: Any) -> Any:
+        return right(replace(planned, case=CASE), demands)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("run/stale_code", where="run", stage=None)
+@contextmanager
+def stale_code() -> Iterator[None]:
+    """Leave the code out of the key."""
+    right = plan.record_key
+
+    def wrong(planned: Any, demands: Any) -> Any:
+        return replace(right(planned, demands), code="")
 
     with replaced(right, wrong):
         yield

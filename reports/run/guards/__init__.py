@@ -23,6 +23,7 @@ def stand_guards() -> None:
     from reports.run.guards.cache import guard_cache
     from reports.run.guards.journal import guard_journal
     from reports.run.guards.judgements import guard_judgements
+    from reports.run.guards.keys import guard_keys
     from reports.run.guards.ledgers import guard_ledgers
     from reports.run.guards.loader import guard_loader
     from reports.run.guards.oracle import guard_oracle
@@ -34,6 +35,7 @@ def stand_guards() -> None:
         guard_journal,
         guard_cache,
         guard_judgements,
+        guard_keys,
     )
     for guard in guards:
         guard()

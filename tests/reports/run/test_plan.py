@@ -1,14 +1,13 @@
-"""The plan asks every specification item, and a record is taken up again only for exactly the same question."""
-
-from dataclasses import replace
+"""The plan asks every specification item, and a record goes by all the code that a verdict goes by."""
 
 import pytest
 
 from cases.case import ITEMS
 from cases.families import all_cases
 from reports.cache import judgements
+from reports.cache.closure import ROOT, closure
 from reports.run import plan as planning
-from reports.run.plan import ALTERNATIVES, alternatives, key, plan
+from reports.run.plan import ALTERNATIVES, alternatives, plan
 
 
 def test_every_item_is_covered_by_a_case_with_a_configuration_whose_formulas_cover_it():
@@ -36,20 +35,6 @@ def test_each_alternative_covers_an_item_of_its_own():
     assert len(items) == len(set(items))
 
 
-def test_a_key_changes_with_scene_configuration_references_and_code(monkeypatch):
-    one = plan(all_cases()[:1], ())[0]
-    usual = key(one, ("analytic",))
-    camera = replace(one.case.scene.camera, fovy=one.case.scene.camera.fovy + 1e-9)
-    moved = replace(one, case=replace(one.case, scene=replace(one.case.scene, camera=camera)))
-
-    assert key(one, ("analytic",)) == usual
-    assert key(moved, ("analytic",)) != usual
-    assert key(replace(one, configurations=("float64",)), ("analytic",)) != usual
-    assert key(one, ("analytic", "mitsuba_scalar")) != usual
-    monkeypatch.setattr(planning, "code_digest", lambda: "other code")
-    assert key(one, ("analytic",)) != usual
-
-
 def test_an_unknown_configuration_is_named():
     with pytest.raises(LookupError, match="float16"):
         plan(all_cases()[:1], ("float16",))
@@ -57,5 +42,7 @@ def test_an_unknown_configuration_is_named():
 
 def test_a_record_is_taken_up_again_only_where_a_kept_verdict_would_be():
     # Both are a record with its files; the tracer's code, of which a kept verdict knows by its answers, comes to it.
-    assert {*judgements.CODE, "tracer"} <= set(planning.SOURCES)
-    assert set(judgements.PACKAGES) <= set(planning.PACKAGES)
+    verdicts, records = (set(closure(modules)) for modules in (judgements.CODE, planning.CODE))
+
+    assert verdicts <= records
+    assert {path for path in records if path.is_relative_to(ROOT / "tracer")}

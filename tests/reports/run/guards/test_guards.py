@@ -1,15 +1,15 @@
 """Guards let an honest harness pass and stop a broken one."""
 
+from dataclasses import dataclass, fields, replace
+
 import pytest
 
+from cases.scene import Camera
 from reference.analytic import Analytic
-from reports.cache import judgements
+from reports.cache.digests import Key
 from reports.faults import FAULTS
 from reports.judge.sentinels import BrokenJudgeError, stand_guard
-from reports.run import plan
-from reports.run.guards import BrokenHarnessError, stand_guards
-from reports.run.guards.journal import guard_journal
-from reports.run.guards.judgements import guard_judgements
+from reports.run.guards import BrokenHarnessError, keys, stand_guards
 
 GUARDED = [
     name
@@ -26,7 +26,6 @@ JUDGE = (
     "float64_by_float32",
     "reference_not_compared",
 )
-QUESTION = plan.question
 
 
 def test_an_honest_harness_passes() -> None:
@@ -45,26 +44,32 @@ def test_the_judge_is_guarded(name: str) -> None:
         stand_guard(Analytic())
 
 
-@pytest.mark.parametrize(
-    "broken", [lambda one, who, _: QUESTION(one, who, ""), lambda *_: "0" * 64], ids=["the code", "everything"]
-)
-def test_a_journals_key_that_leaves_something_out_is_noticed(broken, monkeypatch):
-    monkeypatch.setattr(plan, "question", broken)
+@dataclass(frozen=True, kw_only=True)
+class _Wider(Camera):
+    """A camera with one field more, of a kind that no guard knows how to change."""
 
-    with pytest.raises(BrokenHarnessError, match="the journal is broken"):
-        guard_journal()
+    lens: object = None
 
 
-def test_a_journals_key_that_does_not_go_by_this_code_is_noticed(monkeypatch):
-    monkeypatch.setattr(plan, "key", lambda one, who: QUESTION(one, who, "of what was here before"))
+def test_a_new_field_that_no_guard_changes_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    wider = _Wider(**{field.name: getattr(keys.SCENE.camera, field.name) for field in fields(keys.SCENE.camera)})
+    monkeypatch.setattr(keys, "SCENE", replace(keys.SCENE, camera=wider))
 
-    with pytest.raises(BrokenHarnessError, match="does not hold the code's digest"):
-        guard_journal()
+    with pytest.raises(BrokenHarnessError, match=r"nobody knows how to change _Wider\.lens"):
+        keys.guard_keys()
 
 
-def test_a_verdicts_question_that_leaves_out_which_files_are_kept_is_noticed(monkeypatch):
-    right = judgements.question
-    monkeypatch.setattr(judgements, "question", lambda *about, files: right(*about, files=""))
+def test_a_new_kind_of_key_that_no_guard_changes_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Key, "__subclasses__", lambda: [type("NewKey", (), {})])
 
-    with pytest.raises(BrokenHarnessError, match="what is kept to look at"):
-        guard_judgements()
+    with pytest.raises(BrokenHarnessError, match="nobody changes the fields of NewKey"):
+        keys.guard_keys()
+
+
+def test_a_field_that_a_keys_digest_leaves_out_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = Key.digest.fget
+    blind = property(lambda key: right(replace(key, stage=None) if hasattr(key, "theirs") else key))  # type: ignore[misc]
+    monkeypatch.setattr(Key, "digest", blind)
+
+    with pytest.raises(BrokenHarnessError, match=r"PictureKey has the same key whatever PictureKey\.stage is"):
+        keys.guard_keys()

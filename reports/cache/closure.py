@@ -1,0 +1,94 @@
+"""Which of our own files a module's answers can depend on: all that it imports, directly or not, read from the sources.
+
+Nothing is imported for it. An import anywhere in a file counts, also inside a function; so does a module named in a
+string ("package.module"), and of a package that lists itself (a registry's, or one that walks its
+modules) everything below. Files that a module names in a string and that lie beside it (findings.json) are part of it.
+What is found is too much rather than too little: a name in a comment or docstring may count as an import.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("cases", "reference", "reports", "tracer")
+_OURS = "|".join(PACKAGES)
+_FROM = re.compile(rf"^[ \t]*from[ \t]+((?:{_OURS})(?:\.\w+)*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
+_IMPORT = re.compile(rf"^[ \t]*import[ \t]+((?:{_OURS})(?:\.\w+)*)", re.MULTILINE)
+_NAMED = re.compile(rf"[\"']((?:{_OURS})(?:\.\w+)+)[\"']")
+_REGISTRY = re.compile(rf"package=[\"']((?:{_OURS})(?:\.\w+)*)[\"']")
+_LISTS_ITSELF = re.compile(r"\bpkgutil\.\w+\(__path__")
+_FILE = re.compile(r"[\"']([\w-]+\.\w+)[\"']")
+_WORD = re.compile(r"\w+")
+
+
+@cache
+def closure(modules: Sequence[str], *, without: Sequence[str] = ()) -> tuple[Path, ...]:
+    """Return the files below the project's root that `modules` (dotted names) depend on, themselves included, sorted.
+
+    Packages in `without` are not entered.
+
+    Raises:
+        LookupError: there is no such module.
+
+    """
+    found: set[Path] = set()
+    waiting = list(modules)
+    for module in modules:
+        if _file(module) is None:
+            raise LookupError(f"no module is called {module}: what depends on it would never change")
+    seen: set[str] = set()
+    while waiting:
+        module = waiting.pop()
+        if module in seen or _inside(module, without):
+            continue
+        seen.add(module)
+        file = _file(module)
+        if file is None:
+            continue  # a name inside a module, a word in a string
+        found.add(file)
+        parent = module.rpartition(".")[0]
+        names, beside = _read(file)
+        found.update(beside)
+        # To import a module is to import its packages first.
+        waiting += [*names, *([parent] if parent else [])]
+    return tuple(sorted(found))
+
+
+def _inside(module: str, packages: Iterable[str]) -> bool:
+    return any(module == package or module.startswith(f"{package}.") for package in packages)
+
+
+@cache
+def _file(module: str) -> Path | None:
+    """Return the file of a module or package, or None."""
+    path = ROOT.joinpath(*module.split("."))
+    for file in (path.with_suffix(".py"), path / "__init__.py"):
+        if file.is_file():
+            return file
+    return None
+
+
+@cache
+def _read(file: Path) -> tuple[tuple[str, ...], tuple[Path, ...]]:
+    """Return the names that a file may import, and the files beside it that it names."""
+    text = file.read_text(encoding="utf-8")
+    names = {*_IMPORT.findall(text), *_NAMED.findall(text)}
+    for package, imported in _FROM.findall(text):
+        names |= {package, *(f"{package}.{word}" for word in _WORD.findall(imported))}
+    listed = _REGISTRY.findall(text)
+    if _LISTS_ITSELF.search(text):
+        listed.append(".".join(file.parent.relative_to(ROOT).parts))
+    for package in listed:
+        names.update(_below(package))
+    beside = [file.with_name(name) for name in _FILE.findall(text)]
+    return tuple(names), tuple(path for path in beside if path.is_file())
+
+
+def _below(package: str) -> Iterable[str]:
+    """Yield all modules of a package, by their dotted names."""
+    folder = ROOT.joinpath(*package.split("."))
+    for path in folder.rglob("*.py"):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts)

@@ -1,0 +1,51 @@
+"""What a module imports, read from the sources: all that Python's parser finds, and what a module lists or names."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from reports.cache import guards, judgements, pictures, references
+from reports.cache.closure import PACKAGES, ROOT, closure
+from reports.run import plan
+
+KINDS = {kind.__name__.rpartition(".")[2]: kind.CODE for kind in (guards, judgements, pictures, references, plan)}
+
+
+def imported(path: Path) -> set[Path]:
+    """Return the files of ours that one file imports, by Python's parser."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            assert node.level == 0, f"{path}: a relative import, which nobody reads"
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    ours = [ROOT.joinpath(*name.split(".")) for name in names if name.split(".")[0] in PACKAGES]
+    files = [file for place in ours for file in (place.with_suffix(".py"), place / "__init__.py")]
+    return {file for file in files if file.is_file()}
+
+
+@pytest.mark.parametrize("modules", KINDS.values(), ids=KINDS.keys())
+def test_everything_that_a_file_of_a_key_imports_is_part_of_the_key(modules: tuple[str, ...]) -> None:
+    files = set(closure(modules))
+
+    missing = {path: rest for path in files if path.suffix == ".py" and (rest := imported(path) - files)}
+
+    assert len(files) > 50
+    assert not missing
+
+
+def test_what_a_registry_lists_and_data_beside_a_module_are_part_of_it() -> None:
+    names = {path.relative_to(ROOT).as_posix() for path in closure(("reports.judge.judging",))}
+
+    assert {"reports/judge/metrics/root_mean_square.py", "reports/judge/findings.json"} <= names
+
+
+def test_packages_told_otherwise_are_left_out() -> None:
+    assert not any(path.is_relative_to(ROOT / "tracer") for path in closure(plan.CODE, without=("tracer",)))
+
+
+def test_a_module_that_is_not_there_is_told() -> None:
+    with pytest.raises(LookupError, match=r"no module is called reports\.gone"):
+        closure(("reports.gone",))
