@@ -12,7 +12,7 @@ def work(order: GuardOrder) -> GuardReport:
     """Plant the order's fault, ask every guard, and say which one stopped the run."""
     _in_force()  # a guard that stops a healthy harness proves nothing
     with FAULTS[order.fault.name]():
-        return GuardReport(fault=order.fault.name, stopped=stopped_by())
+        return GuardReport(fault=order.fault.name, stopped=stopped_by(judge_first=order.fault.where == "judge"))
 
 
 @cache
@@ -22,13 +22,13 @@ def _in_force() -> None:
         raise RuntimeError(f"nothing is planted, and yet: {cry}")
 
 
-def stopped_by() -> str | None:
-    """Return what the first guard says that stops the run, or None."""
+def stopped_by(*, judge_first: bool = False) -> str | None:
+    """Return what the first guard says that stops the run, or None; a run asks all of them, in whatever order."""
     from reports.judge.sentinels import BrokenJudgeError, stand_guard
     from reports.run.guards import BrokenHarnessError, stand_guards
 
     guards: tuple[Callable[[], object], ...] = (stand_guards, lambda: stand_guard(Analytic()))
-    for guard in guards:
+    for guard in guards[::-1] if judge_first else guards:
         try:
             guard()
         except (BrokenHarnessError, BrokenJudgeError) as cry:

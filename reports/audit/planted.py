@@ -1,4 +1,4 @@
-"""Everything that can be planted: wrong formulas of the tracer, and spoilt references, loader, judge and run."""
+"""All that can be planted: wrong formulas of the tracer, and spoilt references, loader, judge, run and report."""
 
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -20,7 +20,7 @@ class PlantedFault:
     """One fault, where it is planted and what must become of it."""
 
     name: str  # "slot/variant" of the tracer, else a name in `reports.faults`
-    where: str  # "tracer", "reference", "loader", "judge" or "run"
+    where: str  # "tracer", "reference", "loader", "judge", "run" or "report"
     stage: Stage | None  # the one to be found wrong; None: a guard must stop the run
     also: tuple[Stage, ...] = ()  # others that a case may find wrong in its place
     covers: tuple[str, ...] = ()  # specification items
@@ -67,7 +67,7 @@ def tracer_faults() -> tuple[PlantedFault, ...]:
 
 
 def other_faults() -> tuple[PlantedFault, ...]:
-    """Return the planted faults of references, loader, judge and run."""
+    """Return the planted faults of references, loader, judge, run and report."""
     return tuple(PlantedFault(name=name, **FAULTS.about(name)) for name in FAULTS)
 
 

@@ -22,7 +22,7 @@ def audit(
     out
         Folder for audit.json; a report in it shows the score.
     only
-        Faults to plant: a pattern such as `sphere/*`, or one of tracer, reference, loader, judge, run.
+        Faults to plant: a pattern such as `sphere/*`, or one of tracer, reference, loader, judge, run, report.
     quick
         Fewer cases a fault at first, and fewer grades.
     jobs

@@ -105,7 +105,14 @@ def stand_guard(oracle: FullOracle) -> int:
     """
     truth = oracle.render(SCENE, tuple(Stage))
     once = _EdgesOnce(oracle)
-    count = guard_limits(once)
+    try:
+        count = guard_limits(once)
+    except BrokenJudgeError:
+        raise
+    except Exception as fall:  # whatever a broken judge raises
+        raise BrokenJudgeError(
+            f"the judge is broken: it fell over known limits: {type(fall).__name__}: {fall}"
+        ) from fall
     usual = chain(
         sentinels(truth, _clear(truth)), witness_sentinels(truth), edge_sentinels(oracle), step_sentinels(truth)
     )

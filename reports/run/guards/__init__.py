@@ -21,12 +21,14 @@ def stand_guards() -> None:
     from reference import REFERENCES
     from reports.judge.oracle import ORACLE
     from reports.run.guards.cache import guard_cache
+    from reports.run.guards.importers import guard_importers
     from reports.run.guards.journal import guard_journal
     from reports.run.guards.judgements import guard_judgements
     from reports.run.guards.keys import guard_keys
     from reports.run.guards.ledgers import guard_ledgers
     from reports.run.guards.loader import guard_loader
     from reports.run.guards.oracle import guard_oracle
+    from reports.run.guards.report import guard_report
 
     guards: tuple[Callable[[], None], ...] = (
         guard_loader,
@@ -36,6 +38,8 @@ def stand_guards() -> None:
         guard_cache,
         guard_judgements,
         guard_keys,
+        guard_importers,
+        lambda: guard_report(REFERENCES[ORACLE]()),
     )
     for guard in guards:
         guard()

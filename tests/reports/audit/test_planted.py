@@ -30,7 +30,7 @@ def test_a_default_configuration_has_no_fault_and_a_faulty_one_names_it() -> Non
     assert Configuration.parse("float32/sphere=fault_far_root").faults == ("sphere/fault_far_root",)
 
 
-@pytest.mark.parametrize("where", ["tracer", "reference", "loader", "judge", "run"])
+@pytest.mark.parametrize("where", ["tracer", "reference", "loader", "judge", "run", "report"])
 def test_faults_are_found_by_place(where: str) -> None:
     assert {fault.where for fault in planted(where)} == {where}
 

@@ -1,0 +1,83 @@
+"""The report's guard: known images of four renderers, kept and published, are handed to the page under their own names.
+
+So are the classes of pixels: those of the configuration that the page says they are of.
+"""
+
+import base64
+import json
+import tempfile
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.stages import Stage
+from reports.judge.oracle import ORACLE, FullOracle, stages_of
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate, Witness
+from reports.judge.sentinel import CASE
+from reports.publish.case_data import write_case_data
+from reports.publish.pixels import handed_over, read_pixels
+from reports.run.guards import BrokenHarnessError
+from reports.run.keeping import keep_images, masks
+from reports.run.orders import JudgeTask
+
+
+def guard_report(oracle: FullOracle) -> None:
+    """Publish images and masks whose owner is known; raise BrokenHarnessError where they are said to be another's."""
+    truth = oracle.render(CASE.scene, stages_of(CASE.scene))
+    shape = truth[Stage.RADIANCE].shape
+    # Each renderer's radiance is a number of its own.
+    shown = {"tracer-float32": 1.0, "tracer-float64": 2.0, ORACLE: 3.0, "third": 4.0}
+    given = {name: truth | {Stage.RADIANCE: np.full(shape, number)} for name, number in shown.items()}
+    one, two = (
+        Candidate(
+            name=name.removeprefix("tracer-"),
+            precision="float32",
+            items=frozenset(),
+            shadow_epsilon=epsilon,
+            answers=given[name],
+        )
+        for name, epsilon in (("tracer-float32", 0.0), ("tracer-float64", 0.2))
+    )
+    witnesses = tuple(
+        Witness(name=name, precision="float64", independent=True, shadow_epsilon=0.0, answers=given[name])
+        for name in (ORACLE, "third")
+    )
+    with tempfile.TemporaryDirectory() as name:
+        task = JudgeTask(
+            case=CASE, candidates=(one, two), witnesses=witnesses, versions={}, folder=Path(name), require=()
+        )
+        classes = {each.name: masks(replace(task, candidates=(each,)), oracle) for each in (one, two)}
+        if len({json.dumps(found and found["data"]) for found in classes.values()}) < 2:
+            raise BrokenHarnessError("the report is broken: an epsilon of 0.2 m leaves every pixel's class as it was")
+        for outcome in (Outcome.FAIL, Outcome.PASS):
+            kept = {name for name in shown if outcome is Outcome.FAIL or name != "tracer-float64"}
+            page = _published(task, oracle, outcome, list(shown))
+            images = read_pixels(task.folder / page["pixels"])
+            radiance = {name: set(np.unique(images[name][Stage.RADIANCE]).tolist()) for name in images}
+            if radiance != {name: {shown[name]} for name in kept}:
+                raise BrokenHarnessError("the report is broken: an image is shown as another renderer's, or is lost")
+            told = page["masks"]["configuration"], page["masks"]["data"]
+            if told != ("float32", (classes["float32"] or {})["data"]):
+                raise BrokenHarnessError("the report is broken: pixels are classed as another configuration's")
+
+
+def _published(task: JudgeTask, oracle: FullOracle, outcome: Outcome, names: list[str]) -> dict[str, Any]:
+    """Return what the page is handed of a case that ended so."""
+    images, pixels = keep_images(task, outcome)
+    record = {
+        "name": CASE.name,
+        "renders": [{"renderer": name, "image": images.get(name)} for name in names],
+        "pixels": pixels,
+        "masks": masks(task, oracle),
+        "lights": len(CASE.scene.lights),
+        "checks": [],
+    }
+    page = task.folder / "data" / f"{outcome}.js"
+    page.parent.mkdir(exist_ok=True)
+    write_case_data(task.folder, page, record)
+    packed = json.loads(handed_over(page.read_text(encoding="utf-8")))
+    return json.loads(zlib.decompress(base64.b64decode(packed)))
