@@ -42,4 +42,11 @@ def stand_guards() -> None:
         lambda: guard_report(REFERENCES[ORACLE]()),
     )
     for guard in guards:
-        guard()
+        try:
+            guard()
+        except BrokenHarnessError:
+            raise
+        except Exception as fall:  # whatever comes of a broken harness
+            raise BrokenHarnessError(
+                f"the harness is broken: it fell over a known question: {type(fall).__name__}: {fall}"
+            ) from fall
