@@ -47,7 +47,7 @@ def another_configurations_masks() -> Iterator[None]:
 
     def wrong(task: Any, oracle: Any) -> Any:
         found = right(replace(task, candidates=task.candidates[::-1]), oracle)
-        return found | {"configuration": task.candidates[0].name}
+        return found and found | {"configuration": task.candidates[0].name}
 
     with replaced(right, wrong):
         yield

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from cases.stages import Stage
-from reports.judge.oracle import ORACLE, FullOracle, stages_of
+from reports.judge.oracle import ORACLE, stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.judge.sentinel import CASE
@@ -25,7 +25,7 @@ from reports.run.keeping import keep_images, masks
 from reports.run.orders import JudgeTask
 
 
-def guard_report(oracle: FullOracle) -> None:
+def guard_report(oracle: Any) -> None:
     """Publish images and masks whose owner is known; raise BrokenHarnessError where they are said to be another's."""
     truth = oracle.render(CASE.scene, stages_of(CASE.scene))
     shape = truth[Stage.RADIANCE].shape
@@ -65,7 +65,7 @@ def guard_report(oracle: FullOracle) -> None:
                 raise BrokenHarnessError("the report is broken: pixels are classed as another configuration's")
 
 
-def _published(task: JudgeTask, oracle: FullOracle, outcome: Outcome, names: list[str]) -> dict[str, Any]:
+def _published(task: JudgeTask, oracle: Any, outcome: Outcome, names: list[str]) -> dict[str, Any]:
     """Return what the page is handed of a case that ended so."""
     images, pixels = keep_images(task, outcome)
     record = {
