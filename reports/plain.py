@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,6 +31,36 @@ def as_json(value: Any, *, indent: int | None = None) -> str:
 def encodable(text: str) -> str:
     """Return a text as it can be written in UTF-8: without the lone surrogates that undecodable file names bring."""
     return text.encode("utf-8", errors="replace").decode("utf-8")
+
+
+def legible(text: object) -> str:
+    """Return a text on one line without anything that a terminal, a log, a page or a browser would obey.
+
+    Line ends and other white space become blanks; control and format characters, text reversed by bidirectional
+    overrides among them, and what has no character at all become U+FFFD.
+    """
+    words = str(text)
+    if words.isprintable():
+        return words
+    return "".join(c if c.isprintable() else " " if c.isspace() else "\N{REPLACEMENT CHARACTER}" for c in words)
+
+
+def legible_lines(text: object) -> str:
+    """Return a text of several lines with each of them `legible`."""
+    words = str(text)
+    return words if words.isprintable() else "\n".join(map(legible, words.split("\n")))
+
+
+# As JSON escapes them: C0 but for line ends and tabs, C1, bidirectional marks and overrides, separators of lines.
+_OBEYED = re.compile(r"(\\\\)|\\u(?:00[01][0-9a-f]|007f|00[89][0-9a-f]|061c|200[ef]|202[89a-e]|206[6-9]|feff)|\\[bf]")
+
+
+def legible_json(text: str) -> str:
+    """Return JSON of ASCII characters, as `as_json` writes it, with U+FFFD for what a terminal or browser would obey.
+
+    Line ends and tabs stay as they are escaped: a text may have lines.
+    """
+    return _OBEYED.sub(lambda match: match[1] or "\\ufffd", text)
 
 
 def number(value: Any) -> float | None:

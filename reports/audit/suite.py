@@ -28,6 +28,7 @@ from reports.run.llvm import choose_packaged_llvm
 from reports.run.plan import plan
 from reports.run.pool import Pool
 from reports.run.worker import Reply
+from reports.terminal import console as terminal
 
 FAMILIES, QUICK_FAMILIES = 6, 3  # cases that a fault is put to at first, each of another family
 GRADED_CASE = "primitives/sphere"
@@ -46,7 +47,7 @@ def run(request: AuditRequest) -> int:
     """
     choose_packaged_llvm()
     start = time.perf_counter()
-    console = Console(highlight=False)
+    console = terminal()
     faults = planted(request.only)
     console.print(f"PLANTED FAULTS: {len(faults)}, one at a time; what fails here fails on purpose", style="bold red")
     audit = _Audit(request, console)
@@ -206,4 +207,4 @@ class _Audit:
 
     def _say(self, line: str) -> None:
         self._count += 1
-        self._console.print(f"{self._count:4} {line}", soft_wrap=True, markup=False)
+        self._console.print(f"{self._count:4} {line}", soft_wrap=True)

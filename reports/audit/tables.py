@@ -9,14 +9,14 @@ from rich.text import Text
 
 from reports.audit.orders import REFERENCES
 from reports.publish.audit import sentence
-from reports.terminal import PIPED_WIDTH
+from reports.terminal import console as terminal
 
 SHORT = {name: name.removeprefix("mitsuba_") for name in REFERENCES}
 
 
 def show(console: Console, result: Mapping[str, Any]) -> None:
     """Print the matrix, the graded faults, what is wrong and the score."""
-    page = console if console.is_terminal else Console(highlight=False, width=PIPED_WIDTH)
+    page = console if console.is_terminal else terminal()
     page.print(_matrix(result["faults"]))
     if result["smallest_detected"]:
         page.print(_graded(result["smallest_detected"]))

@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from rich.table import Table
-from rich.text import Text
 
 from reports.commands.usage import told_in_one_line
-from reports.plain import as_json
+from reports.plain import as_json, legible
 from reports.terminal import PIPED_WIDTH, console
 
 ROOM = 34  # columns of a page that a column of a table may need before its names break in two
@@ -16,13 +15,13 @@ ROOM = 34  # columns of a page that a column of a table may need before its name
 
 def say(line: str) -> None:
     """Print one line as it is, never wrapped or read as markup."""
-    console().print(Text(line), soft_wrap=True)
+    console().print(legible(line), soft_wrap=True)
 
 
 def shout(faults: Sequence[str]) -> None:
     """Print a first line that nobody can miss if a planted fault is in use; nothing if none is."""
     if faults:
-        console().print(Text(warning(faults), style="bold white on red"), soft_wrap=True)
+        console().print(warning(faults), style="bold white on red", soft_wrap=True)
 
 
 def warning(faults: Sequence[str]) -> str:
@@ -36,7 +35,7 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[objec
     for column in columns:
         table.add_column(column, overflow="fold")
     for row in rows:
-        table.add_row(*(Text(str(cell)) for cell in row))
+        table.add_row(*(str(cell) for cell in row))
     console(width=max(PIPED_WIDTH, ROOM * len(columns))).print(table)
 
 

@@ -5,6 +5,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from reports.ownership import owned
+from reports.plain import legible
 
 _OWNED = ExitStack()  # the folders that this process's command writes
 
@@ -16,9 +17,9 @@ class UsageError(Exception):
 def one_line(error: Exception) -> str:
     """Return an error's message as a single line."""
     if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename}: {error.strerror}"
+        return legible(f"{error.filename}: {error.strerror}")
     message = error.args[0] if isinstance(error, KeyError) and error.args else error
-    return " ".join(str(message).split()) or type(error).__name__
+    return legible(" ".join(str(message).split())) or type(error).__name__
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from reports.judge.outcomes import Outcome
+from reports.plain import legible
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
@@ -20,7 +21,7 @@ _IN_PROPERTIES = {":": "%3A", ",": "%2C"}
 
 def message(text: object) -> str:
     """Return `text` as a workflow command's message: one line, in which nothing begins a second command."""
-    line = "".join(c if c.isprintable() else " " for c in str(text))[:_LONGEST]
+    line = legible(text)[:_LONGEST]
     return "".join(_ESCAPES.get(character, character) for character in line)
 
 

@@ -6,10 +6,9 @@ from typing import Any
 
 from cases.stages import Stage, exr_channels
 from reports.judge.masks import NAMES
-from reports.plain import as_json
 from reports.publish.atomic import write_text
 from reports.publish.compact import compact_case
-from reports.publish.encoding import pack_text
+from reports.publish.encoding import pack_json
 from reports.publish.kept import inside, kept_images
 from reports.publish.pictures import picture_path, view_path
 from reports.publish.pixels import script, write_pixels
@@ -35,7 +34,7 @@ def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
         "mask_names": {str(bit): name for bit, name in NAMES.items()},
     }
-    text = pack_text(as_json(compact_case(record)))
+    text = pack_json(compact_case(record))
     return [write_text(path, script(path.relative_to(folder).as_posix(), text)), *written]
 
 

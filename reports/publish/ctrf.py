@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from reports.judge.outcomes import Outcome
-from reports.plain import as_json
+from reports.plain import as_json, legible, legible_json
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.headline import blame, headline, shouts, worst_ratio
@@ -54,20 +54,20 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
         },
     }
     # No indentation: the first line is the whole document, and the shout its beginning.
-    return [write_text(folder / "ctrf.json", as_json(document) + "\n")]
+    return [write_text(folder / "ctrf.json", legible_json(as_json(document)) + "\n")]
 
 
 def _test(case: dict[str, Any]) -> dict[str, Any]:
-    message = ": ".join(filter(None, [blame(case), str(case.get("reason") or "")]))
+    message = ": ".join(filter(None, [blame(case), legible(case.get("reason") or "")]))
     picture = case.get("picture")
     attachment = {"name": "picture of the scene", "contentType": "image/png", "path": picture}
     return {
-        "name": case["name"],
+        "name": legible(case["name"]),
         "status": _STATUSES[Outcome(case["verdict"])],
         "rawStatus": case["verdict"],
         "duration": round(float(case.get("seconds") or 0) * 1000),
-        "suite": [case["family"]],
-        "tags": [str(item) for item in case.get("covers", [])],
+        "suite": [legible(case["family"])],
+        "tags": [legible(item) for item in case.get("covers", [])],
         **({"message": message} if message else {}),
         **({"attachments": [attachment]} if picture else {}),
         "extra": {

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from reports.plain import as_json, legible_json
 from reports.publish.deflating import by_runs, deflated
 
 LEVEL = 6  # of zlib
@@ -99,6 +100,11 @@ def pack(content: bytes) -> str:
 def pack_text(text: str) -> str:
     """Return text deflated and in base64."""
     return pack(text.encode("utf-8", errors="replace"))
+
+
+def pack_json(content: Any) -> str:
+    """Return data as JSON whose texts are only texts, deflated and in base64."""
+    return pack_text(legible_json(as_json(content)))
 
 
 def _bits(image: np.ndarray) -> np.ndarray:

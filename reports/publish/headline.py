@@ -5,7 +5,7 @@ from typing import Any
 
 from cases.stages import Stage
 from reports.judge.outcomes import Outcome
-from reports.plain import at_worst, number
+from reports.plain import at_worst, legible, number
 
 THE_USUAL = "tracer"  # the subject that goes without saying
 
@@ -14,7 +14,7 @@ def shouts(results: dict[str, Any]) -> list[str]:
     """Return what no reader may overlook: planted faults, a run cut short, a ledger that does not add up."""
     found = []
     if results.get("faults"):
-        names = ", ".join(map(str, results["faults"]))
+        names = ", ".join(map(legible, results["faults"]))
         found.append(f"PLANTED FAULTS IN USE: {names}. This run audits the harness; it says nothing about the tracer.")
     if not results.get("finished", False):
         found.append("UNFINISHED RUN: what is shown is what was done when it stopped; `--resume` continues it.")
@@ -29,7 +29,7 @@ def shouts(results: dict[str, Any]) -> list[str]:
 def headline(results: dict[str, Any]) -> str:
     """Return the verdict of the run in one sentence, with who was under test if not the tracer, and what is blamed."""
     summary = results["summary"]
-    subject = results.get("subject", THE_USUAL)
+    subject = legible(results.get("subject", THE_USUAL))
     total = f"{summary['planned']} case{'' if summary['planned'] == 1 else 's'}"
     total = total if subject == THE_USUAL else f"{subject}: {total}"
     worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
@@ -55,7 +55,7 @@ BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome
 
 def blame(case: dict[str, Any]) -> str:
     """Return the blamed stage and specification id of a case, or an empty string."""
-    return " ".join(str(case[key]) for key in ("stage", "item") if case.get(key))
+    return " ".join(legible(case[key]) for key in ("stage", "item") if case.get(key))
 
 
 def worst_ratio(case: Mapping[str, Any]) -> float | None:

@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from reports.plain import as_json
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
-from reports.publish.encoding import pack_text
+from reports.publish.encoding import pack_json
 from reports.publish.pixels import script
 
 DATA = "history/series.js"
@@ -20,7 +19,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     if (history := history_of(results)) is None:
         path.unlink(missing_ok=True)
         return []
-    return [write_text(path, script(DATA, pack_text(as_json(history["cases"]))))]
+    return [write_text(path, script(DATA, pack_json(history["cases"])))]
 
 
 def history_front(results: Mapping[str, Any]) -> dict[str, Any] | None:

@@ -10,6 +10,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from reports.judge.outcomes import Outcome
+from reports.plain import legible, legible_lines
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.headline import blame, headline, shouts, worst_ratio
@@ -26,8 +27,8 @@ _ELEMENTS = {
 
 
 def legal(text: object) -> str:
-    """Return `text` without the characters that XML 1.0 cannot carry."""
-    return _ILLEGAL.sub("", str(text))
+    """Return `text` without the characters that XML 1.0 cannot carry, or that turn or colour what a reader sees."""
+    return _ILLEGAL.sub("", legible_lines(text))
 
 
 @PUBLISHERS.register("junit")
@@ -40,7 +41,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     for case in results["cases"]:
         families.setdefault(case["family"], []).append(case)
     for family, cases in families.items():
-        suite = ElementTree.SubElement(root, "testsuite", attrib={"name": legal(family), **_counts(cases)})
+        suite = ElementTree.SubElement(root, "testsuite", attrib={"name": legal(legible(family)), **_counts(cases)})
         for case in cases:
             _testcase(suite, case)
     root.attrib |= _counts(results["cases"]) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
@@ -69,14 +70,14 @@ def _testcase(suite: ElementTree.Element, case: dict[str, Any]) -> None:
     test = ElementTree.SubElement(
         suite,
         "testcase",
-        classname=legal(case["family"]),
-        name=legal(case["name"]),
+        classname=legal(legible(case["family"])),
+        name=legal(legible(case["name"])),
         time=f"{float(case.get('seconds') or 0):.3f}",
     )
     kind = _ELEMENTS.get(Outcome(case["verdict"]))
     if kind:
         message = ": ".join(filter(None, [case["verdict"], blame(case), str(case.get("reason") or "")]))
-        element = ElementTree.SubElement(test, kind, message=legal(message), type=case["verdict"])
+        element = ElementTree.SubElement(test, kind, message=legal(legible(message)), type=case["verdict"])
         element.text = legal("\n".join(_details(case)))
     lines = [str(case.get("stresses") or ""), f"covers {', '.join(map(str, case.get('covers', [])))}"]
     # Jenkins' and GitLab's convention for attachments.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cases.stages import IMAGE_STAGES, Stage
-from reports.plain import as_json
+from reports.plain import as_json, legible_json
 from reports.publish.atomic import write_text
 from reports.publish.encoding import decode, encode
 from reports.publish.predicting import Factors, pinhole, predicted, predictions
@@ -106,4 +106,4 @@ def _handing_over(name: str, content: str) -> str:
 
 def inert(content: Any) -> str:
     """Return JSON on one line that can stand inside a script element whatever strings it holds."""
-    return as_json(content).replace("<", "\\u003c")
+    return legible_json(as_json(content)).replace("<", "\\u003c")

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from reports.plain import as_json, number
+from reports.plain import number
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
-from reports.publish.encoding import pack_text
+from reports.publish.encoding import pack_json
 from reports.publish.pixels import script
 from reports.publish.viewer_page import vendored
 
@@ -30,7 +30,7 @@ _OF_A_CLIMB = (
 def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write plots/*.js for what was measured, and the library; nothing where there is nothing to plot."""
     written = [
-        write_text(folder / data_of(name), script(data_of(name), pack_text(as_json(found))))
+        write_text(folder / data_of(name), script(data_of(name), pack_json(found)))
         for name, load in SOURCES.items()
         if (found := load(folder)) is not None
     ]

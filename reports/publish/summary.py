@@ -7,9 +7,10 @@ import html
 import re
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from reports.judge.outcomes import Outcome
-from reports.plain import number
+from reports.plain import legible, number
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.audit import load_audit, sentence
@@ -23,7 +24,7 @@ _MARKUP = re.compile(r"([\\`*_{}\[\]()#+!|~@:])")
 
 def escaped(text: object) -> str:
     """Return `text` as inert Markdown on one line, shortened."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
+    line = " ".join(legible(text).split())
     short = line if len(line) <= _LONGEST else line[: _LONGEST - 1] + "…"
     return _MARKUP.sub(r"\\\1", html.escape(short, quote=False))
 
@@ -77,7 +78,10 @@ def _failures(results: dict[str, Any], room: int) -> list[str]:
         lines.append(row)
     if drawn := [case for case in cases if case.get("thumbnail")]:
         lines += ["", "Ours, the reference's, and their difference, worst first:\n"]
-        lines += [f"![{i}]({case['thumbnail']}) {escaped(case['name'])}\n" for i, case in enumerate(drawn, start=1)]
+        lines += [
+            f"![{i}]({quote(str(case['thumbnail']))}) {escaped(case['name'])}\n"
+            for i, case in enumerate(drawn, start=1)
+        ]
     return [*lines, ""]
 
 

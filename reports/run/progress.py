@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from reports.judge.outcomes import Outcome
-from reports.plain import at_worst
+from reports.plain import at_worst, legible
 from reports.publish.headline import ratio_of
 
 COLOURS = {
@@ -30,7 +30,7 @@ class CaseProgress:
     def __init__(self, console: Console, *, total: int) -> None:
         self._console = console
         self._bar = Progress(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
@@ -52,12 +52,12 @@ class CaseProgress:
         """Tell of one more finished case; `again` says that it was taken up from an earlier run."""
         self._done += 1
         outcome = Outcome(record["verdict"])
-        self._bar.update(self._task, completed=self._done, description=escape(record["name"]))
+        self._bar.update(self._task, completed=self._done, description=legible(record["name"]))
         if not self._console.is_terminal or outcome is not Outcome.PASS:
             how = "kept" if again else f"{record['seconds']:.2f} s"
             line = f"[{self._done}/{self._total}] {outcome.value} {record['name']} ({how}) {record['reason']}".rstrip()
             style = COLOURS[outcome] if self._console.is_terminal else None
-            self._console.print(escape(line), style=style, soft_wrap=not self._console.is_terminal)
+            self._console.print(legible(line), style=style, soft_wrap=not self._console.is_terminal)
 
 
 def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Table:
@@ -75,12 +75,12 @@ def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Tabl
         ratio, where = highest(record) or (None, "")
         outcome = Outcome(record["verdict"])
         table.add_row(
-            escape(record["name"]),
-            f"[{COLOURS[outcome]}]{outcome.value}[/]",
+            record["name"],
+            Text(outcome.value, style=COLOURS[outcome]),
             record["stage"] or "",
             record["item"] or "",
             "" if ratio is None else f"{ratio:.3g}",
-            escape(where),
+            where,
         )
     return table
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from cases.case import Case
 from cases.covering import covering
 from cases.scene_json import load_scene
-from reports.plain import encodable
+from reports.plain import legible
 
 # What a scene that nobody tuned may have: rounding reaches few pixels, but its author owes us no share of them.
 MOST_EDGE = 0.5
@@ -28,7 +28,7 @@ def cases_of_files(paths: Sequence[Path]) -> tuple[Case, ...]:
     taken: set[str] = set()
     for path in {path.resolve(): path for path in paths}.values():
         # A stem of dots alone would name a folder, this one or the one above.
-        stem = encodable(path.stem.strip(".") or "scene")
+        stem = legible(path.stem.strip(".") or "scene")
         name = next(name for name in (stem, *(f"{stem}-{n}" for n in range(2, len(paths) + 2))) if name not in taken)
         taken.add(name)
         cases.append(case_of_file(path, name=name))
@@ -39,9 +39,9 @@ def case_of_file(path: Path, *, name: str | None = None) -> Case:
     """Return the case that asks about a scene file; raise SceneError or OSError if it cannot be read."""
     scene = load_scene(path)
     return Case(
-        name=f"{FAMILY}/{name or encodable(path.stem)}",
+        name=f"{FAMILY}/{name or legible(path.stem)}",
         scene=scene,
-        stresses=f"The scene that {encodable(path.name)} describes.",
+        stresses=f"The scene that {legible(path.name)} describes.",
         covers=covering(scene),
         least_interior=0,
         most_edge=MOST_EDGE,

@@ -14,6 +14,7 @@ from cases.families import all_cases, select
 from reports.cache.guards import ask_once, passed
 from reports.cache.store import usual_store
 from reports.judge.outcomes import Outcome, exit_code
+from reports.plain import legible
 from reports.publish.atomic import remove_drafts
 from reports.publish.pictures import Drawing
 from reports.publish.results import save_results
@@ -33,6 +34,7 @@ from reports.run.request import RunRequest
 from reports.run.supported import concerning
 from reports.run.workers import workers
 from reports.run.workload import render_and_judge
+from reports.terminal import console as terminal
 
 FAILED, INTERRUPTED = 1, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
@@ -61,11 +63,9 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
         stand_guards()
     else:
         ask_once("harness", stand_guards, store)
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=LOG_WIDTH)
+    console = terminal(width=LOG_WIDTH)
     if unused is not None:
-        console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True, markup=False)
+        console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True)
     subject = request.subject
     names = request.configurations if subject.is_tracer else (subject.name,)
     planned = plan(_cases(request.selectors), names, subject)
@@ -76,10 +76,10 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     remove_drafts(request.out)
     faults = _faults(planned) if subject.is_tracer else []
     if faults:
-        console.print(f"[bold red]PLANTED FAULT in this run: {', '.join(faults)}; it must fail[/]")
+        console.print(f"PLANTED FAULT in this run: {', '.join(faults)}; it must fail", style="bold red")
     who = "" if subject.is_tracer else f"{subject.title}: "
-    line = f"{who}{len(planned)} cases against {', '.join(heard.names)}; results in {request.out}"
-    console.print(line, soft_wrap=True, markup=False)
+    line = legible(f"{who}{len(planned)} cases against {', '.join(heard.names)}; results in {request.out}")
+    console.print(line, soft_wrap=True)
     start, started = time.perf_counter(), datetime.now(UTC)
     pool = pool or workers(request)
     with Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
@@ -94,7 +94,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     if not interrupted:
         settle(request.out, {record["key"] for record in records if record.get("key")})
     for sentence in worse:
-        console.print(f"worse than its history: {sentence}", style="yellow", soft_wrap=True, markup=False)
+        console.print(f"worse than its history: {sentence}", style="yellow", soft_wrap=True)
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
@@ -116,7 +116,7 @@ def _remember(request: RunRequest, results: dict[str, Any], console: Console) ->
         return keep(request.history, results)
     except HistoryError as error:
         results["environment"]["history"] = f"not kept: {error}"
-        console.print(f"the run is not in its history: {error}", style="yellow", soft_wrap=True, markup=False)
+        console.print(f"the run is not in its history: {error}", style="yellow", soft_wrap=True)
         return []
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+from reports.plain import legible
 from reports.subjects.orphans import adopt_orphans, descendants, end_below
 
 CONFINE = str(Path(__file__).with_name("confine.py"))
@@ -121,5 +122,5 @@ def _last_line(text: str) -> str:
 
 def _lines(text: str) -> list[str]:
     """Return the lines that say something, fit to be shown in one."""
-    plain = ("".join(c if c.isprintable() else " " for c in line).strip() for line in text.splitlines())
+    plain = (legible(line).strip() for line in text.splitlines())
     return [line[:LONGEST_LINE] for line in plain if line]

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from reports.plain import legible
 from reports.publish import publish_all
 from reports.publish.history import DATA, history_front, history_of, publish
 from reports.publish.results import save_results
@@ -72,7 +73,7 @@ def test_what_became_worse_is_on_the_front_and_every_point_leads_to_its_case(bro
     page.wait_for_selector(".past .series")
 
     # What became worse comes first, then the latest step.
-    assert page.locator(".past h3 bdi").all_inner_texts() == ["sphere/plain", "plane/tilted", HOSTILE]
+    assert page.locator(".past h3 bdi").all_inner_texts() == ["sphere/plain", "plane/tilted", legible(HOSTILE)]
     first, second, third = (page.locator(".past").nth(index) for index in range(3))
     assert first.locator(".step.up text").text_content().split()[-1] == "×3"
     assert second.locator(".step.down text").text_content().split()[-1] == "×0.2"

@@ -62,8 +62,8 @@ def test_a_name_of_dots_leads_out_of_no_folder(tmp_path: Path, name: str):
 def test_a_name_that_is_no_text_is_written_as_text(tmp_path: Path):
     (case,) = cases_of_files([written(tmp_path / os.fsdecode(b"sc\xffne.json"))])
 
-    assert case.name == "file/sc?ne"
-    assert case.stresses == "The scene that sc?ne.json describes."
+    assert case.name == "file/sc\N{REPLACEMENT CHARACTER}ne"
+    assert case.stresses == "The scene that sc\N{REPLACEMENT CHARACTER}ne.json describes."
 
 
 def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
