@@ -40,6 +40,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "history": ("reports.commands.history:history", "Show error and time of each case over the runs that were kept."),
     "adapt": ("reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
     "cache": ("reports.commands.cache:cache", "List, verify or clear what earlier runs kept."),
+    "soak": ("reports.commands.soak:soak", "Kill, stop and starve runs, and show that nothing is lost or left."),
     "schema": ("reports.commands.schema:schema", "Print the JSON Schema of scene files."),
 }
 
@@ -113,6 +114,9 @@ def _called(given: list[str]) -> int:
         if error.errno not in OF_THE_MACHINE:
             raise
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
+        return NOT_MEASURED
+    except MemoryError:
+        sys.stderr.write("rayproof: there is not enough memory\n")
         return NOT_MEASURED
     except SystemExit:  # by rich, with 1, where the reader of the output has gone: that is no verdict either
         return NOT_MEASURED

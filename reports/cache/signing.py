@@ -33,7 +33,7 @@ def usual_secret() -> bytes:
 
     """
     chosen = os.environ.get(VARIABLE)
-    if chosen is None:
+    if not chosen:
         return _kept(Path(platformdirs.user_state_dir("rayproof")) / NAME)
     if len(chosen) < FEWEST:
         raise NoSecretError(f"{VARIABLE} has {len(chosen)} characters, and needs at least {FEWEST}")

@@ -1,0 +1,87 @@
+"""`rayproof soak`: kill, stop and starve runs at random and at named moments, and see that nothing is lost or left."""
+
+import os
+import secrets
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from reports.commands.output import say, show_table, write_json
+from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from reports.soak.scenarios import Outcome
+    from reports.soak.site import Tally
+
+FIGURES = ("planned", "recorded", "twice", "wrong", "hung", "tracebacks", "processes_left", "folders_left")
+
+
+def soak(
+    *,
+    kills: int = 200,
+    seconds: float | None = None,
+    seed: int | None = None,
+    jobs: int | None = None,
+    scenarios: bool = True,
+    json: Path | None = None,
+) -> int:
+    """Kill, stop and starve the processes of runs; show that every run, resumed, is as if nobody had.
+
+    Parameters
+    ----------
+    kills
+        How many signals to send in all; 0 for the scenarios alone.
+    seconds
+        Begin no further run after so long. Default: as long as it takes, some ten seconds a signal.
+    seed
+        Of the random choices; moments also depend on the machine. Default: another each time, which is printed.
+    jobs
+        Worker processes at once in each run. Default: the number of processors.
+    scenarios
+        Also run where files, folders, memory or descriptors are scarce, and where the cache was tampered with.
+    json
+        Also write the figures to this file.
+
+    """
+    if kills < 0:
+        raise UsageError(f"--kills must not be negative, got {kills}")
+    if seconds is not None and not seconds > 0:
+        raise UsageError(f"--seconds must be positive, got {seconds} s")
+    if os.name != "posix":
+        raise UsageError("a soak needs the signals of POSIX")
+    if json is not None:
+        with told_in_one_line():
+            writable_folder(json.parent)
+    from reports.run.scratch import scratch
+    from reports.soak.soaking import Request, soaked
+
+    seed = secrets.randbelow(2**32) if seed is None else seed
+    say(f"seed {seed}")
+    request = Request(kills=kills, seconds=seconds, seed=seed, jobs=jobs or os.cpu_count() or 1, scenarios=scenarios)
+    with scratch():
+        tally, outcomes = soaked(request, tell=say, keep=lambda *found: write_json(json, document(seed, *found)))
+    found = document(seed, tally, outcomes)
+    show_table("Signals", ("signal", "target", "moment", "times"), [tuple(one.values()) for one in found["kills"]])
+    if outcomes:
+        show_table("Scenarios", ("scenario", "", "what was seen"), [(o.name, o.word, o.said) for o in outcomes])
+    for sentence in tally.sentences:
+        say(f"WRONG: {sentence}")
+    say(", ".join(f"{name} {found[name]}" for name in FIGURES))
+    return 0 if tally.good and all(outcome.good for outcome in outcomes) else 1
+
+
+def document(seed: int, tally: "Tally", outcomes: "list[Outcome]") -> dict[str, Any]:
+    """Return what `--json` writes."""
+    counts = Counter(tally.kills)
+    return {
+        "schema": 1,
+        "seed": seed,
+        "signals": len(tally.kills),
+        "kills": [
+            {"signal": name, "target": target, "moment": moment, "times": count}
+            for (name, target, moment), count in sorted(counts.items())
+        ],
+        **{name: getattr(tally, name) for name in FIGURES},
+        "sentences": tally.sentences,
+        "scenarios": [{"name": o.name, "outcome": o.word, "said": o.said} for o in outcomes],
+    }

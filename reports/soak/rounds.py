@@ -1,0 +1,160 @@
+"""One round of a soak: a run is disturbed until it ends, then resumed, disturbed again or not, until it is whole."""
+
+import itertools
+import random
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+
+from reports.soak.disturbing import STOP, TARGETS, Signal, chosen, hit, processes
+from reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, deadlines
+
+MOMENTS = ("random", "random", "before the first line", "in the middle of a reply", "while a file is replaced")
+MOST_AT_RANDOM = 12  # signals to one run, after which it is left to end
+PAUSE = (0.05, 1.2)  # s between two of them
+ANSWERING = ("tracer", "judge", "reference")
+EARLY = 1.5  # s after a start within which no run says anything
+TURN = 0.002  # s between looks
+
+
+class Round:
+    """Disturb one run, and take down what came of it."""
+
+    def __init__(self, site: Site, rng: random.Random, tally: Tally, *, program: bool, number: int, most: int) -> None:
+        self._site, self._rng, self._tally, self._program, self._most = site, rng, tally, program, most
+        self._out = site.folder / f"round-{number}"
+
+    def play(self, tell: Callable[[str], None]) -> None:
+        """Run, disturb, resume; verify."""
+        verdicts, seconds = self._site.undisturbed(program=self._program)
+        self._site.forget()
+        moment = self._rng.choice(MOMENTS)
+        for number, resume in ((0, False), (1, True)):
+            if number and self._rng.random() < 0.5:
+                break
+            run = self._site.start(self._out, program=self._program, resume=resume)
+            hits = self._disturb(run.process, moment if number == 0 else "random", run.since + SLACK * seconds)
+            self._tally.kills += [(one.name, one.target, one.moment) for one in hits]
+            ended = self._site.finished(run, SLACK * (seconds + len(hits)) + deadlines(hits))
+            told = ", ".join(f"{one.name} to {one.target}" for one in hits) or "nothing"
+            tell(f"{self._out.name}, {moment}: {told}; ended with {ended.code} after {ended.seconds:.1f} s")
+            self._note(ended, told)
+        ended = self._site.finished(
+            self._site.start(self._out, program=self._program, resume=True, timeout=AMPLE), AMPLE
+        )
+        self._note(ended, "nothing, resumed")
+        self._verify(verdicts)
+        if self._tally.good:
+            shutil.rmtree(self._out, ignore_errors=True)
+
+    def _note(self, ended: Ended, told: str) -> None:
+        def wrong(what: str) -> None:
+            self._tally.sentences.append(f"{self._out.name} ({told}): {what}")
+
+        if ended.code is None:
+            self._tally.hung += 1
+            wrong(f"it hung for {ended.seconds:.0f} s")
+        # What was starved of memory may say where; what was killed or stopped may not.
+        if ended.traceback and "memory to main" not in told:
+            self._tally.tracebacks += 1
+            wrong(ended.complaint.strip().splitlines()[-1])
+        for name in self._site.left():
+            self._tally.processes_left += 1
+            wrong(f"{name} ran on")
+
+    def _verify(self, verdicts: dict[str, object]) -> None:
+        def wrong(what: str) -> None:
+            self._tally.sentences.append(f"{self._out.name}: {what}")
+
+        self._tally.planned += len(verdicts)
+        try:
+            cases = self._site.document(self._out)["cases"]
+            found = self._site.verdicts(self._out)
+        except (OSError, ValueError) as error:
+            wrong(f"no results: {error}")
+            return
+        self._tally.recorded += len(found)
+        self._tally.twice += len(cases) - len(found)
+        for name in verdicts.keys() & found.keys():
+            if verdicts[name] != found[name]:
+                self._tally.wrong += 1
+                wrong(f"{name} is not as undisturbed: {found[name][0]}")
+        left = self._site.folders(self._out)
+        self._tally.folders_left += len(left)
+        for name in left:
+            wrong(f"{name} was left")
+
+    def _disturb(self, process: subprocess.Popen[bytes], moment: str, until: float) -> list[Signal]:
+        """Return what was sent to a run's processes."""
+        if moment == "before the first line":
+            return self._early(process)
+        if moment == "while a file is replaced":
+            return self._amid_a_file(process, until)
+        hits: list[Signal] = []
+        most = min(self._most, MOST_AT_RANDOM)
+        while process.poll() is None and len(hits) < most and time.monotonic() < until:
+            time.sleep(self._rng.uniform(*PAUSE))
+            one = self._amid_a_reply(process) if moment != "random" else self._at_random(process)
+            if one is not None:
+                hits.append(one)
+                if one.target == "main" or one.name == STOP:
+                    break  # whoever waits for a deadline is not disturbed in it
+        return hits
+
+    def _at_random(self, process: subprocess.Popen[bytes]) -> Signal | None:
+        groups = {**processes(process.pid), "main": [psutil.Process(process.pid)]} if process.poll() is None else {}
+        # Each kind as often as any other, the main process less: nothing follows it.
+        kinds = [kind for kind in TARGETS if groups.get(kind) and (kind != "main" or self._rng.random() < 0.3)]
+        if not kinds:
+            return None
+        target = self._rng.choice(kinds)
+        return self._send(self._rng.choice(groups[target]), target, "random")
+
+    def _send(self, process: psutil.Process, target: str, moment: str, name: str | None = None) -> Signal | None:
+        name = name or chosen(self._rng, target, patient=self._program)
+        return Signal(name=name, target=target, moment=moment) if hit(process, name, self._rng) else None
+
+    def _early(self, process: subprocess.Popen[bytes]) -> list[Signal]:
+        time.sleep(self._rng.uniform(0.05, EARLY))
+        moment = "random" if self._site.said(self._out).stat().st_size else "before the first line"
+        name = self._rng.choice(("SIGTERM", "SIGINT", "SIGKILL"))
+        one = self._send(psutil.Process(process.pid), "main", moment, name) if process.poll() is None else None
+        return [one] if one is not None else []
+
+    def _amid_a_reply(self, process: subprocess.Popen[bytes]) -> Signal | None:
+        """Stop the main process until a worker waits for it to take a reply, hit the worker, go on."""
+        if process.poll() is not None:
+            return None
+        main = psutil.Process(process.pid)
+        workers = {kind: some for kind, some in processes(process.pid).items() if kind in ANSWERING}
+        if not workers:
+            return None
+        target = self._rng.choice(sorted(workers))
+        worker = self._rng.choice(workers[target])
+        try:
+            main.suspend()
+            time.sleep(self._rng.uniform(0.2, 1.0))
+            name = "SIGKILL" if self._program or self._rng.random() < 0.7 else STOP
+            return self._send(worker, target, "in the middle of a reply", name)
+        except psutil.NoSuchProcess:
+            return None
+        finally:
+            process.send_signal(signal.SIGCONT)
+
+    def _amid_a_file(self, process: subprocess.Popen[bytes], until: float) -> list[Signal]:
+        """Kill the main process while a draft of a file that it replaces is there."""
+        while process.poll() is None and time.monotonic() < until:
+            if any(itertools.chain(_drafts(self._out), self._site.cache.glob("??/*.draft"))):
+                one = self._send(psutil.Process(process.pid), "main", "while a file is replaced", "SIGKILL")
+                return [one] if one is not None else []
+            time.sleep(TURN)
+        return []
+
+
+def _drafts(out: Path) -> list[Path]:
+    return [path for path in out.glob(".*") if path.name != ".owner"] + list(out.glob("*.tmp"))

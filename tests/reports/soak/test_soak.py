@@ -1,0 +1,154 @@
+"""The soak itself: it hits what it says, sees what was lost or left, and says so by its exit code."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from reports.commands.soak import document
+from reports.soak.disturbing import MEMORY, PAUSE, STOP, Signal, _kind, chosen, hit
+from reports.soak.rounds import Round
+from reports.soak.scenarios import Outcome
+from reports.soak.site import DRAWING, TIMEOUT, Ended, Site, Tally, deadlines
+from tests.reports.commands.conftest import Rayproof, rayproof
+
+__all__ = ["rayproof"]
+
+CASE = {"name": "a", "verdict": "pass", "checks": []}
+
+
+@pytest.mark.parametrize(
+    ("name", "command", "kind"),
+    [
+        ("rayproof-tracer", "", "tracer"),
+        ("rayproof-refere", "", "reference"),
+        ("rayproof-draw", "", "draw"),
+        ("rayproof-exec", "", "caller"),
+        ("python", "python -I -S /x/confine.py 1 2 3 /y/program", "keeper"),
+        ("python", "python -c from multiprocessing.spawn import spawn_main", "starting"),
+        ("program", "/bin/sh /y/program scene", "program"),
+        ("sleep", "sleep 600", "child"),
+        ("python", "python -c from multiprocessing.resource_tracker import main", None),
+    ],
+)
+def test_processes_are_known_by_what_they_do(name: str, command: str, kind: str | None) -> None:
+    assert _kind(name, command) == kind
+
+
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", STOP, PAUSE, MEMORY])
+def test_a_hit_is_what_it_is_called(name: str) -> None:
+    code = "import time\nwhile True:\n    time.sleep(0.01)\n    x = bytearray(2**26)"
+    child = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.DEVNULL)
+    process = psutil.Process(child.pid)
+    time.sleep(0.5)
+    try:
+        assert hit(process, name, random.Random(1))
+        if name == STOP:
+            time.sleep(0.2)
+            assert process.status() == psutil.STATUS_STOPPED
+        elif name == PAUSE:
+            assert process.status() != psutil.STATUS_STOPPED
+        else:
+            expected = 1 if name == MEMORY else -getattr(signal, name)
+            assert child.wait(timeout=20) == expected
+            assert not hit(process, name, random.Random(1))
+    finally:
+        child.kill()
+        child.wait()
+
+
+def test_the_main_process_is_never_stopped_for_good() -> None:
+    rng = random.Random(0)
+
+    assert STOP not in {chosen(rng, "main", patient=False) for _ in range(500)}
+    assert STOP not in {chosen(rng, "judge", patient=True) for _ in range(500)}
+    assert STOP in {chosen(rng, "judge", patient=False) for _ in range(500)}
+
+
+def test_only_what_stops_a_process_is_waited_for() -> None:
+    hits = [Signal(name=name, target="judge", moment="random") for name in ("SIGKILL", PAUSE, STOP)]
+
+    assert deadlines(hits) == 2 * TIMEOUT
+    assert deadlines([Signal(name=STOP, target="draw", moment="random")]) == DRAWING + TIMEOUT
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Site:
+    """Return a site on which nothing has run."""
+    return Site(tmp_path / "site", cases=1, jobs=1)
+
+
+def judged(site: Site, cases: list[dict[str, object]], ended: Ended | None = None) -> Tally:
+    """Return what a round takes down of a run that recorded these cases."""
+    tally = Tally()
+    one = Round(site, random.Random(0), tally, program=False, number=0, most=1)
+    one._out.mkdir()
+    (one._out / "results.json").write_text(json.dumps({"cases": cases}))
+    if ended is not None:
+        one._note(ended, "SIGKILL to judge")
+    one._verify({"a": ["pass", []]})
+    return tally
+
+
+@pytest.mark.parametrize(
+    ("cases", "figures"),
+    [
+        ([CASE], (1, 1, 0, 0)),
+        ([], (1, 0, 0, 0)),
+        ([CASE, CASE], (1, 1, 1, 0)),
+        ([{**CASE, "verdict": "fail"}], (1, 1, 0, 1)),
+    ],
+)
+def test_what_is_lost_doubled_or_wrong_is_counted(site: Site, cases: list[dict[str, object]], figures: object) -> None:
+    tally = judged(site, cases)
+
+    assert (tally.planned, tally.recorded, tally.twice, tally.wrong) == figures
+    assert tally.good == (cases == [CASE])
+
+
+def test_what_hangs_or_shows_its_inside_is_counted(site: Site) -> None:
+    tally = judged(site, [CASE], Ended(code=None, seconds=1.0, said="", complaint="Traceback\nValueError: no"))
+
+    assert (tally.hung, tally.tracebacks, tally.good) == (1, 1, False)
+
+
+def test_what_is_left_is_counted_and_ended(site: Site) -> None:
+    orphan = subprocess.Popen(["sleep", "600"])
+    (site.folder / "tmp" / "rayproof-left").mkdir()
+    out = site.folder / "out"
+    out.mkdir()
+    (out / ".results.7.json").write_text("")
+
+    assert site.left() == [f"sleep {orphan.pid}"]
+    assert not psutil.pid_exists(orphan.pid)
+    assert sorted(site.folders(out)) == ["out/.results.7.json", "tmp/rayproof-left"]
+    assert site.folders(out) == []
+
+
+def test_the_figures_name_every_signal_and_every_scenario() -> None:
+    tally = Tally(kills=[("SIGKILL", "judge", "random")] * 2, planned=4, recorded=4)
+
+    found = document(7, tally, [Outcome(name="cache full", good=False, said="it hung")])
+
+    assert found["kills"] == [{"signal": "SIGKILL", "target": "judge", "moment": "random", "times": 2}]
+    assert (found["seed"], found["signals"], found["planned"], found["hung"]) == (7, 2, 4, 0)
+    assert found["scenarios"] == [{"name": "cache full", "outcome": "DID NOT HOLD", "said": "it hung"}]
+
+
+@pytest.mark.parametrize(("option", "value"), [("--kills", -1), ("--seconds", 0), ("--seconds", "nan")])
+def test_a_soak_of_nothing_is_refused(rayproof: Rayproof, option: str, value: object) -> None:
+    ended = rayproof("soak", option, value)
+
+    assert ended.code == 2
+    assert option in ended.error
+
+
+def test_nothing_was_left_behind_by_these_tests() -> None:
+    assert [child for child in psutil.Process(os.getpid()).children() if child.name() == "sleep"] == []
