@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 
 from reports.soak.disturbing import STOP, TARGETS, Signal, chosen, hit, processes
-from reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, deadlines
+from reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, deadlines, patience
 
 MOMENTS = ("random", "random", "before the first line", "in the middle of a reply", "while a file is replaced")
 MOST_AT_RANDOM = 12  # signals to one run, after which it is left to end
@@ -33,14 +33,15 @@ class Round:
         """Run, disturb, resume; verify."""
         verdicts, seconds = self._site.undisturbed(program=self._program)
         self._site.forget()
+        timeout = patience(seconds)
         moment = self._rng.choice(MOMENTS)
         for number, resume in ((0, False), (1, True)):
             if number and self._rng.random() < 0.5:
                 break
-            run = self._site.start(self._out, program=self._program, resume=resume)
+            run = self._site.start(self._out, program=self._program, resume=resume, timeout=timeout)
             hits = self._disturb(run.process, moment if number == 0 else "random", run.since + SLACK * seconds)
             self._tally.kills += [(one.name, one.target, one.moment) for one in hits]
-            ended = self._site.finished(run, SLACK * (seconds + len(hits)) + deadlines(hits))
+            ended = self._site.finished(run, SLACK * seconds * (1 + len(hits)) + deadlines(hits, timeout))
             told = ", ".join(f"{one.name} to {one.target}" for one in hits) or "nothing"
             tell(f"{self._out.name}, {moment}: {told}; ended with {ended.code} after {ended.seconds:.1f} s")
             self._note(ended, told)
@@ -102,7 +103,7 @@ class Round:
             one = self._amid_a_reply(process) if moment != "random" else self._at_random(process)
             if one is not None:
                 hits.append(one)
-                if one.target == "main" or one.name == STOP:
+                if one.name == STOP:
                     break  # whoever waits for a deadline is not disturbed in it
         return hits
 

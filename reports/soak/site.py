@@ -21,7 +21,7 @@ from reports.subjects.orphans import adopt_orphans, descendants
 
 COMMAND = "import sys; from reports.cli import main; sys.exit(main())"
 CHECKOUT = str(Path(__file__).parents[2])
-TIMEOUT = 10.0  # s, the deadline of every render and judgement of a disturbed run
+TIMEOUT = 10.0  # s, the least deadline of every render and judgement of a disturbed run
 DRAWING = 30.0  # s after which a picture process that says nothing is ended
 AMPLE = 600.0  # s for a run that nobody disturbs
 # A disturbed run starts its workers anew and its cases wait for deadlines; the machine may have other work.
@@ -228,6 +228,11 @@ def _verdict(case: Mapping[str, Any]) -> Any:
     return [case["verdict"], sorted([str(check[name]) for name in told] for check in case["checks"])]
 
 
-def deadlines(hits: list[Signal]) -> float:
+def patience(undisturbed: float) -> float:
+    """Return the deadline [s] of a disturbed run's tasks: none of them takes as long as all did undisturbed."""
+    return max(TIMEOUT, undisturbed)
+
+
+def deadlines(hits: list[Signal], timeout: float) -> float:
     """Return how many seconds of deadlines signals that stop a process may cost a run."""
-    return sum(DRAWING + TIMEOUT if one.target == "draw" else 2 * TIMEOUT for one in hits if one.waits)
+    return sum(max(DRAWING, timeout) + timeout if one.target == "draw" else 2 * timeout for one in hits if one.waits)

@@ -75,8 +75,8 @@ def test_the_main_process_is_never_stopped_for_good() -> None:
 def test_only_what_stops_a_process_is_waited_for() -> None:
     hits = [Signal(name=name, target="judge", moment="random") for name in ("SIGKILL", PAUSE, STOP)]
 
-    assert deadlines(hits) == 2 * TIMEOUT
-    assert deadlines([Signal(name=STOP, target="draw", moment="random")]) == DRAWING + TIMEOUT
+    assert deadlines(hits, TIMEOUT) == 2 * TIMEOUT
+    assert deadlines([Signal(name=STOP, target="draw", moment="random")], TIMEOUT) == DRAWING + TIMEOUT
 
 
 @pytest.fixture
