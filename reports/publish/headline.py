@@ -35,8 +35,10 @@ def headline(results: dict[str, Any]) -> str:
     worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
     if not worst_first:
         return "Nothing was measured."
+    shared = "".join(f" But {sentence}." for sentence in results.get("wrong_factors", []))
     if worst_first == [Outcome.PASS]:
-        return f"{total}: all pass, in {results['checks']['planned']} checks."
+        every = "each passes" if shared else "all pass"
+        return f"{total}: {every}, in {results['checks']['planned']} checks.{shared}"
     parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
     # In the order of the light path: what goes wrong first is most likely what is wrong.
     order = list(Stage)
@@ -45,7 +47,28 @@ def headline(results: dict[str, Any]) -> str:
         key=lambda case: order.index(Stage(case["stage"])) if case.get("stage") in order else len(order),
     )
     named = ", ".join(list(dict.fromkeys(blame(case) for case in guilty))[:4])
-    return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "")
+    return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "") + shared
+
+
+# What became of a pixel, as results.json names it, and what a reader is told of so many.
+KINDS = {
+    "strict": "strictly",
+    "wide": "by a limit over 1 % of the value",
+    "side": "at an edge by the value of a side",
+    "interval": "at an edge by what its sides span",
+    "epsilon": "excused by a declared epsilon",
+    "wrong": "wrong",
+    "unexamined": "not examined",
+}
+
+
+def examined_line(results: Mapping[str, Any]) -> str | None:
+    """Return what became of all pixels of all checks in one sentence; None where a run's record does not say."""
+    ledger = results.get("examined")
+    if not isinstance(ledger, Mapping) or not all(isinstance(ledger.get(kind), int) for kind in ("pixels", *KINDS)):
+        return None
+    parts = [f"{ledger[kind]:,} {words}" for kind, words in KINDS.items() if ledger[kind] or kind == "unexamined"]
+    return f"{ledger['pixels']:,} pixels examined over all checks: {', '.join(parts)}."
 
 
 # Of these a check may have come to nothing; the camera's have no measurement though they were made.

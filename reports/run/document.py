@@ -6,8 +6,9 @@ from datetime import datetime
 from importlib.metadata import version
 from typing import Any
 
-from reports.judge.outcomes import Outcome
+from reports.judge.outcomes import Outcome, worst
 from reports.run import assemble
+from reports.run.common_factors import common_factors, wrong
 from reports.run.panel import Panel
 from reports.run.plan import PlannedCase
 from reports.subjects import Subject
@@ -29,12 +30,15 @@ def results_document(
         versions |= record.get("versions", {})
     environment = {"python": sys.version.split()[0], "machine": platform.machine(), "system": platform.platform()}
     detail = assemble.coverage(records)
+    pooled = common_factors(records)
+    shared = wrong(pooled)
+    of_cases = assemble.verdict(records, planned=len(planned), tracer=subject.is_tracer)
     return {
         "schema": 1,
         "rayproof": version("rayproof"),
         "command": " ".join(["rayproof", *sys.argv[1:]]),
         "started": started.isoformat(timespec="seconds"),
-        "verdict": assemble.verdict(records, planned=len(planned), tracer=subject.is_tracer).value,
+        "verdict": worst([of_cases, *(Outcome.FAIL for _ in shared)]).value,
         "subject": subject.title,
         "faults": faults,
         "environment": environment | {name: text for name, text in versions.items() if name not in heard.names},
@@ -53,6 +57,8 @@ def results_document(
         "checks": assemble.check_ledger(records),
         "examined": assemble.examined(records),
         "examined_passing": assemble.examined(records, outcome=Outcome.PASS),
+        "common_factors": pooled,
+        "wrong_factors": shared,
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
         "review": assemble.review(records),

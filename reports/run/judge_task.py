@@ -15,6 +15,7 @@ from reports.judge.parties import Witness
 from reports.judge.remembering import Remembering
 from reports.judge.sentinels import stand_guard
 from reports.judge.summing_up import Judged
+from reports.run.common_factors import camera_and_lights
 from reports.run.keeping import keep_images, masks
 from reports.run.orders import GuardTask, JudgeTask
 from reports.run.reproducing import reproduce, write_scene
@@ -86,6 +87,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "width": case.scene.camera.width,
         "height": case.scene.camera.height,
         "lights": len(case.scene.lights),
+        "camera_and_lights": camera_and_lights(case.scene),
         "shapes": [type(shape).__name__ for shape in case.scene.shapes],
         "settings": {w.name: told for w in task.witnesses if (told := said(w))},
         "renders": [

@@ -16,6 +16,7 @@ from reports.cache.store import usual_store
 from reports.judge.outcomes import Outcome, exit_code
 from reports.plain import legible
 from reports.publish.atomic import remove_drafts
+from reports.publish.headline import examined_line
 from reports.publish.pictures import Drawing
 from reports.publish.results import save_results
 from reports.run import assemble
@@ -102,7 +103,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     for name in silent:
         console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
     code = exit_code(concerning((Outcome(record["verdict"]) for record in records), tracer=subject.is_tracer))
-    return max(code, FAILED) if silent else code
+    return max(code, FAILED) if silent or results["wrong_factors"] else code
 
 
 def _remember(request: RunRequest, results: dict[str, Any], console: Console) -> list[str]:
@@ -170,6 +171,11 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
     console.print(f"cases: {counts}", soft_wrap=True)
     counts = ", ".join(f"{number} {name}" for name, number in results["checks"].items() if number)
     console.print(f"checks: {counts}", soft_wrap=True)
+    examined = examined_line(results)
+    if examined is not None:
+        console.print(examined, soft_wrap=True)
+    for sentence in results["wrong_factors"]:
+        console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
     before = sum(bool(case.get("remembered")) for case in results["cases"])
     if before:
         console.print(f"{before} cases were answered as before, to the last bit, and not judged again", soft_wrap=True)

@@ -9,6 +9,7 @@ from reports.judge.examined import unexamined
 from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
+from reports.run.common_factors import camera_and_lights
 from reports.run.reproducing import reproduce, write_scene
 from reports.run.worker import Reply
 from reports.subjects import Subject
@@ -62,6 +63,7 @@ def unjudged(
         "width": case.scene.camera.width,
         "height": case.scene.camera.height,
         "lights": len(case.scene.lights),
+        "camera_and_lights": camera_and_lights(case.scene),
         "shapes": [type(shape).__name__ for shape in case.scene.shapes],
         "settings": {},
         "renders": [
