@@ -92,8 +92,11 @@ class PovRay:
 def _radiance(scene: Scene, found: Answers, samples: int) -> np.ndarray:
     """Return radiance; the exposures are chosen by what trace() found at the pixel centres."""
     expected = found[Stage.EXITANCE] / (np.pi if scene.shading == "inverse_square" else 1.0)
-    bright = expected[expected > 0]
-    if not len(bright):
+    channels = expected.reshape(-1, 3)
+    bright = np.where(channels > 0, channels, -np.inf).max(axis=0)
+    dark = np.where(channels > 0, channels, np.inf).min(axis=0)
+    black = np.isinf(bright)
+    if black.all():
         return np.zeros_like(expected)
     # Between pixel centres it may get darker still: a mean's small parts matter little.
-    return pictures.radiance(scene, samples, float(bright.max()), float(bright.min()))
+    return pictures.radiance(scene, samples, np.where(black, 1.0, bright), np.where(black, 1.0, dark))

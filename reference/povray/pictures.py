@@ -2,7 +2,7 @@
 
 A portable pixmap of 16 bits a channel holds 65535 steps. Colours that shine by themselves carry integers exactly. Light
 is rendered at exposures that grow fourfold, and each value is taken from the longest one that it does not saturate, so
-that it has at least 16383 steps.
+that it has at least 16383 steps. Each channel has exposures of its own: they may be a million million apart.
 """
 
 import math
@@ -39,31 +39,34 @@ def faces(picture: np.ndarray) -> np.ndarray:
     return np.stack([shape, face], axis=-1).astype(np.float64)
 
 
-def radiance(scene: Scene, samples: int, brightest: float, darkest: float) -> np.ndarray:
+def radiance(scene: Scene, samples: int, brightest: np.ndarray, darkest: np.ndarray) -> np.ndarray:
     """Return the mean radiance [W/(m^2 sr)] over samples x samples points per pixel, (height, width, 3).
 
-    `brightest` and `darkest` [W/(m^2 sr)] are the extreme values above 0 that are expected, for the exposures.
+    `brightest` and `darkest` (3,) [W/(m^2 sr)] are each channel's extreme values above 0 that are expected, for the
+    exposures; of a channel that is black any two alike.
     """
     camera = scene.camera
     width, height = camera.width * samples, camera.height * samples
-    count = min(MOST_EXPOSURES, 1 + max(0, math.ceil(math.log(brightest / darkest, LADDER))))
+    widest = float(np.max(brightest / darkest))
+    count = min(MOST_EXPOSURES, 1 + max(0, math.ceil(math.log(widest, LADDER))))
     # A number declared on the command line keeps six digits, hence a whole one.
     renders = {f"{step}.ppm": [f"Declare=Step={step}"] for step in range(count)}
     while True:
         exposure = 1 / (HEADROOM * brightest)
-        lights = f"#declare Exposure = {exposure:.17g} * pow({LADDER}, Step);\n{_lights(scene)}"
+        lights = f"#declare Exposure = {vector(exposure)} * pow({LADDER}, Step);\n{_lights(scene)}"
         with workshop(world(scene, _lit_look(scene)) + lights) as folder:
             trace(folder, width=width, height=height, renders=renders)
             pictures = [read(folder / name) for name in renders]
-        if pictures[0].max() < WHITE:
+        saturated = pictures[0].max(axis=(0, 1)) >= WHITE
+        if not saturated.any():
             break
-        brightest *= LADDER  # between the pixel centres it may be brighter
+        brightest = np.where(saturated, brightest * LADDER, brightest)  # between the pixel centres it may be brighter
     merged = merge(pictures, [exposure * LADDER**step for step in range(count)])
     return merged.reshape(camera.height, samples, camera.width, samples, 3).mean(axis=(1, 3))
 
 
-def merge(pictures: Sequence[np.ndarray], exposures: Sequence[float]) -> np.ndarray:
-    """Return values from pictures at growing exposures: of each, the longest that does not saturate it."""
+def merge(pictures: Sequence[np.ndarray], exposures: Sequence[float | np.ndarray]) -> np.ndarray:
+    """Return values from pictures at growing exposures, of each channel or all: the longest that does not saturate."""
     value = pictures[0] / WHITE / exposures[0]
     for picture, exposure in zip(pictures[1:], exposures[1:], strict=True):
         value = np.where(picture < WHITE, picture / WHITE / exposure, value)

@@ -1,16 +1,20 @@
 """Checked-in findings about references: the only thing that turns `reference_suspect` into `warn`.
 
-A finding names the renderer's version, the smallest scene that shows its defect and a third witness; it is data, in
-findings.json beside this file, so that a reviewer sees it in the diff.
+A finding names the renderer's version, the circumstances under which its defect shows, the smallest scene that shows it
+and a third witness; it is data, in findings.json beside this file, so that a reviewer sees it in the diff.
 """
 
-import fnmatch
 import json
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
 from cases.stages import Stage
+from reports.judge.circumstances import CIRCUMSTANCES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,24 +25,39 @@ class KnownFinding:
     reference: str
     version: str
     stage: Stage
-    cases: str  # glob over the names of the cases that it explains; "" where the adapter keeps it out of every case
+    where: str  # the circumstance under which it shows; "" where the adapter keeps it out of every scene
+    at_least: float  # from how much of it on
     smallest_scene: str  # the scene file that shows it, in the repository
     command: str  # that shows it
     third_witness: str
     what: str
 
+    def covers(self, scene: Scene, truth: Answers, pixels: np.ndarray) -> bool:
+        """Say whether every one of the pixels (height, width), of which there are some, is under its circumstances."""
+        if not self.where or not pixels.any():
+            return False
+        return bool(np.all(CIRCUMSTANCES[self.where](scene, truth)[pixels] >= self.at_least))
+
 
 @lru_cache(maxsize=1)
 def known_findings() -> tuple[KnownFinding, ...]:
-    """Return the checked-in findings; raise TypeError if one lacks a field."""
+    """Return the checked-in findings, one a stage; raise TypeError if one lacks a field."""
     entries = json.loads(Path(__file__).with_name("findings.json").read_text(encoding="utf-8"))
-    return tuple(KnownFinding(**entry | {"stage": Stage(entry["stage"])}) for entry in entries)
+    found = []
+    for entry in entries:
+        stages = entry.pop("stages")
+        for stage in stages:
+            name = entry["name"] if len(stages) == 1 else f"{entry['name']}_{stage}"
+            found.append(KnownFinding(**entry | {"name": name, "stage": Stage(stage)}))
+    return tuple(found)
 
 
-def explained(reference: str, version: str, stage: Stage, case: str) -> KnownFinding | None:
-    """Return the finding that explains a disagreement, or None."""
+def explained(
+    reference: str, version: str, stage: Stage, scene: Scene, truth: Answers, pixels: np.ndarray
+) -> KnownFinding | None:
+    """Return the finding that explains a disagreement at these pixels (height, width), or None."""
     for finding in known_findings():
         same = (finding.reference, finding.version, finding.stage) == (reference, version, stage)
-        if same and fnmatch.fnmatchcase(case, finding.cases):
+        if same and finding.covers(scene, truth, pixels):
             return finding
     return None

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from cases.case import Case
 from cases.stages import Stage
 from reports.judge.adjudicate import ORACLE, adjudicate
@@ -12,7 +14,7 @@ from reports.judge.closed_forms import closed_forms
 from reports.judge.contradictions import Contradictions
 from reports.judge.copies import copied
 from reports.judge.findings import explained
-from reports.judge.ground import ground
+from reports.judge.ground import Ground, ground
 from reports.judge.matrix import matrices
 from reports.judge.means import mean_checks
 from reports.judge.oracle import FullOracle, stages_of
@@ -98,9 +100,13 @@ def judge_case(
         checks=checks,
     )
     adjudicate(checks, each, independent, lambda name: voice(name, tested), asked.sides)
+    parties = {party.name: party for party in (*candidates, *witnesses)}
     for check in checks:
         guilty = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
-        known = explained(guilty, versions.get(guilty, ""), check.stage, case.name) if guilty else None
+        known = None
+        if guilty and check.stage is not Stage.CAMERA:
+            pixels = _failing(check, parties, base)
+            known = explained(guilty, versions.get(guilty, ""), check.stage, scene, base.truth, pixels)
         if known is not None:
             check.outcome, check.reason = Outcome.WARN, f"{check.reason}; known: {known.what}"
             check.known = known.name
@@ -113,6 +119,22 @@ def judge_case(
     if sparse:
         judged.worsen(Outcome.ERROR, sparse[0])
     return judged
+
+
+def _failing(check: Check, parties: Mapping[str, Candidate | Witness], base: Ground) -> np.ndarray:
+    """Return the pixels (height, width) that a check fails by: over the limit away from edges, and the worst of all.
+
+    Of box-filtered means, whose pixels are others, every pixel that hits something.
+    """
+    candidate, witness = parties.get(check.configuration), parties.get(check.reference)
+    if not isinstance(candidate, Candidate) or not isinstance(witness, Witness) or check.end_to_end is None:
+        return base.conditioning.hit
+    found = Bench(ground=base, candidate=candidate, witness=witness).inside(check.stage) > 1
+    for one in (check.end_to_end, check.continued):
+        if one is not None and one.pixel is not None and not one.worst_ratio <= 1:
+            column, row = one.pixel
+            found[row, column] = True
+    return found
 
 
 def _checks(

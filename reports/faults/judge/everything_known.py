@@ -15,14 +15,15 @@ def everything_known() -> Iterator[None]:
     """Know a finding for everything."""
     right = findings.explained
 
-    def wrong(reference: str, version: str, stage: Any, case: str) -> Any:
+    def wrong(reference: str, version: str, stage: Any, *_: Any) -> Any:
         return findings.KnownFinding(
             name="nothing",
             reference=reference,
             version=version,
             stage=stage,
-            cases=case,
-            smallest_scene=case,
+            where="",
+            at_least=0.0,
+            smallest_scene="none.json",
             command="none",
             third_witness="nobody",
             what="nothing",

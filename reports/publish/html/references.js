@@ -33,8 +33,11 @@
       groups.set(key, [...(groups.get(key) || []), finding]);
     }
     return [...groups.values()].map((same) => ({ ...same[0],
-      ...Object.fromEntries(["stage", "cases", "third_witness"].map((name) => [name, [...new Set(same.map((one) => one[name]).filter(Boolean))]])) }));
+      ...Object.fromEntries(["stage", "where", "third_witness"].map((name) => [name, [...new Set(same.map((one) => (name === "where" ? where(one) : one[name])).filter(Boolean))]])) }));
   }
+
+  // Under which circumstances of a scene it shows; before there were any a finding named cases.
+  const where = (one) => (one.where ? `${String(one.where).replaceAll("_", " ")} \u2265 ${rayproof.short(one.at_least)}` : one.cases);
 
   // The smallest scene is a case of the run, or a file that any checkout has.
   function smallest(results, finding) {
@@ -48,9 +51,9 @@
     const lines = (values, between) => e("bdi", {}, values.map(text).join(between));
     return e("section", { class: "panel", "aria-label": "Findings" }, e("h2", {}, "Findings about references"),
       list.length ? rayproof.scroll("table of findings", e("table", { class: "findings" },
-        e("thead", {}, e("tr", {}, ["reference", "what", "stages", "cases", "smallest scene", "third witness"].map(th))),
+        e("thead", {}, e("tr", {}, ["reference", "what", "stages", "where", "smallest scene", "third witness"].map(th))),
         e("tbody", {}, list.map((finding) => e("tr", {}, e("th", { scope: "row" }, text(finding.reference), e("div", { class: "muted" }, text(finding.version))),
-          e("td", {}, e("bdi", {}, text(finding.what))), e("td", {}, lines(finding.stage, ", ")), e("td", {}, lines(finding.cases, ", ")),
+          e("td", {}, e("bdi", {}, text(finding.what))), e("td", {}, lines(finding.stage, ", ")), e("td", {}, lines(finding.where, ", ")),
           e("td", {}, smallest(results, finding)), e("td", {}, lines(finding.third_witness, "; ")))))))
         : e("p", { class: "muted" }, "None: no reference was found wrong. Only a finding turns \u201Creference suspect\u201D into a warning."));
   }

@@ -11,16 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cases.placement import scaling
+from cases.scene import Scene, Sphere
 from cases.scene_json import load_scene
 from cases.stages import Stage
 from reference import REFERENCES
 from reference.analytic import Analytic
 from reports.judge import findings, judging
+from reports.judge.circumstances import CIRCUMSTANCES
 from reports.judge.findings import KnownFinding, explained, known_findings
+from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
 from reports.run import assemble
 from reports.subjects.pfm import read_pfm
-from tests.reports.judge.scenes import CASE, candidate, rounded, truth, verdict, witness
+from tests.reports.judge.scenes import CAMERA, CASE, SCENE, candidate, rounded, truth, verdict, witness
 
 ROOT = Path(__file__).parents[3]
 FINDING = KnownFinding(
@@ -28,7 +32,8 @@ FINDING = KnownFinding(
     reference="second",
     version="",
     stage=Stage.RADIANCE,
-    cases="test/*",
+    where="distance_over_radius",
+    at_least=4.0,
     smallest_scene="none.json",
     command="rayproof run none.json",
     third_witness="analytic",
@@ -36,6 +41,7 @@ FINDING = KnownFinding(
 )
 
 
+ON_THE_BALL = np.where(truth()[Stage.OBJECT][..., :1] == 0, 1.01, 1.0)
 ABOUT_PLAIN_MITSUBA = [one for one in known_findings() if "exec:" in one.command]
 (ABOUT_MITSUBA_LLVM,) = [one for one in known_findings() if one.reference == "mitsuba_llvm"]
 ABOUT_POVRAY = [one for one in known_findings() if one.reference == "povray"]
@@ -104,20 +110,40 @@ def test_names_are_told_apart():
     assert len(set(names)) == len(names)
 
 
-def test_a_finding_explains_its_version_stage_and_cases_only(monkeypatch):
+def test_a_finding_explains_its_version_stage_and_circumstances_only(monkeypatch):
     monkeypatch.setattr(findings, "known_findings", lambda: (replace(FINDING, version="1"),))
+    ball = truth()[Stage.OBJECT][..., 0] == 0
 
-    assert explained("second", "1", Stage.RADIANCE, "test/ball") is not None
-    assert explained("second", "2", Stage.RADIANCE, "test/ball") is None
-    assert explained("second", "1", Stage.NORMAL, "test/ball") is None
-    assert explained("second", "1", Stage.RADIANCE, "other/ball") is None
-    assert explained("third", "1", Stage.RADIANCE, "test/ball") is None
+    def found(reference: str, version: str, stage: Stage, pixels: np.ndarray) -> bool:
+        return explained(reference, version, stage, SCENE, truth(), pixels) is not None
+
+    assert found("second", "1", Stage.RADIANCE, ball)
+    assert not found("second", "2", Stage.RADIANCE, ball)
+    assert not found("second", "1", Stage.NORMAL, ball)
+    assert not found("third", "1", Stage.RADIANCE, ball)
+    assert not found("second", "1", Stage.RADIANCE, ball | (truth()[Stage.OBJECT][..., 0] == 1)), "the floor is no ball"
+    assert not found("second", "1", Stage.RADIANCE, ~ball & False), "nothing differs"
+    monkeypatch.setattr(findings, "known_findings", lambda: (replace(FINDING, version="1", at_least=100.0),))
+    assert not found("second", "1", Stage.RADIANCE, ball)
+
+
+def test_a_squeeze_is_distance():
+    camera = replace(CAMERA, eye=(0.0, 0.0, 8.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
+    for shape, expected in (
+        (Sphere(albedo=(0.5, 0.5, 0.5), radius=2.0), 4.0),
+        (Sphere(albedo=(0.5, 0.5, 0.5), radius=2.0, to_world=scaling(1, 1, 0.25)), 16.0),
+    ):
+        scene = Scene(camera=camera, shapes=(shape,))
+
+        values = CIRCUMSTANCES["distance_over_radius"](scene, Analytic().render(scene, stages_of(scene)))
+
+        assert values.max() == pytest.approx(expected)
 
 
 def test_a_suspect_that_a_finding_explains_is_a_warning_and_counted_as_met(monkeypatch):
     monkeypatch.setattr(findings, "known_findings", lambda: (FINDING,))
     monkeypatch.setattr(assemble, "known_findings", lambda: (FINDING,))
-    bright = truth() | {Stage.RADIANCE: truth()[Stage.RADIANCE] * 1.01}
+    bright = truth() | {Stage.RADIANCE: truth()[Stage.RADIANCE] * ON_THE_BALL}
 
     judged = verdict(rounded(truth()), witness(bright, name="second"))
 
@@ -130,7 +156,7 @@ def test_a_suspect_that_a_finding_explains_is_a_warning_and_counted_as_met(monke
 
 def test_a_finding_holds_for_its_renderer_under_test_as_well(monkeypatch):
     monkeypatch.setattr(findings, "known_findings", lambda: (FINDING,))
-    bright = rounded(truth()) | {Stage.RADIANCE: truth()[Stage.RADIANCE] * 1.01}
+    bright = rounded(truth()) | {Stage.RADIANCE: truth()[Stage.RADIANCE] * ON_THE_BALL}
 
     judged = judging.judge_case(
         CASE, [candidate(bright, name="second")], [witness(truth())], Analytic(), {"second": ""}
