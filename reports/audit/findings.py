@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from cases.stages import Stage
-from reports.audit.orders import REFERENCES, GradedReport, Sighting
+from reports.audit.orders import REFERENCES, GradedReport, LiarReport, Sighting
 from reports.audit.planted import PlantedFault
 from reports.judge.outcomes import Outcome
 
@@ -46,6 +46,7 @@ def by_cases(fault: PlantedFault, sightings: Sequence[Sighting], stopped: str | 
         and blamed == fault.stage.value,
         "killed_by": [*([stopped] if stopped else []), *(f"{one.case}: {one.reason}" for one in killers[:NAMED])],
         "wrongly_blamed": [f"{one.case}: {one.blamed} {one.stage}: {one.reason}" for one in wrong[:NAMED]],
+        **_items(fault, killers),
         "families": _families(fault, sightings),
         "references": _references(fault, killers) if fault.where == "tracer" else {},
     }
@@ -60,6 +61,8 @@ def by_guard(fault: PlantedFault, stopped: str | None) -> dict[str, Any]:
         "blamed_right": stopped is not None,
         "killed_by": [stopped] if stopped else [],
         "wrongly_blamed": [],
+        "blamed_items": [],
+        "items_right": None,
         "families": {},
         "references": {},
     }
@@ -74,6 +77,33 @@ def blamed_stage(fault: PlantedFault, stages: Sequence[Stage]) -> str | None:
     if fault.stage in stages:
         return fault.stage.value if fault.stage else None
     return Counter(stages).most_common(1)[0][0].value if stages else None
+
+
+def _items(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, Any]:
+    """Return the specification items that cases blame, the most frequent first, and whether they are the fault's own.
+
+    They are if every case that blames the fault's own stage names one of its items; None of a fault that declares none.
+    A case that shows no more than what else the fault spoils may well name another.
+    """
+    named = Counter(one.item for one in killers if one.item is not None)
+    own = [one.item in fault.covers for one in killers if one.stage is fault.stage]
+    return {
+        "blamed_items": [item for item, _ in named.most_common()],
+        "items_right": bool(own) and all(own) if fault.covers else None,
+    }
+
+
+def liar(reports: Sequence[LiarReport]) -> dict[str, Any]:
+    """Return how many of so many pixels of all stages a liar could spoil, by what the judge says of them."""
+    return {
+        "pixels": sum(report.pixels for report in reports),
+        "cases": len({report.case for report in reports}),
+        "spoiled_unseen": sum(report.unseen for report in reports),
+        "spoiled_interval": sum(report.interval for report in reports),
+        "spoiled_wide": sum(report.wide for report in reports),
+        "spoiled_epsilon": sum(report.epsilon for report in reports),
+        "holes": [hole for report in reports for hole in report.holes],
+    }
 
 
 def _entry(fault: PlantedFault) -> dict[str, Any]:
@@ -128,6 +158,7 @@ def score(
     healthy: Sequence[Sighting],
     graded: Sequence[GradedReport],
     errors: Sequence[str] = (),
+    lies: Sequence[LiarReport] = (),
 ) -> dict[str, Any]:
     """Return audit.json's content; `good` says whether the harness sees everything that was planted."""
     alarms = [one for one in healthy if one.outcome not in (Outcome.PASS, Outcome.WARN)]
@@ -135,12 +166,18 @@ def score(
     for report in graded:
         smallest.setdefault(report.quantity, {})[report.precision] = report.smallest
     wanted = [entry for entry in entries if entry["equivalent"] is None]
+    declared = [entry for entry in wanted if entry["items_right"] is not None]
+    hidden = liar(lies) if lies else None
     problems = [*_problems(entries), *(f"false alarm: {one.fault} {one.case}: {one.reason}" for one in alarms), *errors]
+    problems += [f"a liar passes: {hole}" for hole in (hidden or {}).get("holes", ())]
     return {
         "planted": len(entries),
         "killed": sum(entry["killed"] for entry in wanted),
         "equivalent": len(entries) - len(wanted),
         "blamed_right": sum(entry["blamed_right"] for entry in wanted),
+        "items_declared": len(declared),
+        "items_right": sum(entry["items_right"] for entry in declared),
+        "liar": hidden,
         "false_alarms": len(alarms),
         "unchanged_passed": len(healthy) - len(alarms),
         "good": not problems,

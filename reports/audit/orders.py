@@ -38,6 +38,27 @@ class GradedOrder:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LiarOrder:
+    """Let a liar spoil whatever it can of a case, unseen; it declares `epsilon` [m] of eye and feelers."""
+
+    case: Case
+    epsilon: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiarReport:
+    """How many pixels of all stages together a liar could spoil, whatever the garbage."""
+
+    case: str
+    pixels: int  # of all stages
+    unseen: int  # over the limit, no side's value, and passed
+    interval: int  # over the limit, and held to what its sides span
+    wide: int  # within a limit of more than 1 % of the value
+    epsilon: int  # over the limit, and excused by the epsilon that the liar declared
+    holes: tuple[str, ...]  # where it is unseen, in words
+
+
+@dataclass(frozen=True, kw_only=True)
 class Look:
     """What the checks against one reference said."""
 

@@ -9,11 +9,20 @@ from typing import Any
 from rich.console import Console
 
 from cases.case import Case
-from cases.families import all_cases
+from cases.families import all_cases, select
 from reports.audit import findings
 from reports.audit.graded_work import QUANTITIES
-from reports.audit.orders import CaseOrder, CaseReport, GradedOrder, GradedReport, GuardOrder, Sighting
-from reports.audit.planted import PlantedFault, planted
+from reports.audit.orders import (
+    CaseOrder,
+    CaseReport,
+    GradedOrder,
+    GradedReport,
+    GuardOrder,
+    LiarOrder,
+    LiarReport,
+    Sighting,
+)
+from reports.audit.planted import LIAR, PlantedFault, planted
 from reports.audit.request import AuditRequest
 from reports.audit.selection import Assignment, first_round, later_round
 from reports.audit.tables import show
@@ -32,6 +41,10 @@ from reports.terminal import console as terminal
 
 FAMILIES, QUICK_FAMILIES = 6, 3  # cases that a fault is put to at first, each of another family
 GRADED_CASE = "primitives/sphere"
+# What a liar is let loose on: shadows, several lights, surfaces and lights that coincide, mirrors, whatever is random.
+LIAR_CASES = ("acne/*", "nearest/*", "primitives/*", "several_lights/*", "shadows/*", "transforms/*_mirrored")
+QUICK_LIAR_CASES = ("acne/light_on_a_blocker", "nearest/coincident", "shadows/every_blocker")
+LIAR_EPSILON = 0.05  # m, of eye and feelers: what a liar declares to hide behind, on the few cases
 GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades from 1e-2 to 1e-7, relative
 QUICK_GRADES = GRADES[::2]
 MORE, QUICK_MORE = 12, 3  # further cases a round for what no case has killed at its own stage
@@ -54,6 +67,7 @@ def run(request: AuditRequest) -> int:
     try:
         entries = audit.entries(faults)
         graded = audit.graded() if request.only == "*" else []
+        lies = audit.lies() if request.only in ("*", LIAR) else []
     finally:
         audit.close()
     result = {
@@ -62,7 +76,7 @@ def run(request: AuditRequest) -> int:
         "only": request.only,
         "seconds": round(time.perf_counter() - start, 1),
         "survived_at_first": audit.at_first,
-        **findings.score(entries, audit.healthy, graded, audit.errors),
+        **findings.score(entries, audit.healthy, graded, audit.errors, lies),
     }
     text = json.dumps(result, indent=1, allow_nan=False) + "\n"
     request.out.mkdir(parents=True, exist_ok=True)
@@ -157,6 +171,25 @@ class _Audit:
                 self._submit(order, done)
         self._drain()
         return sorted(reports, key=lambda report: (QUANTITIES.index(report.quantity), report.precision))
+
+    def lies(self) -> list[LiarReport]:
+        """Return what a liar could spoil of each case, without an epsilon and behind one."""
+        reports: list[LiarReport] = []
+
+        def done(reply: Reply) -> None:
+            if reply.error is None:
+                reports.append(reply.value)
+                self._say(f"liar, {reply.value.case}: {reply.value.unseen} of {reply.value.pixels} unseen")
+            else:
+                self.errors.append(f"liar: {reply.error}")
+
+        few = [case for case in select(QUICK_LIAR_CASES) if case.samples == 1]
+        cases = few if self._request.quick else [case for case in select(LIAR_CASES) if case.samples == 1]
+        for epsilon, some in ((0.0, cases), (LIAR_EPSILON, few)):
+            for case in some:
+                self._submit(LiarOrder(case=case, epsilon=epsilon), done)
+        self._drain()
+        return sorted(reports, key=lambda report: report.case)
 
     def _unsettled(self, faults: Sequence[PlantedFault]) -> list[PlantedFault]:
         """Return the faults that no case has killed at their own stage yet, and that are not proven to be right."""

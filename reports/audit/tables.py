@@ -20,6 +20,8 @@ def show(console: Console, result: Mapping[str, Any]) -> None:
     page.print(_matrix(result["faults"]))
     if result["smallest_detected"]:
         page.print(_graded(result["smallest_detected"]))
+    if result["items_right"] < result["items_declared"]:
+        page.print(_items(result["faults"]))
     for problem in result["problems"]:
         page.print(Text(problem, style="red"), soft_wrap=True)
     page.print(Text(f"{sentence(result)} {result['seconds']} s", style="bold"), soft_wrap=True)
@@ -42,6 +44,16 @@ def _matrix(faults: list[dict[str, Any]]) -> Table:
             *(Text("" if look is None else look["stage"] or ("." if look["sees"] else "-")) for look in looks),
             Text(", ".join(families) or "; ".join(fault["killed_by"])),
         )
+    return table
+
+
+def _items(faults: list[dict[str, Any]]) -> Table:
+    table = Table(title="faults that some case blames on another item of the specification", title_justify="left")
+    for column in ("fault", "its items", "blamed"):
+        table.add_column(column, overflow="fold")
+    for fault in faults:
+        if fault["items_right"] is False and fault["equivalent"] is None:
+            table.add_row(fault["name"], ", ".join(fault["covers"]), ", ".join(fault["blamed_items"]))
     return table
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from reports.audit.orders import CaseOrder, GradedOrder, GuardOrder
+from reports.audit.orders import CaseOrder, GradedOrder, GuardOrder, LiarOrder
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.worker import serve
 
@@ -13,12 +13,14 @@ def serve_audit(kind: str, connection: Any) -> None:
     serve(kind, connection, handlers=lambda _: work)
 
 
-def work(order: CaseOrder | GuardOrder | GradedOrder) -> Any:
+def work(order: CaseOrder | GuardOrder | GradedOrder | LiarOrder) -> Any:
     """Do one order and return its report."""
-    from reports.audit import case_work, graded_work, guard_work
+    from reports.audit import case_work, graded_work, guard_work, liar
 
     if isinstance(order, CaseOrder):
         return case_work.work(order)
     if isinstance(order, GuardOrder):
         return guard_work.work(order)
+    if isinstance(order, LiarOrder):
+        return liar.work(order)
     return graded_work.work(order)

@@ -22,7 +22,8 @@ def audit(
     out
         Folder for audit.json; a report in it shows the score.
     only
-        Faults to plant: a pattern such as `sphere/*`, or one of tracer, reference, loader, judge, run, report.
+        Faults to plant: a pattern such as `sphere/*`, or one of tracer, reference, loader, judge, run, report; or liar,
+        the renderer that answers rightly only where the judge looks.
     quick
         Fewer cases a fault at first, and fewer grades.
     jobs

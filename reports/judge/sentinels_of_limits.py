@@ -134,6 +134,7 @@ def guard_limits(oracle: FullOracle) -> int:
             for pin in known.pins:
                 count += _guard_pin(known, pin, precision, truth, oracle)
     truth = oracle.render(FLOOR.scene, stages_of(FLOOR.scene))
+    _guard_panel(truth, oracle)
     return count + _guard_lights(FLOOR, truth, oracle) + _guard_parties(truth, oracle)
 
 
@@ -203,6 +204,16 @@ def _guard_parties(truth: Answers, oracle: FullOracle) -> int:
             limit = pin.end_to_end[1] * (UNIT_ROUNDOFF[precision] + constant * theirs)
             _expect(check.end_to_end.worst_ratio, (off[candidate] - away) / limit, f"{candidate} before {name}")
     return len(compared)
+
+
+def _guard_panel(truth: Answers, oracle: FullOracle) -> None:
+    """Announce a reference of whom nothing comes: each of its checks is planned, and missing."""
+    candidate, witness = _candidate("sentinel", "float32", rounded(truth)), _witness(ORACLE, "float64", truth)
+    judged = judging.judge_case(FLOOR.case, [candidate], [witness], oracle, {}, panel=(ORACLE, "lost"))
+    missed = [check for check in judged.checks if check.reference == "lost" and check.outcome is Outcome.MISSING]
+    stages = len(stages_of(FLOOR.scene))
+    if len(missed) != stages or judged.planned != 2 * stages or judged.outcome is not Outcome.MISSING:
+        raise BrokenJudgeError("the judge is broken: nobody misses a reference that was announced and did not come")
 
 
 def _checks(

@@ -26,8 +26,30 @@ def sentence(audit: Mapping[str, Any]) -> str:
     return (
         f"Audit: {number(audit['killed'])} of {wanted} planted faults killed, {number(audit['blamed_right'])} of them "
         f"blamed right, {number(audit['false_alarms'])} false alarms; {number(audit['equivalent'])} more are provably "
-        "equivalent."
+        "equivalent." + _items(audit) + _liar(audit.get("liar"))
     )
+
+
+def _items(audit: Mapping[str, Any]) -> str:
+    """Return how often the right item of the specification was blamed, as a sentence; nothing of an older audit."""
+    declared = number(audit.get("items_declared"))
+    return (
+        f" Of {declared} that spoil an item, {number(audit.get('items_right'))} are blamed on it."
+        if declared > 0
+        else ""
+    )
+
+
+def _liar(liar: Any) -> str:
+    """Return what a liar could hide, as a sentence; nothing where none was let loose."""
+    if not isinstance(liar, Mapping) or number(liar.get("pixels")) <= 0:
+        return ""
+    unseen, pixels = number(liar.get("spoiled_unseen")), number(liar["pixels"])
+    hidden = ", ".join(
+        f"{number(liar.get(f'spoiled_{kind}'))} {words}"
+        for kind, words in (("interval", "in intervals"), ("wide", "in wide limits"), ("epsilon", "behind an epsilon"))
+    )
+    return f" A liar can spoil {unseen} of {pixels} pixels x stages unseen ({unseen / pixels:.2%}); {hidden}."
 
 
 def number(value: Any) -> int:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import copy
 from typing import Any
 
 from reports.faults import FAULTS
@@ -14,11 +15,12 @@ from reports.judge.limits import Roundoff
 @contextmanager
 def float64_by_float32() -> Iterator[None]:
     """Take every party's rounding for that of float32."""
-    right = terms._roundoff
+    right = terms.roundoff
 
     def wrong(party: Any) -> Roundoff:
-        rounding = right(party)
-        return Roundoff("float32", scale=rounding.scale, baked=rounding.baked)
+        rounding = copy(right(party))
+        rounding.precision = "float32"
+        return rounding
 
     with replaced(right, wrong):
         yield

@@ -38,6 +38,8 @@
       fault.equivalent ? e("p", {}, e("strong", {}, "Equivalent: "), fault.equivalent) : null,
       (fault.killed_by || []).map((text) => e("p", {}, e("bdi", {}, text))),
       (fault.wrongly_blamed || []).map((text) => e("p", {}, e("strong", {}, "Blamed wrongly: "), e("bdi", {}, String(text)))),
+      (fault.blamed_items || []).length ? e("p", {}, e("strong", {}, fault.items_right === false ? "Items blamed, not its own: " : "Items blamed: "),
+        fault.blamed_items.join(", ")) : null,
       e("p", { class: "muted" }, [(fault.covers || []).join(", "), fault.erratum && `erratum ${fault.erratum}`].filter(Boolean).join(" \u00B7 ")),
       rayproof.command(`rayproof audit --only ${rayproof.quoted(fault.name)}`)));
   }

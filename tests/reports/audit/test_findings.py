@@ -4,7 +4,7 @@ from typing import Any
 
 from cases.stages import Stage
 from reports.audit import findings
-from reports.audit.orders import Look, Sighting
+from reports.audit.orders import LiarReport, Look, Sighting
 from reports.audit.planted import PlantedFault
 from reports.judge.outcomes import Outcome
 
@@ -91,6 +91,40 @@ def test_a_reference_fault_blamed_on_the_tracer_is_wrong_unless_a_guard_comes_fi
 
     assert not findings.by_cases(fault, seen)["blamed_right"]
     assert findings.by_cases(fault, seen, "the oracle is broken")["blamed_right"]
+
+
+def test_items_are_right_if_every_case_that_blames_the_stage_names_one_of_the_faults_own() -> None:
+    fault = PlantedFault(name="slot/fault_x", where="tracer", stage=Stage.OBJECT, covers=("HIT-1",))
+    right, wrong, elsewhere = (
+        sighting(item="HIT-1"),
+        sighting(item="HIT-9"),
+        sighting(item="NRM-1", stage=Stage.DISTANCE),
+    )
+    cases = {"right": [right, elsewhere], "wrong": [right, right, wrong], "never": [elsewhere]}
+
+    entries = {name: findings.by_cases(fault, some) for name, some in cases.items()}
+    result = findings.score(list(entries.values()), [], [])
+
+    assert {name: entry["items_right"] for name, entry in entries.items()} == {
+        "right": True,
+        "wrong": False,
+        "never": False,
+    }
+    assert entries["wrong"]["blamed_items"] == ["HIT-1", "HIT-9"]
+    assert (result["items_declared"], result["items_right"]) == (3, 1)
+    assert findings.by_cases(FAULT, [right])["items_right"] is None
+
+
+def test_a_liar_that_hides_something_spoils_the_score() -> None:
+    facts = {"case": "family/case", "pixels": 100, "interval": 1, "wide": 2, "epsilon": 3}
+    honest = LiarReport(**facts, unseen=0, holes=())
+    hidden = LiarReport(**facts, unseen=4, holes=("family/case: radiance",))
+
+    good, bad = (findings.score([], [], [], lies=[report, honest]) for report in (honest, hidden))
+
+    assert (good["good"], good["liar"]["spoiled_unseen"], good["liar"]["pixels"]) == (True, 0, 200)
+    assert (bad["good"], bad["liar"]["spoiled_unseen"]) == (False, 4)
+    assert bad["problems"] == ["a liar passes: family/case: radiance"]
 
 
 def test_a_fault_on_guard_is_killed_by_the_guard_that_stops() -> None:

@@ -1,0 +1,45 @@
+"""The liar: found out wherever the judge looks, and only there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cases.case import Case
+from cases.stages import Stage
+from reports.audit import liar
+from reports.audit.orders import LiarOrder
+from reports.judge import bench, measurement
+from reports.judge.sentinel import CASE
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return replace(CASE, scene=replace(CASE.scene, lights=()))
+
+
+def test_before_an_honest_judge_nothing_hides_away_from_edges(case: Case) -> None:
+    report = liar.work(LiarOrder(case=case, epsilon=0.0))
+
+    camera = case.scene.camera
+    assert report.pixels == 5 * camera.width * camera.height
+    assert report.unseen == 0
+    assert report.holes == ()
+
+
+def test_a_judge_that_looks_at_half_of_an_image_lets_the_liar_spoil_the_other(
+    case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    right = bench.ratios
+
+    def blind(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray):
+        ratio, wrong = right(stage, ours, theirs, limit)
+        return np.where(np.arange(ratio.shape[1]) < ratio.shape[1] // 2, ratio, 0.0), wrong
+
+    monkeypatch.setattr(bench, "ratios", blind)
+    monkeypatch.setattr(measurement, "ratios", blind)
+
+    report = liar.work(LiarOrder(case=case, epsilon=0.0))
+
+    assert report.unseen > 100
+    assert any("distance" in hole for hole in report.holes)
