@@ -11,6 +11,7 @@ from reports.commands.usage import UsageError, own, told_in_one_line, writable_f
 
 if TYPE_CHECKING:
     from reports.subjects import Subject
+    from reports.subjects.surroundings import Surroundings
 
 TRACER = "tracer"
 MOST_MEMORY = 2.0**33  # GiB; a process's limits are numbers of 63 bits
@@ -27,6 +28,8 @@ def run(
     formula: Repeated = (),
     subject: str = "tracer",
     memory: float = 8.0,
+    env: Repeated = (),
+    confine: bool = False,
     cache: bool = True,
     full: bool = False,
     single_file: bool = False,
@@ -59,6 +62,12 @@ def run(
         Who is under test instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
     memory
         GiB of address space that a program under test may have.
+    env
+        A variable of the environment that a program under test gets beside PATH, HOME, TMPDIR, the locale and what
+        concerns libraries, Python, Conda, CUDA and threads. Repeatable.
+    confine
+        Shut a program under test off (Linux): no network, no other processes, nothing to write but its folder; home and
+        temporary folders, the cache and its key are hidden.
     cache
         Take from the cache what references answered before, and what was found before of answers that are equal to
         the last bit. The renderer under test always renders.
@@ -92,11 +101,13 @@ def run(
         references_named(required)
         from reports.run.panel import panel
         from reports.run.request import RunRequest
+        from reports.subjects.surroundings import Surroundings
 
         with told_in_one_line():
             check_selectors(selectors)
             chosen = configurations(configuration, formula)
-            tested = under_test(subject, seconds=timeout, memory=memory)
+            surroundings = Surroundings(variables=env, confined=confine)
+            tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
             panel(required, tested)
             own(out)
             if history is not None:
@@ -137,15 +148,17 @@ def run(
     return code
 
 
-def under_test(subject: str, *, seconds: float, memory: float) -> "Subject":
+def under_test(subject: str, *, seconds: float, memory: float, surroundings: "Surroundings") -> "Subject":
     """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test."""
     from reports.run.asked import ask
     from reports.subjects import THE_TRACER
     from reports.subjects.choosing import chosen
 
     if subject == TRACER:
+        if surroundings.variables or surroundings.confined:
+            raise ValueError("--env and --confine are for a program under test: --subject 'exec:COMMAND'")
         return THE_TRACER
-    return chosen(subject, seconds=seconds, memory=int(memory * 2**30), ask=ask)
+    return chosen(subject, seconds=seconds, memory=int(memory * 2**30), ask=ask, surroundings=surroundings)
 
 
 def check_selectors(selectors: tuple[str, ...]) -> None:

@@ -11,7 +11,7 @@ from reports.plain import number
 from reports.publish.case_data import picture_of
 from reports.publish.headline import blame, headline, shouts, worst_of, worst_ratio
 from reports.publish.items import TITLES
-from reports.publish.results import LEDGER
+from reports.publish.results_shape import LEDGER
 
 _OF_THE_RUN = (
     "rayproof", "command", "started", "seconds", "verdict", "environment", "configurations", "references", "subject",

@@ -15,7 +15,7 @@ from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.audit import load_audit, sentence
 from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
-from reports.publish.results import LEDGER
+from reports.publish.results_shape import LEDGER
 
 MOST_BYTES = 900_000
 _LONGEST = 240  # characters of any one text; a hostile name must not push the rest out

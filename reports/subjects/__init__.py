@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from cases.case import ITEMS
 from reports.subjects.capabilities import Capabilities
+from reports.subjects.surroundings import Surroundings
 
 TRACER = "tracer"
 PROGRAM = "exec"  # the name of a stranger's program in checks, images and the report
@@ -27,6 +28,7 @@ class Subject:
     identity: tuple[str, ...] = ()  # what a result of it depends on: a finished case of another one is not taken up
     seconds: float = 120.0  # of a program: how long one call may take
     memory: int = 8 * 2**30  # bytes of address space that a program may have
+    surroundings: Surroundings = field(default_factory=Surroundings)  # of a program
 
     @property
     def is_tracer(self) -> bool:

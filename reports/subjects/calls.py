@@ -13,8 +13,10 @@ from typing import IO
 
 from reports.plain import legible
 from reports.subjects.orphans import adopt_orphans, descendants, end_below
+from reports.subjects.surroundings import Surroundings
 
 CONFINE = str(Path(__file__).with_name("confine.py"))
+USUAL = Surroundings()
 CANNOT = 77  # the exit code by which a program says that it cannot draw this scene, as test programs skip by it
 SHELLS_WORD = 128  # a shell ends with this plus the number of the signal that ended its program
 GLANCE = 0.2  # s between looks at what the program has written
@@ -31,18 +33,28 @@ class Ended:
     said: str  # what it printed
 
 
-def call(arguments: Sequence[str], folder: Path, *, seconds: float, memory: int, output: int) -> Ended:
+def call(
+    arguments: Sequence[str],
+    folder: Path,
+    *,
+    seconds: float,
+    memory: int,
+    output: int,
+    surroundings: Surroundings = USUAL,
+) -> Ended:
     """Run a program in `folder` and wait for its end, at most `seconds`; nothing that it started outlives the call.
 
     `memory` [bytes of address space] and `output` [bytes, of a file and of the folder] are limits as well.
     """
+    command = surroundings.wrapped(arguments, folder)
     adopt_orphans()
     others = frozenset(process.pid for process in descendants(os.getpid()))
     # Not in the folder, and no pipes: a program may delete the one, and stops where nobody reads the other.
     with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as complaint:
         process = subprocess.Popen(
-            [sys.executable, "-I", "-S", CONFINE, str(os.getpid()), str(memory), str(output), *arguments],
+            [sys.executable, "-I", "-S", CONFINE, str(os.getpid()), str(memory), str(output), *command],
             cwd=folder,
+            env=surroundings.environment(),
             stdin=subprocess.DEVNULL,
             stdout=said,
             stderr=complaint,
@@ -55,15 +67,28 @@ def call(arguments: Sequence[str], folder: Path, *, seconds: float, memory: int,
                 process.kill()
                 process.wait()
             left = end_below(os.getpid(), besides=others)
-        text = _tail(said)
+        text, note = _tail(said), ""
         if problem is None and process.returncode == CANNOT:
             return Ended(problem=None, refusal=_first_line(text) or "It says that it cannot.", said=text)
         if problem is None and process.returncode != 0:
             problem = _end(process.returncode, output)
+            note = _withheld(surroundings)
         if problem is None and left:
             problem = f"it left {len(left)} process{'es' if len(left) > 1 else ''} running ({left[0]}), now ended"
         last = _last_line(_tail(complaint)) if problem is not None else ""
-        return Ended(problem=f"{problem}: {last}" if last else problem, refusal=None, said=text)
+        if problem is not None:
+            problem = f"{problem}: {last}{note}" if last else f"{problem}{note}"
+        return Ended(problem=problem, refusal=None, said=text)
+
+
+def _withheld(surroundings: Surroundings) -> str:
+    """Return what a program that failed may have lacked, to be said of it."""
+    count = surroundings.withheld
+    said = (
+        f"{count} environment variable{'' if count == 1 else 's'} withheld; --env NAME passes one on" if count else ""
+    )
+    said = "; ".join(filter(None, [said, "confined" if surroundings.confined else ""]))
+    return f" ({said})" if said else ""
 
 
 def _watch(process: subprocess.Popen[bytes], folder: Path, seconds: float, output: int) -> str | None:

@@ -1,6 +1,7 @@
 """From what a user names to the subject under test: a reference of the panel, or `exec:` and a command line."""
 
 import hashlib
+import os
 import shlex
 import shutil
 from collections.abc import Callable
@@ -10,11 +11,19 @@ from pathlib import Path
 from reports.judge.oracle import ORACLE
 from reports.subjects import PROGRAM, Subject
 from reports.subjects.capabilities import Capabilities
+from reports.subjects.surroundings import Surroundings, reason_unconfined
 
 PREFIX = f"{PROGRAM}:"
 
 
-def chosen(text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities]) -> Subject:
+def chosen(
+    text: str,
+    *,
+    seconds: float,
+    memory: int,
+    ask: Callable[[Subject], Capabilities],
+    surroundings: Surroundings | None = None,
+) -> Subject:
     """Return the subject that `text` names; `ask` puts `--capabilities` to a program.
 
     Raises:
@@ -24,7 +33,9 @@ def chosen(text: str, *, seconds: float, memory: int, ask: Callable[[Subject], C
 
     """
     if text.startswith(PREFIX):
-        return _program(text, seconds=seconds, memory=memory, ask=ask)
+        return _program(text, seconds=seconds, memory=memory, ask=ask, surroundings=surroundings or Surroundings())
+    if surroundings is not None and surroundings != Surroundings():
+        raise ValueError(f"--env and --confine are for a program under test, --subject {PREFIX}COMMAND; got {text!r}")
     from reference import REFERENCES
 
     if text not in REFERENCES:
@@ -49,7 +60,9 @@ def reason_missing(reference: str) -> str | None:
     return missing() if missing is not None else None
 
 
-def _program(text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities]) -> Subject:
+def _program(
+    text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities], surroundings: Surroundings
+) -> Subject:
     try:
         words = shlex.split(text.removeprefix(PREFIX))
     except ValueError as error:
@@ -61,12 +74,21 @@ def _program(text: str, *, seconds: float, memory: int, ask: Callable[[Subject],
         raise ValueError(f"--subject {text}: {words[0]!r} is no program that can be run")
     # Every call has a folder of its own: what is named relative to this one must be found from there.
     command = (str(Path(found).absolute()), *map(_absolute, words[1:]))
-    subject = Subject(name=PROGRAM, title=text, command=command, seconds=seconds, memory=memory)
+    for name in surroundings.variables:
+        if name not in os.environ:
+            raise ValueError(f"--env {name}: there is no environment variable of this name")
+    if surroundings.confined and (why := reason_unconfined()) is not None:
+        raise ValueError(f"--confine: {why}")
+    subject = Subject(
+        name=PROGRAM, title=text, command=command, seconds=seconds, memory=memory, surroundings=surroundings
+    )
     try:
         capabilities = ask(subject)
     except ValueError as error:
         raise ValueError(f"--subject {text}: its answer to --capabilities: {error}") from None
-    identity = (*command, repr(capabilities), *map(_digest, command))
+    given = [f"{name}={os.environ[name]}" for name in surroundings.variables]
+    passed = hashlib.sha256(repr((given, surroundings.confined)).encode()).hexdigest()  # values may be secrets
+    identity = (*command, repr(capabilities), passed, *map(_digest, command))
     return replace(subject, capabilities=capabilities, identity=identity)
 
 

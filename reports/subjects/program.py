@@ -43,9 +43,20 @@ def ask_capabilities(subject: Subject, *, seconds: float) -> Capabilities:
     """
     with _Place("capabilities") as place:
         arguments = [word for word in subject.command if "{" not in word] + [ASKING]
-        ended = call(arguments, place.folder, seconds=seconds, memory=subject.memory, output=ROOM)
+        ended = _called(subject, arguments, place, seconds=seconds, output=ROOM)
     declared = capabilities_from(ended.said) if ended.problem is None else None
     return declared or Capabilities()
+
+
+def _called(subject: Subject, arguments: list[str], place: "_Place", *, seconds: float, output: int) -> Ended:
+    return call(
+        arguments,
+        place.folder,
+        seconds=seconds,
+        memory=subject.memory,
+        output=output,
+        surroundings=subject.surroundings,
+    )
 
 
 def allowance(scene: Scene) -> int:
@@ -100,7 +111,7 @@ def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1) -> Ta
         }
         arguments = [_filled(word, names) for word in subject.command]
         most = allowance(scene)
-        ended = call(arguments, place.folder, seconds=subject.seconds, memory=subject.memory, output=most)
+        ended = _called(subject, arguments, place, seconds=subject.seconds, output=most)
         _conclude(ended, place)
         image = "image.pfm" if any("{output.pfm}" in word for word in subject.command) else "image.exr"
         try:
