@@ -57,7 +57,8 @@
       if (wanted[0] !== x || wanted[1] !== y) return;
       rayproof.replace(title, `column ${x}, row ${y}`);
       rayproof.replace(command, rayproof.command(rayproof.probeCommand(data, x, y)));
-      const edges = rayproof.kindsAt(data.mask, data.masks?.width, x, y);
+      const own = rayproof.configurationOf(context.ours || "") === data.masks?.configuration;
+      const edges = own ? rayproof.kindsAt(data.mask, data.masks.width, x, y) : [];
       rayproof.replace(kinds, edges.length ? `Near an edge, where rounding may decide: ${edges.map(({ name }) => name).join(", ")}.` : "");
       rayproof.replace(body, stages.map((stage, i) => rows(stage, images[i], x, y)));
     }

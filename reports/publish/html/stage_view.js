@@ -40,16 +40,18 @@
     function draw(stage, mine, other, a, b, settings) {
       const name = stage.name, unit = stage.unit === "1" ? "" : stage.unit;
       const both = comparable(a, b);
+      // The classes of pixels are one configuration's: over another's images they would say what nobody judged by.
+      const own = configurationOf(mine || "") === data.masks?.configuration;
       const channel = settings.channel < (a || b)?.channels ? settings.channel : -1;
       const noFlip = both ? rayproof.noFlip(name, a) : null;
       const refused = noFlip && settings.metric === "flip" ? `FLIP is ${noFlip} \u00B7 ` : "";
-      settings = { ...settings, channel, mode: both ? settings.mode : "side", metric: refused ? "absolute" : settings.metric };
+      settings = { ...settings, channel, edges: own && settings.edges, mode: both ? settings.mode : "side", metric: refused ? "absolute" : settings.metric };
       // A slider that is being dragged stays: it changes nothing but itself and the images.
       const alike = JSON.stringify([{ ...settings, exposure: 0, pixel: 0, zoom: 0 }, name, mine, other, Boolean(both)]);
       const held = controls.contains(document.activeElement) && document.activeElement.type === "range";
       if (!(held && alike === controls.dataset.alike)) rayproof.replace(controls, a || b ? rayproof.toolbar(settings, { ours, theirs, mine, other, stage: name, both,
         channels: [[-1, "all channels"], ...(data.channels[name] || []).map((title, i) => [i, title])],
-        counts, noFlip }, set, viewer) : choosers(mine, other));
+        counts: own ? counts : [], noFlip }, set, viewer) : choosers(mine, other));
       controls.dataset.alike = alike;
       if (!a && !b) {
         rayproof.replace(viewer.node, e("p", { class: "muted" }, name === "camera"

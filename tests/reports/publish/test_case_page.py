@@ -261,6 +261,15 @@ def test_edges_are_an_overlay_and_the_inspector_names_them(visit):
     assert "silhouette" in page.locator(".kinds").inner_text()
 
 
+def test_edges_of_one_configuration_are_not_shown_over_anothers_images(visit):
+    page = opened(visit, case="sphere/sheared", stage="normal", ours="tracer-float64", edges="1")
+
+    assert page.evaluate("rayproof.address().ours") == "tracer-float64"
+    assert page.locator(".edges-control").count() == 0
+    hover(page, 20, 10)
+    assert page.locator(".kinds").inner_text() == ""
+
+
 def test_limits_show_their_derivation_and_closed_forms_and_unsupported_are_listed(visit):
     page = opened(visit, case="sphere/sheared", stage="normal")
 
