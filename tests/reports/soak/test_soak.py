@@ -44,10 +44,11 @@ def test_processes_are_known_by_what_they_do(name: str, command: str, kind: str 
 
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", STOP, PAUSE, MEMORY])
 def test_a_hit_is_what_it_is_called(name: str) -> None:
-    code = "import time\nwhile True:\n    time.sleep(0.01)\n    x = bytearray(2**26)"
-    child = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.DEVNULL)
+    code = "import time\nprint(flush=True)\nwhile True:\n    time.sleep(0.01)\n    x = bytearray(2**26)"
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    assert child.stdout is not None
+    child.stdout.readline()
     process = psutil.Process(child.pid)
-    time.sleep(0.5)
     try:
         assert hit(process, name, random.Random(1))
         if name == STOP:
@@ -61,7 +62,7 @@ def test_a_hit_is_what_it_is_called(name: str) -> None:
             assert not hit(process, name, random.Random(1))
     finally:
         child.kill()
-        child.wait()
+        child.communicate()
 
 
 def test_the_main_process_is_never_stopped_for_good() -> None:
@@ -128,6 +129,7 @@ def test_what_is_left_is_counted_and_ended(site: Site) -> None:
 
     assert site.left() == [f"sleep {orphan.pid}"]
     assert not psutil.pid_exists(orphan.pid)
+    orphan.wait()
     assert sorted(site.folders(out)) == ["out/.results.7.json", "tmp/rayproof-left"]
     assert site.folders(out) == []
 
