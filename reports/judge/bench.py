@@ -8,10 +8,11 @@ import numpy as np
 from cases.stages import Stage, upto
 from reports.judge.channels import all_of
 from reports.judge.ground import Ground
+from reports.judge.light_sides import Held, Seen, held
 from reports.judge.measurement import Measurement, measure, ratios
 from reports.judge.parties import Candidate, Witness
-from reports.judge.sides import Sides, excused, excused_anyhow, sides, with_twins
-from reports.judge.terms import Terms
+from reports.judge.sides import Sides, excused, excused_anyhow, sides, with_twins, with_what_is_behind
+from reports.judge.terms import LIGHT, Terms
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 
@@ -33,28 +34,55 @@ class Bench:
     def _sides(self) -> Sides:
         """Return the oracle's answers around every edge pixel."""
         assert self.candidate.answers is not None
-        asked = {Stage.OBJECT, *self.candidate.answers}
         scene, truth, oracle, classes = self.ground.scene, self.ground.truth, self.ground.oracle, self.terms.classes
-        stages = tuple(stage for stage in GEOMETRY if stage in asked and stage in truth)
         around = self.ground.once(
-            ("sides", stages),
+            ("sides",),
             (classes.outline, classes.reach),
-            lambda: sides(oracle, scene, stages, classes.outline, classes.reach),
+            lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, classes.reach),
         )
+        close = self.ground.edges.gap <= classes.depth
         if Stage.OBJECT not in self.candidate.answers:
-            return around
+            return self.ground.once(
+                ("behind",), (around, classes.depth), lambda: with_what_is_behind(around, oracle, scene, truth, close)
+            )
         return with_twins(around, oracle, scene, truth, self.candidate.answers, classes.depth)
 
     def _excused(
         self, stage: Stage, ratio: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
-    ) -> np.ndarray:
+    ) -> Held:
         """Return the edge pixels that have a side's value; the oracle is asked only if an edge pixel differs at all."""
         assert self.candidate.answers is not None
-        if not np.any(edge & (ratio > 1)):
-            return np.zeros(edge.shape, dtype=bool)
-        if Stage.OBJECT not in self.candidate.answers:
-            return excused_anyhow(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
-        return excused(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued)
+        differ = edge & ~(ratio <= 1)
+        none = np.zeros(edge.shape, dtype=bool)
+        if not np.any(differ):
+            return Held(good=none, interval=none)
+        if stage in LIGHT:
+            return self._lit(stage, differ)
+        find = excused_anyhow if Stage.OBJECT not in self.candidate.answers else excused
+        return Held(
+            good=find(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued),
+            interval=none,
+        )
+
+    def _lit(self, stage: Stage, where: np.ndarray) -> Held:
+        """Return which pixels of `where` have a value of light that some object and some choice of lights gives."""
+        good, interval = np.zeros(where.shape, dtype=bool), np.zeros(where.shape, dtype=bool)
+        outline, truth = self.terms.classes.outline, self.ground.truth
+        rows, columns = np.nonzero(where & ~outline)
+        kinds = (Stage.RAY, Stage.OBJECT, Stage.POSITION, Stage.NORMAL)
+        # Away from outlines one surface is seen, and its place is known as well as the limits say.
+        parts = [(rows, columns, [truth[one][rows, columns][:, np.newaxis] for one in kinds])]
+        if np.any(where & outline):
+            around = self._sides
+            asked = where[around.rows, around.columns]
+            samples = [around.answers[one][asked] for one in kinds]
+            parts.append((around.rows[asked], around.columns[asked], samples))
+        for rows, columns, (rays, objects, positions, normals) in parts:
+            seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals)
+            values = self._ours(stage)[rows, columns]
+            found = held(self.ground.scene, stage, values, seen, self.terms.lights(stage, rows, columns, values))
+            good[rows, columns], interval[rows, columns] = found.good, found.interval
+        return Held(good=good, interval=interval)
 
     def end_to_end(self, stage: Stage) -> Measurement:
         """Measure the candidate's stage against the witness's own; once for candidates that are equal in it."""
@@ -72,13 +100,31 @@ class Bench:
         shape = classes.outline.shape
         limit = self.terms.limits.end_to_end.get(stage, np.zeros(shape))
         edge = classes.edge(stage)
-        theirs, compared = np.asarray(self.witness.answers[stage], dtype=np.float64), None
-        if stage in GEOMETRY:
-            compared = ratios(stage, self._ours(stage), theirs, limit)
-            good = self._excused(stage, compared[0], limit, edge, continued=False)
-        else:
-            good = np.ones(shape, dtype=bool) if self._finite(stage) else all_of(np.isfinite(self._ours(stage)))
-        return self._measure(stage, theirs, limit, edge, good, compared)
+        theirs = np.asarray(self.witness.answers[stage], dtype=np.float64)
+        return self._against(stage, theirs, limit, edge, continued=False)
+
+    def _against(
+        self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
+    ) -> Measurement:
+        if stage is Stage.VISIBILITY:
+            return self._visibility(theirs, limit, edge)
+        compared = ratios(stage, self._ours(stage), theirs, limit)
+        return self._measure(
+            stage, theirs, limit, edge, self._excused(stage, compared[0], limit, edge, continued=continued), compared
+        )
+
+    def _visibility(self, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray) -> Measurement:
+        """Measure visibility, where edges are a matter of each light: of an undecided one either of 0 and 1 is right."""
+        ours, classes = self._ours(Stage.VISIBILITY), self.terms.classes
+        if ours.shape == theirs.shape:
+            either = (classes.light | classes.outline[..., np.newaxis]) & np.isin(ours, (0.0, 1.0))
+            theirs = np.where(either, ours, theirs)
+            edge = edge | classes.edge(Stage.VISIBILITY)
+        good = all_of(ours == theirs)
+        compared = ratios(Stage.VISIBILITY, ours, theirs, limit)
+        return self._measure(
+            Stage.VISIBILITY, theirs, limit, edge, Held(good=good, interval=np.zeros_like(good)), compared
+        )
 
     def _ours(self, stage: Stage) -> np.ndarray:
         assert self.candidate.answers is not None
@@ -107,11 +153,7 @@ class Bench:
 
     def _continued(self, stage: Stage, value: np.ndarray) -> Measurement:
         limit, edge = self.terms.continued(stage, value)
-        good, value, compared = np.ones(edge.shape, dtype=bool), np.asarray(value, dtype=np.float64), None
-        if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL):
-            compared = ratios(stage, self._ours(stage), value, limit)
-            good = self._excused(stage, compared[0], limit, edge, continued=True)
-        return self._measure(stage, value, limit, edge, good, compared)
+        return self._against(stage, np.asarray(value, dtype=np.float64), limit, edge, continued=True)
 
     def _measure(
         self,
@@ -119,27 +161,22 @@ class Bench:
         theirs: np.ndarray,
         limit: np.ndarray,
         edge: np.ndarray,
-        good: np.ndarray,
-        compared: tuple[np.ndarray, np.ndarray] | None,
+        side: Held,
+        compared: tuple[np.ndarray, np.ndarray],
     ) -> Measurement:
-        ours, classes, near = self._ours(stage), self.terms.classes, self.terms.near
+        near = self.terms.near
         if stage is not Stage.RAY and near.any():
             edge = edge | near
-        if stage is Stage.VISIBILITY and ours.shape == theirs.shape:
-            # Edges are a matter of each light: where a light is undecided, either of 0 and 1 is right for it.
-            either = (classes.light | classes.outline[..., np.newaxis]) & np.isin(ours, (0.0, 1.0))
-            theirs = np.where(either, ours, theirs)
-            edge = edge | classes.edge(stage)
-            good = all_of(ours == theirs)
         return measure(
             stage,
-            ours,
+            self._ours(stage),
             theirs,
             limit,
             edge=edge,
             hit=self.ground.conditioning.hit,
-            flagged=classes.flagged,
-            excused=good | near,
+            flagged=self.terms.classes.flagged,
+            excused=side.good | near,
+            interval=side.interval,
             window=self.terms.window,
             # A position's error is a share of how far away it is, wherever the world's origin lies.
             size=self.ground.conditioning.distance if stage is Stage.POSITION else None,

@@ -6,7 +6,7 @@ that the oracle meets within the edge's reach, and a distance or normal must lie
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -80,6 +80,29 @@ def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours
         more = np.where(twin[:, np.newaxis], given[stage][around.rows, around.columns], samples[:, 0])
         answers[stage] = np.concatenate([samples, more[:, np.newaxis]], axis=1)
     return Sides(rows=around.rows, columns=around.columns, answers=answers)
+
+
+def with_what_is_behind(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, close: np.ndarray) -> Sides:
+    """Return the sides with one more sample: what lies behind the shape that is seen, where it is as `close`.
+
+    For renderers that do not say which of two coinciding surfaces they saw.
+    """
+    rows, columns = around.rows, around.columns
+    asked = close[rows, columns]
+    if not asked.any():
+        return around
+    answers = {stage: np.concatenate([more, more[:, :1]], axis=1) for stage, more in around.answers.items()}
+    front = truth[Stage.OBJECT][rows, columns, 0]
+    for index in np.unique(front[asked & (front >= 0)]).astype(int):
+        here = np.flatnonzero(asked & (front == index))
+        without = replace(scene, shapes=(*scene.shapes[:index], *scene.shapes[index + 1 :]))
+        centres = np.stack([columns[here] + 0.5, rows[here] + 0.5], axis=-1)
+        behind = oracle.at(without, tuple(answers), centres)
+        for stage, image in behind.items():
+            # Numbers of shapes count on where one is gone.
+            moved = np.where(image[:, :1] >= index, [[1.0, 0.0]], 0.0) if stage is Stage.OBJECT else 0.0
+            answers[stage][here, -1] = image + moved
+    return Sides(rows=rows, columns=columns, answers=answers)
 
 
 def widest_near(image: np.ndarray) -> np.ndarray:

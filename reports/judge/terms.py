@@ -13,10 +13,13 @@ from reports.judge.channels import any_of, largest, length
 from reports.judge.classes import Classes
 from reports.judge.conditioning import Conditioning
 from reports.judge.ground import Ground
+from reports.judge.light_sides import Lights
 from reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit
 from reports.judge.parties import Candidate, Witness
 from reports.judge.resolving import Coarseness
+from reports.judge.sides import widest_near
 
+AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 
 
@@ -128,6 +131,31 @@ class Terms:
     def _largest(self, stage: Stage) -> np.ndarray:
         limit = self.limits.end_to_end[stage]
         return largest(limit) if limit.ndim == 3 else limit
+
+    def lights(self, stage: Stage, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> Lights:
+        """Return what is known of the lights at some pixels, where the candidate has `values` (pixels, 3) of light."""
+        classes, scene, truth = self.classes, self.scene, self.truth
+        outline = classes.outline[rows, columns][:, np.newaxis]
+        relative = self.limits.cosine
+        # At an outline another surface may be seen, whose error is met nearby: the largest holds.
+        widest = self.ground.once(("relative",), (relative,), lambda: self._widest(relative))
+        r = [length(np.asarray(light.position) - truth[Stage.POSITION][rows, columns]) for light in scene.lights]
+        close = np.stack(r, axis=-1) <= 4 * self.limits.position[rows, columns][:, np.newaxis]
+        free = classes.light[rows, columns] | close | outline
+        steps = [np.broadcast_to(one.step(stage, values), values.shape) for one in self._coarseness]
+        return Lights(
+            decided=(truth[Stage.VISIBILITY][rows, columns] > 0) & ~free,
+            free=free,
+            close=close & self.conditioning.hit[rows, columns][:, np.newaxis],
+            relative=np.where(outline, widest[rows, columns], relative[rows, columns]),
+            rounding=sum(g(AFTER_IRRADIANCE) for g in self._roundoffs),
+            step=steps[0] + steps[1],
+        )
+
+    def _widest(self, relative: np.ndarray) -> np.ndarray:
+        """Return each light's largest relative error within two pixels, of what hits (height, width, lights)."""
+        seen = np.where(self.conditioning.hit[..., np.newaxis], relative, 0.0)
+        return np.stack([widest_near(seen[..., index]) for index in range(seen.shape[-1])], axis=-1)
 
     def continued(self, stage: Stage, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return limit and edge pixels of a stage held against `value`, continued from the candidate's own stages."""

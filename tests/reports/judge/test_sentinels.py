@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.judge import ground, measurement
+from reports.judge import bench, ground
 from reports.judge.classes import classify
 from reports.judge.sentinels import BrokenJudgeError, stand_guard
 from tests.reports.judge.scenes import ORACLE
@@ -16,12 +16,12 @@ def test_an_honest_judge_gets_every_sentinel_right():
 
 
 def test_limits_a_thousand_times_too_wide_are_noticed(monkeypatch):
-    honest = measurement.ratios
+    honest = bench.ratios
 
     def lenient(stage, ours, theirs, limit):
         return honest(stage, ours, theirs, 1000 * limit)
 
-    monkeypatch.setattr(measurement, "ratios", lenient)
+    monkeypatch.setattr(bench, "ratios", lenient)
 
     with pytest.raises(BrokenJudgeError):
         stand_guard(ORACLE)
