@@ -1,15 +1,18 @@
 """The bench at which one candidate is judged against one witness: each stage measured once, on the pair's terms."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from cases.answers import Answers
 from cases.stages import Stage, upto
 from reports.judge.channels import all_of
+from reports.judge.examined import Kind
 from reports.judge.ground import Ground
 from reports.judge.light_sides import Held, Seen, held
 from reports.judge.measurement import Measurement, measure, ratios
+from reports.judge.oracle import ORACLE
 from reports.judge.parties import Candidate, Witness
 from reports.judge.sides import Sides, excused, excused_anyhow, sides, with_twins, with_what_is_behind
 from reports.judge.terms import LIGHT, Terms
@@ -114,7 +117,7 @@ class Bench:
         )
 
     def _visibility(self, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray) -> Measurement:
-        """Measure visibility, where edges are a matter of each light: of an undecided one either of 0 and 1 is right."""
+        """Measure visibility, where edges are a matter of each light: of an undecided one both 0 and 1 are right."""
         ours, classes = self._ours(Stage.VISIBILITY), self.terms.classes
         if ours.shape == theirs.shape:
             either = (classes.light | classes.outline[..., np.newaxis]) & np.isin(ours, (0.0, 1.0))
@@ -155,6 +158,19 @@ class Bench:
         limit, edge = self.terms.continued(stage, value)
         return self._against(stage, np.asarray(value, dtype=np.float64), limit, edge, continued=True)
 
+    def _near_or_beyond(self, stage: Stage, differ: np.ndarray) -> np.ndarray:
+        """Return which of the pixels nearer than a party sees show what is there, or what lies beyond the epsilon."""
+        mine = replace(self.candidate, ray_epsilon=0.0)
+        good = np.zeros_like(differ)
+        bases = [self.ground]
+        if self.candidate.ray_epsilon:
+            bases.append(self.ground.beyond(self.candidate.ray_epsilon))
+        for base in bases:
+            truth = base.once(("oracle",), (), lambda answers=base.truth: _oracle(answers))
+            kinds = Bench(ground=base, candidate=mine, witness=truth).end_to_end(stage).kinds
+            good |= differ & (kinds != Kind.WRONG) & (kinds != Kind.UNEXAMINED)
+        return good
+
     def _measure(
         self,
         stage: Stage,
@@ -164,9 +180,11 @@ class Bench:
         side: Held,
         compared: tuple[np.ndarray, np.ndarray],
     ) -> Measurement:
-        near = self.terms.near
+        near, good = self.terms.near, side.good
         if stage is not Stage.RAY and near.any():
             edge = edge | near
+            differ = near & ~good & ~(compared[0] <= 1)
+            good = good | (self._near_or_beyond(stage, differ) if differ.any() else differ)
         return measure(
             stage,
             self._ours(stage),
@@ -175,7 +193,7 @@ class Bench:
             edge=edge,
             hit=self.ground.conditioning.hit,
             flagged=self.terms.classes.flagged,
-            excused=side.good | near,
+            excused=good,
             interval=side.interval,
             window=self.terms.window,
             # A position's error is a share of how far away it is, wherever the world's origin lies.
@@ -184,3 +202,8 @@ class Bench:
             finite=self._finite(stage),
             compared=compared,
         )
+
+
+def _oracle(truth: Answers) -> Witness:
+    """Return the oracle's answers as a witness."""
+    return Witness(name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=truth)

@@ -1,7 +1,8 @@
 """The ground that all judging of a scene stands on: the oracle's truth, its edges, the scene's conditioning."""
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -18,6 +19,7 @@ from reports.judge.oracle import FullOracle
 from reports.judge.unrounded import Unrounded
 
 T = TypeVar("T")
+FARTHEST = 1e30  # m: as good as no far end, and its square is finite
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +87,12 @@ class Ground:
             self._known[whole] = (objects, found())
         return self._known[whole][1]
 
+    def beyond(self, distance: float) -> "Ground":
+        """Return the ground of what is seen if nothing nearer to the eye than a distance [m] is."""
+        scene = _seen_beyond(self.scene, distance)
+        stages = tuple(self.truth)
+        return self.once(("beyond", distance), (), lambda: ground(scene, stages, self.oracle, known={}))
+
     def classes(self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, *, key: tuple) -> Classes:
         """Return the pixel classes under limits; `key` says which ones these are."""
         whole = (*key, np.asarray(shadow_epsilon, dtype=np.float64).tobytes())
@@ -94,6 +102,16 @@ class Ground:
             about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
             self._classes[whole] = classify(*about, shadow_epsilon=shadow_epsilon, before=self._unlit[key])
         return self._classes[whole]
+
+
+def _seen_beyond(scene: Scene, distance: float) -> Scene:
+    """Return the scene of which nothing nearer to the eye than a distance [m] is seen."""
+    camera = scene.camera
+    aside = math.tan(camera.alpha) * math.hypot(1.0, camera.aspect)
+    # Planes of constant depth and spheres about the eye: a corner's ray meets the far plane the farthest out.
+    far = {"depth": camera.far * math.hypot(1.0, aside), "shell": camera.far, "none": FARTHEST}[scene.clip]
+    seen = replace(camera, near=distance, far=max(far, distance * (1 + 1e-9)))
+    return replace(scene, camera=seen, clip="shell")
 
 
 def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known: Answers) -> Ground:

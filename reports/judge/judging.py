@@ -13,6 +13,7 @@ from reports.judge.checks import Check, camera_check, stage_check, unmeasured
 from reports.judge.closed_forms import closed_forms
 from reports.judge.contradictions import Contradictions
 from reports.judge.copies import copied
+from reports.judge.epsilons import Excess, excess, hold_epsilons
 from reports.judge.findings import explained
 from reports.judge.ground import Ground, ground
 from reports.judge.matrix import matrices
@@ -71,6 +72,7 @@ def judge_case(
     expectations: list[dict[str, Any]] = []
     sparse: list[str] = []
     crowds: set[str] = set()
+    beyond: dict[str, Excess] = {}
     for candidate in candidates:
         for witness in witnesses:
             mine = [stage for stage in stages if witness.answers_at(stage)]
@@ -82,6 +84,7 @@ def judge_case(
             checks += found
         if candidate.answers is not None:
             at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
+            beyond[candidate.name] = excess(at_oracle)
             expectations += closed_forms(case, candidate, at_oracle)
             sparse += too_little(case, candidate, at_oracle)
             if crowded(case, at_oracle):
@@ -114,6 +117,7 @@ def judge_case(
         if failed and check.configuration in crowds and only_at_edges(check):
             check.outcome = Outcome.ERROR if case.tuned else Outcome.UNDECIDED
             check.reason = f"{check.reason}; only at edges, and too many pixels are edges to tell their sides"
+    hold_epsilons(checks, beyond, case.most_edge)
     judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in candidates})
     judged.panel = each
     if sparse:

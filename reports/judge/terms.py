@@ -120,6 +120,11 @@ class Terms:
             unlit = self.classes.undecided & ~self._classes(0.0).undecided
         return self.near | (unlit & ~self.classes.outline)
 
+    def undecided_beyond(self, shadow_epsilon: float | np.ndarray) -> np.ndarray:
+        """Return the pixels (height, width) that would be decided if the candidate's shadow epsilon were this [m]."""
+        smaller = self._classes(shadow_epsilon + self.witness.shadow_epsilon)
+        return self.classes.undecided & ~smaller.undecided & ~self.classes.outline
+
     @cached_property
     def near(self) -> np.ndarray:
         """Return the pixels (height, width) whose hit lies nearer to the eye than a party sees."""

@@ -145,7 +145,7 @@ def test_of_many_undecided_lights_the_interval_is_taken_and_counted():
     outline = Terms(ground=base, candidate=replace(mine, shadow_epsilon=0.02), witness=witness(answers)).classes
     lit = ours[Stage.RADIANCE].min(axis=-1) > 0
     rows, columns = np.nonzero(outline.light.all(axis=-1) & ~outline.outline & lit)
-    assert len(rows) > 10
+    assert len(rows) > 3
     results = []
     for factor, count in ((0.37, 1), (0.37, len(rows)), (1e30, 1)):
         image = ours[Stage.RADIANCE].copy()
