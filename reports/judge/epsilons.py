@@ -23,6 +23,8 @@ from reports.judge.terms import LIGHT, Terms
 # it is a few times more, and a strategy may double it at either end.
 ALLOWED = 16
 LIT = (Stage.VISIBILITY, *LIGHT)
+# What is no worse than that too little could be judged: where that is by the candidate's own choice it fails.
+HELD = (Outcome.PASS, Outcome.UNDECIDED, Outcome.ERROR)
 
 
 def needed_shadow(c: Conditioning, scene: Scene, position: np.ndarray, g: Roundoff) -> np.ndarray:
@@ -67,16 +69,17 @@ def excess(terms: Terms) -> Excess:
 
 
 def hold_epsilons(checks: Sequence[Check], beyond: Mapping[str, Excess], most_edge: float) -> None:
-    """Turn what passed into a warning, or where too many pixels are left undecided into a failure."""
+    """Turn what passed into a warning, and what has too many pixels left undecided so into a failure."""
     for check in checks:
-        if check.configuration not in beyond or check.outcome is not Outcome.PASS:
+        if check.configuration not in beyond or check.end_to_end is None or check.outcome not in HELD:
             continue
         pixels = beyond[check.configuration].at(check.stage)
         count = int(np.count_nonzero(pixels))
-        if count:
-            share = count / pixels.size
-            check.outcome = Outcome.FAIL if share > most_edge else Outcome.WARN
-            check.reason = (
-                f"{count} of {pixels.size} pixels are left undecided only by the epsilon that {check.configuration} "
-                f"declares, which is more than {ALLOWED} times what rounding needs"
-            ) + (f"; the case allows {most_edge:.3g} of them" if share > most_edge else "")
+        why = (
+            f"{count} of {pixels.size} pixels are left undecided only by the epsilon that {check.configuration} "
+            f"declares, which is more than {ALLOWED} times what rounding needs"
+        )
+        if count > most_edge * pixels.size:
+            check.outcome, check.reason = Outcome.FAIL, f"{why}; the case allows a share of {most_edge:.3g}"
+        elif count and check.outcome is Outcome.PASS:
+            check.outcome, check.reason = Outcome.WARN, why

@@ -156,6 +156,6 @@ def test_of_many_undecided_lights_the_interval_is_taken_and_counted():
     held, too_many, beyond = results
 
     assert ledger(held).interval == 1 <= most_interval(ledger(held).pixels)
-    assert held.outcome is Outcome.PASS
+    assert held.outcome is Outcome.WARN, "for the epsilon"
     assert (too_many.outcome, ledger(too_many).interval > 1) == (Outcome.ERROR, True)
     assert (beyond.outcome, ledger(beyond).wrong) == (Outcome.FAIL, 1)
