@@ -85,24 +85,26 @@ def abandoned(folder: Path) -> bool:
     try:
         if not os.fstat(lock).st_size:
             return False  # it is being taken
-        _lock(lock, folder)
+        return _lock(lock, folder)
     except OSError:
         return False
     finally:
         os.close(lock)
-    return fcntl is not None
 
 
-def _lock(lock: int, folder: Path) -> None:
+def _lock(lock: int, folder: Path) -> bool:
+    """Take the lock; return False where there is none to be had, raise OwnedError where another process has it."""
     if fcntl is None:
-        return
+        return False
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return True
     except BlockingIOError:
         raise OwnedError(errno.EBUSY, f"{_owner(lock)}; name another folder, or wait", str(folder)) from None
     except OSError as error:
         if error.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL, errno.ENOSYS):
             raise
+        return False
 
 
 def _is(path: Path, lock: int) -> bool:

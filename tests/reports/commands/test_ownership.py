@@ -1,5 +1,6 @@
 """A folder has one writer: the second is refused in a line that names the first, however the first was started."""
 
+import errno
 import json
 import os
 import signal
@@ -89,3 +90,12 @@ def test_what_starts_meanwhile_does_not_own(tmp_path: Path):
     finally:
         child.kill()
         child.wait()
+
+
+def test_where_there_are_no_locks_nobody_is_refused_and_nothing_is_taken_for_abandoned(tmp_path: Path, monkeypatch):
+    def none(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", none)
+    with owned(tmp_path), owned(tmp_path):
+        assert not abandoned(tmp_path)
