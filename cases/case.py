@@ -87,7 +87,7 @@ class Case:
     matters).
     """
 
-    name: str  # "family/case"
+    name: str  # "family/case"; a case's own part may have slashes too
     scene: Scene
     stresses: str  # a sentence
     covers: tuple[str, ...]
@@ -101,7 +101,8 @@ class Case:
         unknown = [item for item in self.covers if item not in ITEMS]
         if unknown or not self.covers:
             raise ValueError(f"case {self.name}: covers must name specification items, got {unknown or 'none'}")
-        if self.name.count("/") != 1:
+        parts = self.name.split("/")
+        if len(parts) < 2 or not all(part.strip(".") for part in parts):
             raise ValueError(f"case {self.name!r}: the name must read family/case")
         if not self.stresses.endswith("."):
             raise ValueError(f"case {self.name}: `stresses` must be a sentence")
@@ -110,5 +111,5 @@ class Case:
 
     @property
     def family(self) -> str:
-        """Return the part of the name before the slash."""
+        """Return the part of the name before the first slash."""
         return self.name.split("/")[0]

@@ -11,6 +11,8 @@ from fnmatch import fnmatchcase
 from functools import cache
 
 from cases.case import Case
+from cases.random import FAMILY as RANDOM
+from cases.random import case_named
 from cases.registry import Registry
 
 CASE_FAMILIES: Registry[Callable[[], Iterator[Case]]] = Registry("case family", package="cases.families")
@@ -48,12 +50,15 @@ def on_request(family: str) -> bool:
 def select(patterns: Sequence[str]) -> tuple[Case, ...]:
     """Return the cases that any pattern names, in `all_cases` order; a pattern is a family, a case or a glob.
 
+    Random scenes come last, in the order in which they are named: random/SEED/NUMBER, one by one.
+
     Raises:
         LookupError: a pattern names nothing; the message lists names like it.
 
     """
+    drawn = {case.name: case for case in map(case_named, filter(_is_random, patterns))}
     chosen: set[str] = set()
-    for pattern in patterns:
+    for pattern in (pattern for pattern in patterns if not _is_random(pattern)):
         # A plain name needs no family but its own: making the meshes takes half a second.
         family = pattern.partition("/")[0]
         searched = cases_of(family) if family in CASE_FAMILIES else all_cases()
@@ -65,4 +70,10 @@ def select(patterns: Sequence[str]) -> tuple[Case, ...]:
             raise LookupError(f"no case matches {pattern[:80]!a}; {hint}")
         chosen |= named
     families = dict.fromkeys(sorted(name.partition("/")[0] for name in chosen))
-    return tuple(case for family in families for case in cases_of(family) if case.name in chosen)
+    named = (case for family in families for case in cases_of(family) if case.name in chosen)
+    return (*named, *drawn.values())
+
+
+def _is_random(pattern: str) -> bool:
+    """Return whether a pattern speaks of random scenes, of which there is no list to look it up in."""
+    return pattern.partition("/")[0] == RANDOM

@@ -68,8 +68,10 @@ class Certified:
             answers[stage] = values.reshape(shape).mean(axis=2) if samples > 1 else values.reshape(*shape[:2], shape[3])
         return answers
 
-    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray, *, exactly: bool = True) -> Answers:
         """Answer image stages at image points (N, 2) = (px, py) [px]; each answer has shape (N, channels).
+
+        Without `exactly` a tie is NaN: where surfaces coincide exact numbers take minutes for an image.
 
         Raises:
             ValueError: the camera stage, which is no image.
@@ -88,7 +90,8 @@ class Certified:
         table, certain = walked(scene, points, suspected, last, widths)
         rest = np.flatnonzero(~certain)
         asked = ((x, y) for x, y in points[rest].tolist())
-        for row, truth in zip(rest, truths(scene, asked, (suspected[i] for i in rest), last, NARROW), strict=True):
+        found = truths(scene, asked, (suspected[i] for i in rest), last, NARROW, exactly=exactly)
+        for row, truth in zip(rest, found, strict=True):
             table[row] = [float(value) for balls in truth.values[: len(reached)] for value in balls]
         return {
             stage: table[:, end - width : end]
@@ -144,13 +147,20 @@ class Certified:
         return rows.reshape(camera.height, camera.width, rows.shape[1])
 
     def enclose(
-        self, scene: Scene, stages: Collection[Stage], pixels: Collection[tuple[int, int]], *, filtered: bool = True
+        self,
+        scene: Scene,
+        stages: Collection[Stage],
+        pixels: Collection[tuple[int, int]],
+        *,
+        filtered: bool = True,
+        exactly: bool = True,
     ) -> list[dict[str, Any]]:
         """Return for each pixel (column, row) what is certain about its centre, as plain data.
 
         A record has `pixel`, `bits` (the precision that sufficed), `exact` (whether exact numbers decided a tie),
         `undecided` (names of decisions) and `stages`: per stage a list of [low, high], one per channel, the float64
-        numbers next to the enclosure. `filtered=False` asks every surface in balls, as a check on the filter.
+        numbers next to the enclosure. `filtered=False` asks every surface in balls, as a check on the filter; without
+        `exactly` a tie is left undecided.
 
         Raises:
             ValueError: the camera stage, which is no image, or no stage.
@@ -169,7 +179,9 @@ class Certified:
                     for stage in chosen
                 },
             }
-            for pixel, truth in zip(pixels, _truths(scene, chosen, points, filtered=filtered), strict=True)
+            for pixel, truth in zip(
+                pixels, _truths(scene, chosen, points, filtered=filtered, exactly=exactly), strict=True
+            )
         ]
 
 
@@ -186,12 +198,18 @@ def _tables(scene: Scene, rows: dict[Stage, list[list[float]]], count: int) -> A
 
 
 def _truths(
-    scene: Scene, stages: Collection[Stage], points: np.ndarray, *, filtered: bool = True, accuracy: int = NARROW
+    scene: Scene,
+    stages: Collection[Stage],
+    points: np.ndarray,
+    *,
+    filtered: bool = True,
+    exactly: bool = True,
+    accuracy: int = NARROW,
 ) -> Iterator[Truth]:
     points = np.asarray(points, dtype=np.float64)
     chosen = _suspects(scene, stages, points) if filtered else iter([everything(scene)] * len(points))
     last = max(stages, key=IMAGE_STAGES.index)
-    return truths(scene, ((x, y) for x, y in points.tolist()), chosen, last, accuracy)
+    return truths(scene, ((x, y) for x, y in points.tolist()), chosen, last, accuracy, exactly=exactly)
 
 
 def _suspects(scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Iterator[Suspects]:

@@ -14,6 +14,7 @@ from reference.certified.paths import Decisions, Path, Suspects, Values
 from reference.certified.worlds import Worlds
 
 BEFORE_EXACT = 512  # bits at which a branch that is still open is taken for a tie, and asked exactly
+INEXACT = 256  # bits at which it is left open where nobody asks for exact numbers
 NARROW = 60  # bits of relative accuracy: half an ulp of float64 and 2^-7 of it
 NARROW_PAIR = 110  # bits, for a truth in two float64 numbers
 ABOUT_ZERO = 40  # more bits, of a vector's length: what a component may be uncertain by if it is about zero
@@ -32,21 +33,32 @@ class Truth:
 
 
 def truths(
-    scene: Scene, points: Iterable[tuple[float, float]], suspects: Iterator[Suspects], last: Stage, accuracy: int
+    scene: Scene,
+    points: Iterable[tuple[float, float]],
+    suspects: Iterator[Suspects],
+    last: Stage,
+    accuracy: int,
+    *,
+    exactly: bool = True,
 ) -> Iterator[Truth]:
-    """Yield the end-to-end truth of image points [px], of the image stages up to `last`, to `accuracy` bits."""
+    """Yield the end-to-end truth of image points [px], of the image stages up to `last`, to `accuracy` bits.
+
+    Without `exactly` a tie is left undecided: exact numbers take a thousand times as long.
+    """
     worlds, number = Worlds(scene), IMAGE_STAGES.index(last)
     for point, suspect in zip(points, suspects, strict=True):
         before = ctx.prec
         try:
-            truth = _truth(worlds, point, suspect, number, accuracy)
+            truth = _truth(worlds, point, suspect, number, accuracy, exactly=exactly)
         finally:
             ctx.prec = before
         yield truth
 
 
-def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int, accuracy: int) -> Truth:
-    decisions, path, bits = _decided(worlds, point, suspects, last)
+def _truth(
+    worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int, accuracy: int, *, exactly: bool
+) -> Truth:
+    decisions, path, bits = _decided(worlds, point, suspects, last, exactly=exactly)
     exactly = path is None
     while True:
         ctx.prec = bits
@@ -61,16 +73,17 @@ def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last:
 
 
 def _decided(
-    worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int
+    worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int, *, exactly: bool
 ) -> tuple[Decisions, Path | None, int]:
     """Return what is decided, and in balls the path that decided it and its bits; no path: by exact numbers."""
     bits = START
-    while bits <= BEFORE_EXACT:
+    most = BEFORE_EXACT if exactly else INEXACT
+    while bits <= most:
         ctx.prec = bits
         world = worlds.balls(bits)
         path = Path(world, world.direction(*point), last)
         try:
-            return path.decide(suspects, leave_open=False), path, bits
+            return path.decide(suspects, leave_open=bits == most and not exactly), path, bits
         except UndecidedError:
             bits *= 2
     world = worlds.tower()

@@ -35,6 +35,8 @@ def run(
     single_file: bool = False,
     history: Path | None = None,
     json: Path | None = None,
+    count: int | None = None,
+    seed: int | None = None,
 ) -> int:
     """Judge the tracer or another renderer on cases or scene files; write a report.
 
@@ -42,6 +44,7 @@ def run(
     ----------
     selectors
         Families, family/case names, patterns such as `shadow/*`, or scene files ending in .json. Default: all cases.
+        `random` draws scenes: see --count; random/SEED/NUMBER is one of them.
     out
         Folder for results and report.
     resume
@@ -80,6 +83,11 @@ def run(
         Keep errors and times in this SQLite file, and say what became worse; `rayproof history` shows it.
     json
         Also write results.json to this file.
+    count
+        With `random`: draw so many scenes, numbers 0 and up, with hostile features; hold every verdict against
+        certified arithmetic; end with 0 only if none is wrong. In batches of 500. Default: 100.
+    seed
+        With `random`: another seed draws other scenes. Default: 1.
 
     """
     if not timeout > 0:
@@ -88,6 +96,7 @@ def run(
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
     if not 0 < memory < MOST_MEMORY:
         raise UsageError(f"--memory must be positive and below {MOST_MEMORY:g}, got {memory} GiB")
+    numbers = drawn(selectors, count, seed)
     if subject != TRACER and (configuration or formula):
         raise UsageError(
             "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
@@ -104,7 +113,7 @@ def run(
         from reports.subjects.surroundings import Surroundings
 
         with told_in_one_line():
-            check_selectors(selectors)
+            check_selectors(selectors if numbers is None else ())
             chosen = configurations(configuration, formula)
             surroundings = Surroundings(variables=env, confined=confine)
             tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
@@ -134,18 +143,47 @@ def run(
             full=full,
             history=history,
         )
-        from reports.run.suite import run as run_suite
-
         try:
-            code = run_suite(request, pool)
+            if numbers is not None:
+                from reports.random.campaign import run as run_random
+
+                code, folders = run_random(request, pool, count=numbers[0], seed=numbers[1])
+            else:
+                from reports.run.suite import run as run_suite
+
+                code, folders = run_suite(request, pool), (out,)
         except OSError as error:  # a full disk, say: what was finished is in the journal
             hint = f"{error.strerror or error}; what was finished is kept, and --resume goes on"
             raise OSError(error.errno, hint, error.filename or str(out)) from error
     # Not above: the tracer's worker should not wait until what prints tables is imported.
     from reports.commands.report import write_one_file
 
-    write_one_file(out, asked=single_file)
+    for folder in folders:
+        write_one_file(folder, asked=single_file)
     return code
+
+
+def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tuple[int, int] | None:
+    """Return how many random scenes of which seed are asked for, or None if none are.
+
+    Raises:
+        UsageError: --count or --seed without `random`, `random` beside other selectors, or a number out of range.
+
+    """
+    from cases.random import FAMILY, LARGEST
+
+    if FAMILY not in selectors:
+        if count is not None or seed is not None:
+            raise UsageError("--count and --seed draw random scenes: rayproof run random --count N --seed S")
+        return None
+    if len(selectors) > 1:
+        raise UsageError(f"`{FAMILY}` is run by itself; one of its scenes is called {FAMILY}/SEED/NUMBER")
+    count, seed = 100 if count is None else count, 1 if seed is None else seed
+    if not 1 <= count <= LARGEST:
+        raise UsageError(f"--count must be from 1 to {LARGEST} scenes, got {count}")
+    if not 0 <= seed <= LARGEST:
+        raise UsageError(f"--seed must be from 0 to {LARGEST}, got {seed}")
+    return count, seed
 
 
 def under_test(subject: str, *, seconds: float, memory: float, surroundings: "Surroundings") -> "Subject":

@@ -32,6 +32,7 @@ class CaseRun:
         subject: Subject = THE_TRACER,
         memory: Memory | None = None,
         full: bool = False,
+        certified: bool = False,
         finished: Callable[["CaseRun", dict[str, Any]], None],
     ) -> None:
         self.planned = planned
@@ -46,6 +47,10 @@ class CaseRun:
         self._damaged: dict[str, str] = {}  # what is told of references whose kept render was damaged
         self._notes: tuple[str, ...] = ()
         self._full = full
+        self._certified = certified
+        # Candidate -> who renders it: what is under test, and then those who are only tried.
+        self._asked = dict.fromkeys(planned.configurations, subject)
+        self._asked |= {trial.name: trial.subject for trial in planned.trials}
         self._finished = finished
         self._candidates: dict[str, Candidate] = {}
         self._witnesses: dict[str, Witness] = {}
@@ -53,14 +58,14 @@ class CaseRun:
 
     def start(self) -> None:
         """Submit the renders of the one under test; what else is needed, what they are tells."""
-        for name in self.planned.configurations:
-            kind, task = self._task(name)
+        for name, subject in self._asked.items():
+            kind, task = self._task(name, subject)
             # Before what others are asked: all else waits for the one under test, which has one worker.
             self._pool.submit(kind, task, lambda reply, name=name: self._traced(name, reply), first=True)
 
     def _compare(self) -> None:
         """Take up what was found of these very answers before, or have them judged."""
-        candidates = [self._candidates[name] for name in self.planned.configurations]
+        candidates = [self._candidates[name] for name in self._asked]
         if self._memory is not None and all(candidate.error is None for candidate in candidates):
             self._key = self._memory.key(self.planned.case, candidates, self._notes)
             record = self._memory.recall(self._key, self._folder)
@@ -93,30 +98,32 @@ class CaseRun:
                 f"reference:{name}", self._reference_task, lambda reply, name=name: self._referred(name, reply)
             )
 
-    def _task(self, configuration: str) -> tuple[str, TracerTask | SubjectTask]:
-        """Return the kind of worker that renders for the subject, and its task."""
+    def _task(self, configuration: str, subject: Subject) -> tuple[str, TracerTask | SubjectTask]:
+        """Return the kind of worker that renders for a subject, and its task."""
         case = self.planned.case
-        if self._subject.is_tracer:
+        if subject.is_tracer:
             return TRACER, TracerTask(scene=case.scene, configuration=configuration, samples=case.samples)
-        task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=self._subject)
-        return self._subject.name if self._subject.name == PROGRAM else f"{UNDER_TEST}{self._subject.name}", task
+        task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject)
+        return subject.name if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}", task
 
     def _traced(self, name: str, reply: Reply) -> None:
+        subject = self._asked[name]
         if reply.error is None:
             self._candidates[name], versions, *notes = reply.value
-            self._notes = notes[0] if notes else ()
+            if subject == self._subject:
+                self._notes = notes[0] if notes else ()
             self.versions |= versions
         else:
             self._candidates[name] = Candidate(
                 name=name,
-                precision=name.split("/")[0] if self._subject.is_tracer else "float32",
+                precision=name.split("/")[0] if subject.is_tracer else "float32",
                 items=frozenset(),
                 shadow_epsilon=0.0,
                 answers=None,
                 error=reply.error,
             )
-        self._seconds[self._subject.renderer(name)] = reply.seconds
-        if len(self._candidates) == len(self.planned.configurations):
+        self._seconds[subject.renderer(name)] = reply.seconds
+        if len(self._candidates) == len(self._asked):
             self._compare()
 
     def _referred(self, name: str, reply: Reply) -> None:
@@ -149,6 +156,8 @@ class CaseRun:
                 notes=self._notes,
                 full=self._full,
                 cached=self._memory is not None,
+                certified=self._certified,
+                trials=tuple(self._candidates[trial.name] for trial in self.planned.trials),
             )
             # Judged before anything else is rendered: finished cases leave memory.
             self._pool.submit(JUDGE, task, self._judged, first=True)

@@ -14,6 +14,7 @@ class Demands:
     references: tuple[str, ...]  # the panel, in its order
     require: tuple[str, ...]  # those that must answer
     full: bool  # every renderer's images are kept
+    certified: bool  # verdicts are held against certified arithmetic
 
 
 def demands(request: RunRequest, references: tuple[str, ...]) -> Demands:
@@ -24,4 +25,5 @@ def demands(request: RunRequest, references: tuple[str, ...]) -> Demands:
         references=references,
         require=tuple(sorted(set(request.require))),
         full=request.full,
+        certified=request.certified,
     )

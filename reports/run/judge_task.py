@@ -8,6 +8,7 @@ from reference.analytic import Analytic
 from reports.cache.guards import ask_once
 from reports.cache.references import KeepingOracle
 from reports.cache.store import usual_store
+from reports.certify.verdicts import certify
 from reports.judge.adjudication import adjudication
 from reports.judge.judging import judge_case
 from reports.judge.outcomes import Outcome
@@ -58,7 +59,19 @@ def judge(task: JudgeTask | GuardTask) -> dict[str, Any]:
         "adjudication": panel,
         "pixels": pixels,
         "masks": masks(task, oracle),
+        **({"certified": _certified(task, judged, oracle)} if task.certified else {}),
     }
+
+
+def _certified(task: JudgeTask, judged: Judged, oracle: Remembering) -> list[dict[str, Any]]:
+    """Return what certified arithmetic says of the verdicts on those under test, and on each who is tried beside."""
+    found = [certify(judged, task.candidates, task.witnesses, oracle).as_json()]
+    for trial in task.trials:
+        other = judge_case(task.case, [trial], task.witnesses, oracle, task.versions)
+        count_what_is_supported(other, [trial])
+        about = {"tried": trial.name, "verdict": other.outcome.value, "stage": other.stage, "reason": other.reason}
+        found.append(certify(other, [trial], task.witnesses, oracle).as_json() | about)
+    return found
 
 
 def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> dict[str, Any]:

@@ -78,3 +78,5 @@ class JudgeTask:
     notes: tuple[str, ...] = ()  # what the subject says of its answers
     full: bool = False  # keep every image of every case
     cached: bool = False  # the oracle's edges may be taken from the cache
+    certified: bool = False  # the verdict itself is held against certified arithmetic
+    trials: tuple[Candidate, ...] = ()  # others that are judged on the same case, one by one, and have no images kept

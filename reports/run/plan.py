@@ -10,6 +10,7 @@ from functools import lru_cache
 from cases.case import Case
 from reports.cache.digests import Key, code, machine
 from reports.run.demands import Demands
+from reports.run.request import Trial
 from reports.subjects import THE_TRACER, Subject
 
 DEFAULTS = ("float32", "float64")
@@ -28,10 +29,11 @@ CODE = ("reports.run.suite", "reports.run.tasks", "reports.run.trace_task", "rep
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedCase:
-    """A case and the configurations that it is put to."""
+    """A case, the configurations that it is put to, and who is tried on it beside them."""
 
     case: Case
     configurations: tuple[str, ...]
+    trials: tuple[Trial, ...] = ()
 
 
 @lru_cache(maxsize=1)
@@ -98,7 +100,7 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
     """Return all that a finished case depends on: under it `--resume` takes its record up again."""
     return RecordKey(
         case=planned.case,
-        configurations=planned.configurations,
+        configurations=(*planned.configurations, *(trial.title for trial in planned.trials)),
         demands=demands,
         code=code(CODE),
         machine=machine(),

@@ -1,9 +1,23 @@
 """What a user asks of `rayproof run`, as plain data."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from reports.subjects import THE_TRACER, Subject
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """Somebody else who is judged on a case to see what the judge says: a planted fault, another program."""
+
+    name: str  # the candidate's: a configuration of the tracer, or the program's
+    subject: Subject = THE_TRACER
+
+    @property
+    def title(self) -> str:
+        """Return what tells this trial from another: whose, by what, and of a program which one."""
+        return " ".join(("tried:", self.name, *self.subject.identity))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,3 +36,5 @@ class RunRequest:
     cached: bool = True  # take references' renders from the cache
     history: Path | None = None  # where to keep what was found, for `rayproof history`
     full: bool = False  # keep every renderer's images of every case, as EXR
+    certified: bool = False  # hold the verdicts themselves against certified arithmetic
+    trials: Mapping[str, tuple[Trial, ...]] = field(default_factory=dict)  # case -> who else is judged on it

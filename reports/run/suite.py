@@ -70,6 +70,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     subject = request.subject
     names = request.configurations if subject.is_tracer else (subject.name,)
     planned = plan(_cases(request.selectors), names, subject)
+    planned = tuple(replace(one, trials=request.trials.get(one.case.name, ())) for one in planned)
     heard = panel(request.require, subject)
     request.out.mkdir(parents=True, exist_ok=True)
     if not request.resume:

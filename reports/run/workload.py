@@ -74,6 +74,7 @@ def render_and_judge(
                         subject=subject,
                         memory=memory,
                         full=request.full,
+                        certified=request.certified,
                         finished=finished,
                     )
                     case_run.start()

@@ -23,7 +23,7 @@ from reports.run import plan
 from reports.run.demands import Demands, demands
 from reports.run.guards import BrokenHarnessError
 from reports.run.plan import PlannedCase
-from reports.run.request import RunRequest
+from reports.run.request import RunRequest, Trial
 from reports.subjects import Subject
 
 _CORNERS = ((0.0, 0.0, 0.5), (1.0, 0.0, 0.5), (0.0, 1.0, 0.5))
@@ -74,8 +74,8 @@ REQUEST = RunRequest(
     selectors=(), out=Path("out"), resume=True, require=(), jobs=1, timeout=60.0, configurations=(), json=None
 )
 # Which cases, how a run goes about them, where to: none of it is part of what is found of a case. Configurations are
-# each a candidate of their own, by name and answers.
-HOW = ("selectors", "out", "resume", "jobs", "timeout", "json", "cached", "history", "configurations")
+# each a candidate of their own, by name and answers; trials are their planned case's.
+HOW = ("selectors", "out", "resume", "jobs", "timeout", "json", "cached", "history", "configurations", "trials")
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
 TOLD_BY_IDENTITY = ("name", "command", "capabilities", "seconds", "memory")
 # Other values of what cannot be guessed from the value that is there.
@@ -90,6 +90,7 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Candidate", "fine"): {Stage.RADIANCE: _IMAGE},
     ("Candidate", "mean"): _IMAGE,
     ("Candidate", "unsupported"): {Stage.NORMAL: "a guard says so"},
+    ("PlannedCase", "trials"): (Trial(name="float32"),),
     ("RunRequest", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),
     ("Demands", "identity"): ("another program",),

@@ -1,0 +1,311 @@
+"""Which verdicts of a case are wrong: about a renderer that is right, or for one that is not.
+
+A failure stands if one value at least is outside the limit of its certified enclosure, and no scene within rounding
+has it; it is wrong if none is. A pass is wrong if such a value exists. A reference under suspicion is a failure of
+that reference. What is a tie in exact numbers is nobody's fault and counts as undecided.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from cases.case import Case
+from cases.rounding import UNIT_ROUNDOFF
+from cases.stages import Stage
+from reference.certified.cameras import camera_answer
+from reference.certified.continuing import continued
+from reports.certify.perturbed import perturbed
+from reports.certify.values import CERTIFIED, Held, Pixel, certified_answers
+from reports.judge import camera
+from reports.judge.bias import bias
+from reports.judge.checks import Check
+from reports.judge.ground import Ground, ground
+from reports.judge.limits import Roundoff
+from reports.judge.measurement import Measurement, jsonable, ratios
+from reports.judge.oracle import ORACLE, FullOracle, stages_of
+from reports.judge.outcomes import Outcome, worst
+from reports.judge.parties import Candidate, Witness, as_candidate
+from reports.judge.summing_up import Judged
+
+ACCUSING = (Outcome.REFERENCE_SUSPECT, Outcome.WARN)
+UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})
+MOST_NAMED = 3  # wrong verdicts a renderer and case that are listed with their pixel
+SAMPLE = 24  # pixels by which a scene is called decidable
+STEADY = 0.5  # the share of them that must be the same in every scene within rounding
+TRIALS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrongVerdict:
+    """A verdict that certified arithmetic contradicts, with the pixel that shows it."""
+
+    case: str
+    configuration: str
+    reference: str | None  # held against whom; None: of the verdict as a whole
+    stage: str
+    pixel: Pixel | None
+    value: list[float | str] | None
+    enclosure: list[list[float | str]] | None  # low and high of each channel
+    verdict: str
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Certified:
+    """What certified arithmetic says of a case's verdicts."""
+
+    wrong: tuple[WrongVerdict, ...] = ()
+    undecided: tuple[str, ...] = ()  # configurations whose verdict is that nothing could be judged, though it can be
+    undecidable: tuple[str, ...] = ()  # the same where rounding decides most of what is seen
+    why: str | None = None  # why nothing was certified
+    seconds: float = 0.0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain JSON data."""
+        return asdict(self)
+
+
+@dataclass(kw_only=True)
+class Inquest:
+    """One case's parties before certified arithmetic."""
+
+    case: Case
+    base: Ground
+    truth: dict[Stage, np.ndarray]
+    held: dict[str, Held] = field(default_factory=dict)
+    known: dict[tuple[str, bool, Pixel], tuple[Stage, ...]] = field(default_factory=dict)
+
+    def of(self, party: Candidate) -> Held:
+        """Return a party's values, held against certified ones."""
+        if party.name not in self.held:
+            self.held[party.name] = Held(ground=self.base, truth=self.truth, party=party)
+        return self.held[party.name]
+
+    def wrong_at(
+        self, party: Candidate, pixels: Sequence[Pixel], *, strictly: bool = False
+    ) -> dict[Pixel, tuple[Stage, ...]]:
+        """Return of pixels the stages at which a party is wrong; only those with any."""
+        key = (party.name, strictly)
+        new = [pixel for pixel in dict.fromkeys(pixels) if (*key, pixel) not in self.known]
+        found = self.of(party).wrong(new, strictly=strictly)
+        self.known |= {(*key, pixel): found.get(pixel, ()) for pixel in new}
+        return {pixel: self.known[*key, pixel] for pixel in pixels if self.known[*key, pixel]}
+
+    def report(self, party: str, check: Check | None, stage: Stage, pixel: Pixel | None, verdict: Outcome, why: str):
+        """Return a wrong verdict with value and enclosure at the pixel."""
+        value = enclosure = None
+        answers = self.held[party].party.answers if party in self.held else None
+        if pixel is not None and stage is not Stage.CAMERA and answers and stage in answers:
+            value = jsonable(tuple(map(float, np.atleast_1d(answers[stage][pixel[1], pixel[0]]))))
+            record = CERTIFIED.enclose(self.base.scene, [stage], [pixel], exactly=False)[0]
+            enclosure = [jsonable(tuple(map(float, pair))) for pair in record["stages"][str(stage)]]
+        return WrongVerdict(
+            case=self.case.name,
+            configuration=party,
+            reference=check.reference if check is not None else None,
+            stage=str(stage),
+            pixel=pixel,
+            value=value,
+            enclosure=enclosure,
+            verdict=verdict.value,
+            why=why,
+        )
+
+
+def certify(
+    judged: Judged, candidates: Sequence[Candidate], witnesses: Sequence[Witness], oracle: FullOracle
+) -> Certified:
+    """Return which of a case's verdicts are wrong, and which are missing where there is one to be had."""
+    scene, stages = judged.case.scene, stages_of(judged.case.scene)
+    images = tuple(stage for stage in stages if stage is not Stage.CAMERA)
+    truth = certified_answers(scene, images)
+    if truth is None:
+        return Certified(why="The scene has too many triangles to certify whole images.")
+    known = next((witness.answers for witness in witnesses if witness.name == ORACLE), {})
+    base = ground(scene, stages, oracle, known=known)
+    inquest = Inquest(case=judged.case, base=base, truth=truth)
+    wrong: list[WrongVerdict] = []
+    open_: list[str] = []
+    precisions: set[str] = set()
+    for candidate in candidates:
+        checks = [check for check in judged.checks if check.configuration == candidate.name]
+        outcome = worst([check.outcome for check in checks])
+        if candidate.answers is None:
+            pass
+        elif outcome is Outcome.FAIL:
+            wrong += _accused(inquest, candidate, [check for check in checks if check.outcome is Outcome.FAIL])
+        else:
+            wrong += _passed(inquest, candidate, outcome)
+        found = [check for check in checks if check.outcome in UNMEASURED]
+        if found:
+            open_.append(candidate.name)
+            # A check is no more decidable than the coarser of its two parties.
+            precisions |= {_coarser(candidate, check, witnesses) for check in found}
+    for witness in witnesses:
+        checks = [check for check in judged.checks if check.outcome in ACCUSING and _blamed(check) == witness.name]
+        if checks and witness.error is None:
+            wrong += _accused(inquest, as_candidate(witness), checks)
+    decidable = any(_decidable(inquest, precision) for precision in precisions)
+    return Certified(
+        wrong=tuple(wrong),
+        undecided=tuple(open_) if decidable else (),
+        undecidable=() if decidable else tuple(open_),
+    )
+
+
+def _blamed(check: Check) -> str:
+    """Return whom a check that does not fail accuses."""
+    return check.suspected or check.reference
+
+
+def _passed(inquest: Inquest, candidate: Candidate, outcome: Outcome) -> list[WrongVerdict]:
+    """Return the wrong verdicts on a renderer that nobody failed: values that are nobody's within rounding."""
+    held = inquest.of(candidate)
+    wrong = inquest.wrong_at(candidate, held.chosen, strictly=True)
+    found = [
+        inquest.report(
+            candidate.name,
+            None,
+            stages[0],
+            pixel,
+            outcome,
+            f"{', '.join(map(str, stages))}: outside the limit of the certified value, and no scene within rounding "
+            "has it, but nothing failed",
+        )
+        for pixel, stages in wrong.items()
+    ]
+    if candidate.answers and Stage.CAMERA in candidate.answers and _camera_ratio(inquest, candidate) > 1:
+        found.append(inquest.report(candidate.name, None, Stage.CAMERA, None, outcome, "the camera is wrong"))
+    return found[:MOST_NAMED]
+
+
+def _accused(inquest: Inquest, party: Candidate, checks: Sequence[Check]) -> list[WrongVerdict]:
+    """Return the wrong verdicts on a renderer that was failed or put under suspicion, none if one check is right."""
+    held = inquest.of(party)
+    found: list[WrongVerdict] = []
+    for check in checks:
+        if _stands(inquest, party, check):
+            return []
+        measured = [one for one in (check.end_to_end, check.continued) if one is not None and one.worst_ratio > 1]
+        pixel = max(measured, key=lambda one: one.worst_ratio).pixel if measured else None
+        why = f"{check.reason}; but no value is outside its certified limit for certain"
+        found.append(inquest.report(party.name, check, check.stage, pixel, check.outcome, why))
+    if inquest.wrong_at(party, held.chosen):
+        return []
+    return list({(one.stage, one.pixel): one for one in found}.values())[:MOST_NAMED]
+
+
+def _stands(inquest: Inquest, party: Candidate, check: Check) -> bool:
+    """Return whether certified arithmetic bears out what one check says of a party."""
+    if check.stage is Stage.CAMERA:
+        return _camera_ratio(inquest, party) > 1
+    answers = party.answers or {}
+    if check.end_to_end is None:
+        # An image of another size is wrong without being measured; a copy is none.
+        return check.stage in answers and check.stage not in inquest.of(party).stages
+    image = np.asarray(answers.get(check.stage, 0.0))
+    if np.isnan(image).any():
+        return True
+    measured = check.end_to_end
+    pixel = measured.pixel if not measured.worst_ratio <= 1 else None
+    if pixel is not None and check.stage in inquest.wrong_at(party, [pixel]).get(pixel, ()):
+        return True
+    if _biased(inquest, party, check):
+        return True
+    own = check.continued
+    return own is not None and not own.worst_ratio <= 1 and _stands_alone(inquest, party, check.stage, own)
+
+
+def _biased(inquest: Inquest, party: Candidate, check: Check) -> bool:
+    """Return whether a factor that many pixels share, and that a check found off, is so against certified values."""
+    held, stage = inquest.of(party), check.stage
+    ours = np.asarray((party.answers or {}).get(stage))
+    if check.bias is not None and check.bias.ratio > 1:
+        base = inquest.base
+        exact = Ground(
+            scene=base.scene,
+            truth=base.truth | held.exact.answers,
+            edges=base.edges,
+            conditioning=base.conditioning,
+            oracle=base.oracle,
+        )
+        if bias(replace(held.terms, ground=exact), stage, ours, None).ratio > 1:
+            return True
+    if check.continued_bias is None or not check.continued_bias.ratio > 1:
+        return False
+    value = CERTIFIED.continue_from(inquest.base.scene, stage, party.answers or {})
+    return bias(held.terms, stage, ours, value).ratio > 1
+
+
+def _stands_alone(inquest: Inquest, party: Candidate, stage: Stage, measured: Measurement) -> bool:
+    """Return whether a stage is wrong given the party's own previous ones, as certified arithmetic continues them."""
+    answers = party.answers
+    if answers is None or measured.pixel is None:
+        return False
+    column, row = measured.pixel
+    held = inquest.of(party)
+    given = {name: np.asarray(answers[name], dtype=np.float64)[row, column][np.newaxis] for name in held.stages}
+    ours = np.asarray(answers[stage], dtype=np.float64)
+    if stage is Stage.RAY:
+        expected = inquest.truth[stage][row, column]
+    else:
+        expected = continued(inquest.base.scene, stage, given)[0]
+    if np.isnan(expected).any():
+        return False
+    # Limits are made for images: this one pixel's expected value in an image of the party's own.
+    value = ours.copy()
+    value[row, column] = expected
+    limit, _ = held.terms.continued(stage, value)
+    if ratios(stage, ours, value, limit)[0][row, column] <= 1:
+        return False
+    if stage in (Stage.OBJECT, Stage.VISIBILITY, Stage.DISTANCE, Stage.NORMAL):
+        # Who took the other side of an edge than exact arithmetic continues to: end to end says whether it is one.
+        return stage in inquest.wrong_at(party, [measured.pixel]).get(measured.pixel, ())
+    return True
+
+
+def _camera_ratio(inquest: Inquest, party: Candidate) -> float:
+    """Return error over limit of a party's camera against the certified one."""
+    view = inquest.base.scene.camera
+    mine = (party.answers or {}).get(Stage.CAMERA)
+    if mine is None:
+        return 0.0
+    return camera.compared(mine, camera_answer(view), view, Roundoff(party.precision)).ratio
+
+
+def _coarser(candidate: Candidate, check: Check, witnesses: Sequence[Witness]) -> str:
+    """Return the coarser precision of a check's two parties."""
+    other = next((witness.precision for witness in witnesses if witness.name == check.reference), "float64")
+    return max((candidate.precision, other), key=lambda precision: UNIT_ROUNDOFF[precision])
+
+
+def _decidable(inquest: Inquest, precision: str) -> bool:
+    """Return whether most of what is seen is the same in every scene within rounding of a precision.
+
+    Of up to SAMPLE pixels that hit something, spread over the image, object and visible lights are certified in
+    perturbed scenes; a scene is decidable if at least STEADY of them keep both in all.
+    """
+    hit = inquest.truth[Stage.OBJECT][..., 0] >= 0
+    rows, columns = np.nonzero(hit)
+    if not len(rows):
+        return False
+    chosen = np.unique(np.linspace(0, len(rows) - 1, SAMPLE).astype(int))
+    pixels = np.stack([columns, rows], axis=-1)[chosen]
+    return steady(inquest, pixels, precision) >= STEADY
+
+
+def steady(inquest: Inquest, pixels: np.ndarray, precision: str) -> float:
+    """Return the share of pixels (n, 2) whose discrete answers no perturbation of 16 roundings changes."""
+    scene = inquest.base.scene
+    stages = tuple(stage for stage in (Stage.OBJECT, Stage.VISIBILITY) if stage in inquest.truth)
+    generator, same = np.random.default_rng(16), np.ones(len(pixels), dtype=bool)
+    for number in range(TRIALS):
+        amount = 16 * UNIT_ROUNDOFF[precision]
+        near = perturbed(scene, generator, amount, unshared=number % 2 == 1)
+        found = CERTIFIED.at(near, stages, pixels + 0.5, exactly=False)
+        for stage in stages:
+            before = inquest.truth[stage][pixels[:, 1], pixels[:, 0]]
+            same &= (found[stage] == before).all(axis=1)
+    return float(same.mean())

@@ -1,0 +1,164 @@
+"""`rayproof run random`: batches of random scenes through an ordinary run, and what their verdicts were worth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from cases.families import select
+from cases.random import FAMILY, counted
+from reports.plain import as_json
+from reports.publish.atomic import write_text
+from reports.publish.results import load_results
+from reports.random.trials import example, trials
+from reports.run.plan import DEFAULTS
+from reports.run.pool import Pool
+from reports.run.request import RunRequest
+from reports.run.suite import FAILED, INTERRUPTED
+from reports.run.suite import run as run_suite
+from reports.subjects import Subject
+
+BATCH = 500  # scenes that are held in memory, and in one report, at once
+MOST_UNDECIDED = 0.01  # of the scenes
+NAME = "random.json"
+MOST_SHOWN = 20
+
+
+@dataclass(kw_only=True)
+class Tally:
+    """What became of the verdicts on the scenes so far."""
+
+    seed: int
+    scenes: list[str] = field(default_factory=list)
+    wrong: list[dict[str, Any]] = field(default_factory=list)
+    undecided: dict[str, list[str]] = field(default_factory=dict)  # scene -> configurations; most could be decided
+    undecidable: dict[str, list[str]] = field(default_factory=dict)
+    uncertified: dict[str, str] = field(default_factory=dict)  # scene -> why nobody certified its verdicts
+    trials: dict[str, int] = field(default_factory=dict)
+    folders: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+
+    def add(self, folder: Path) -> None:
+        """Add what a results folder holds."""
+        results = load_results(folder)
+        self.folders.append(str(folder))
+        self.seconds += results.get("seconds", 0.0)
+        for case in results["cases"]:
+            self._add(case)
+
+    def _add(self, case: Mapping[str, Any]) -> None:
+        name = case["name"]
+        self.scenes.append(name)
+        certified = case.get("certified")
+        if certified is None:
+            self.undecided[name] = [f"not judged: {case['reason']}"]
+            return
+        for number, one in enumerate(certified):
+            self.wrong += one["wrong"]
+            if one["why"] is not None:
+                self.uncertified[name] = one["why"]
+            for about, names in ((self.undecided, one["undecided"]), (self.undecidable, one["undecidable"])):
+                if names:
+                    about.setdefault(name, []).extend(names)
+            if number:
+                self.trials[one["tried"]] = self.trials.get(one["tried"], 0) + 1
+
+    @property
+    def share(self) -> float:
+        """Return the share of scenes of which something could be decided and was not."""
+        return len(self.undecided) / len(self.scenes) if self.scenes else 0.0
+
+    @property
+    def sound(self) -> bool:
+        """Say whether no verdict is wrong, and few are missing that could be had."""
+        return not self.wrong and self.share <= MOST_UNDECIDED
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain JSON data."""
+        return {
+            "seed": self.seed,
+            "scenes": len(self.scenes),
+            "features": counted(self.scenes),
+            "wrong_verdicts": self.wrong,
+            "undecided": {
+                "decidable": self.undecided,
+                "share": self.share,
+                "undecidable": self.undecidable,
+                "uncertified": self.uncertified,
+            },
+            "trials": self.trials,
+            "folders": self.folders,
+        }
+
+
+def run(request: RunRequest, pool: Pool | None, *, count: int, seed: int) -> tuple[int, tuple[Path, ...]]:
+    """Run `count` scenes of `seed`; return the exit code and the folders of the reports.
+
+    The code is 0 if no verdict is wrong and at most 1 % of the scenes are left undecided that need not be, 1
+    otherwise, 130 when interrupted. A fault that was planted and found makes no run fail.
+    """
+    console = Console(highlight=False)
+    tally, folders = Tally(seed=seed), []
+    program = None
+    if request.subject.is_tracer:
+        built = example(request.out / "programs")
+        if isinstance(built, Subject):
+            program = built
+        else:
+            console.print(built, style="yellow", soft_wrap=True)
+    for first in range(0, count, BATCH):
+        last = min(first + BATCH, count) - 1
+        folder = request.out if count <= BATCH else request.out / f"{first}-{last}"
+        code = run_suite(_batch(request, folder, range(first, last + 1), seed, program), pool)
+        folders.append(folder)
+        tally.add(folder)
+        write_text(request.out / NAME, as_json(tally.as_json()) + "\n")
+        if code == INTERRUPTED:
+            return INTERRUPTED, tuple(folders)
+        pool = None
+    if request.json is not None:
+        whole = load_results(folders[0]) if len(folders) == 1 else {}
+        write_text(request.json, as_json(whole | tally.as_json()) + "\n")
+    _tell(tally, request.out, console)
+    return 0 if tally.sound else FAILED, tuple(folders)
+
+
+def _batch(request: RunRequest, folder: Path, chosen: range, seed: int, program: Subject | None) -> RunRequest:
+    """Return the request for one batch of scenes."""
+    names = tuple(f"{FAMILY}/{seed}/{number}" for number in chosen)
+    tried = {case.name: trials(case, program) for case in select(names)} if request.subject.is_tracer else {}
+    return replace(
+        request,
+        selectors=names,
+        out=folder,
+        json=None,
+        configurations=request.configurations or DEFAULTS,
+        certified=True,
+        trials=tried,
+    )
+
+
+def _tell(tally: Tally, out: Path, console: Console) -> None:
+    """Print features, wrong verdicts and what is undecided."""
+
+    def line(text: str, style: str | None = None) -> None:
+        console.print(text, style=style, soft_wrap=True, markup=False)
+
+    line("features: " + ", ".join(f"{name} {count}" for name, count in counted(tally.scenes).items()))
+    if tally.trials:
+        line("tried beside: " + ", ".join(f"{name} {count}" for name, count in sorted(tally.trials.items())))
+    for wrong in tally.wrong[:MOST_SHOWN]:
+        at = f", pixel {tuple(wrong['pixel'])}" if wrong["pixel"] else ""
+        line(
+            f"wrong: {wrong['case']} {wrong['configuration']} {wrong['stage']}{at}: {wrong['verdict']}: {wrong['why']}",
+            "red",
+        )
+    for name in list(tally.undecided)[:MOST_SHOWN]:
+        line(f"undecided: {name}: {', '.join(tally.undecided[name])}", "yellow")
+    scenes = len({wrong["case"] for wrong in tally.wrong})
+    line(
+        f"{len(tally.scenes)} scenes, wrong verdicts in {scenes}; undecided though decidable in {len(tally.undecided)} "
+        f"({tally.share:.1%}), undecidable in {len(tally.undecidable)}; {out / NAME}"
+    )

@@ -1,0 +1,89 @@
+"""Random scenes stay what their names say, are valid, and have every hostile feature often enough."""
+
+import json
+
+import pytest
+
+from cases.families import select
+from cases.random import case_named, counted, random_scene
+from cases.random.draws import Draws
+from cases.random.features import FEATURES
+from cases.scene import Cube, Mesh, Plane, Sphere, Square, Triangle
+from cases.scene_json import scene_from_json, scene_to_json
+
+MANY = 1000
+NAMES = [f"random/5/{number}" for number in range(MANY)]
+
+
+def test_the_stream_of_numbers_is_the_one_that_names_stand_for():
+    draws = Draws(1, 2, 3)
+
+    # PCG64 seeded by (1, 2, 3), words shifted by 11 bits: another stream would rename every scene.
+    assert [draws.uniform() for _ in range(3)] == [0.6704722626516632, 0.1110146366693816, 0.5115090823948739]
+
+
+def test_a_name_stands_for_one_scene():
+    case = case_named("random/1/17")
+
+    assert random_scene(1, 17).scene == case.scene != case_named("random/2/17").scene
+    assert (type(case.scene.shapes[0]).__name__, case.scene.camera.width, case.scene.camera.height) == (
+        "Sphere",
+        64,
+        48,
+    )
+    assert case.scene.camera.eye == pytest.approx(
+        (-1.4950828142807615, 2.923227071090778, 1.1331429351412703), rel=1e-12
+    )
+
+
+def test_each_feature_is_in_two_scenes_of_a_hundred():
+    counts = counted(NAMES)
+
+    assert set(FEATURES) < set(counts)
+    assert {name: count for name, count in counts.items() if count < 0.02 * MANY} == {}
+    assert {kind.__name__.lower() for kind in (Sphere, Cube, Square, Plane, Triangle, Mesh)} < set(counts)
+
+
+def test_scenes_survive_their_files():
+    for name in NAMES[::20]:
+        scene = case_named(name).scene
+
+        assert scene_from_json(json.loads(json.dumps(scene_to_json(scene))), None, name) == scene
+
+
+@pytest.mark.parametrize("feature", list(FEATURES))
+def test_a_feature_shows_in_a_scene_that_has_it(feature):
+    scene = next(drawn.scene for number in range(200) if feature in (drawn := random_scene(5, number)).features)
+    view = scene.camera
+    shown = {
+        "empty": not scene.shapes,
+        "no_light": not scene.lights,
+        "many_lights": 10 <= len(scene.lights) <= 20,
+        "one_pixel": (view.width, view.height) == (1, 1),
+        "few_pixels": (view.width, view.height) == (7, 3),
+        "one_column": (view.width, view.height) == (1, 200),
+        "narrow_view": view.fovy <= 1e-2,
+        "wide_view": 150 <= view.fovy <= 175,
+        "no_clip": scene.clip == "none",
+        "shell_clip": scene.clip == "shell",
+        "simplified": scene.shading == "simplified",
+        "crowded": len(scene.shapes) > 12,
+        "two_sided": all(shape.two_sided for shape in scene.shapes[:1]),
+    }
+
+    assert shown.get(feature, True)
+
+
+def test_a_random_scene_is_selected_by_name_alone_and_after_all_others():
+    chosen = select(["random/3/12", "primitives/sphere", "random/3/4", "random/3/12"])
+
+    assert [case.name for case in chosen] == ["primitives/sphere", "random/3/12", "random/3/4"]
+    assert {case.family for case in chosen} == {"primitives", "random"}
+
+
+@pytest.mark.parametrize(
+    "name", ["random", "random/1", "random/1/x", "random/1/-2", "random/1/2/3", "random/1/99999999999"]
+)
+def test_a_name_that_is_no_scenes_is_refused(name):
+    with pytest.raises(LookupError, match=r"random scene"):
+        select([name])

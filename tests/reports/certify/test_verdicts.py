@@ -1,0 +1,149 @@
+"""Certified arithmetic finds the verdicts that are wrong, whichever side the judge erred on, and no others."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cases.answers import Answers
+from cases.case import Case
+from cases.families import select
+from cases.rounding import gamma
+from cases.stages import IMAGE_STAGES, Stage
+from reference.analytic import Analytic
+from reports.certify.perturbed import perturbed
+from reports.certify.verdicts import Certified, certify
+from reports.faults import FAULTS
+from reports.faults.patching import altered
+from reports.judge import limits
+from reports.judge.judging import judge_case
+from reports.judge.oracle import stages_of
+from reports.judge.outcomes import Outcome
+from reports.judge.parties import Candidate, Witness
+from reports.judge.summing_up import Judged
+
+ORACLE = Analytic()
+(FULL,) = select(["random_scenes/seed_2"])
+SMALL = replace(FULL.scene, camera=replace(FULL.scene.camera, width=32, height=24))
+CASE = replace(FULL, scene=SMALL, least_interior=0, most_edge=0.5)
+TRUTH = ORACLE.render(CASE.scene, stages_of(CASE.scene))
+INSIDE = (16, 12)  # a pixel that hits something
+
+
+def rounded(changes: Mapping[Stage, float] | None = None) -> Answers:
+    """Return the oracle's answers as float32 has them, some of them multiplied by a factor."""
+    factors = changes or {}
+    return {
+        stage: image if stage is Stage.CAMERA else np.float64(np.float32(image) * factors.get(stage, 1.0))
+        for stage, image in TRUTH.items()
+    }
+
+
+def candidate(answers: Answers) -> Candidate:
+    """Return a renderer in float32 that answers so."""
+    return Candidate(name="ours", precision="float32", items=frozenset(), shadow_epsilon=0.0, answers=answers)
+
+
+def witness(answers: Answers, *, name: str = "analytic", precision: str = "float64") -> Witness:
+    """Return a reference that answers so."""
+    return Witness(name=name, precision=precision, independent=True, shadow_epsilon=0.0, answers=answers)
+
+
+def judge(case: Case, ours: Candidate, witnesses: list[Witness]) -> Judged:
+    """Return what the judge says, sentinels aside."""
+    return judge_case(case, [ours], witnesses, ORACLE, {})
+
+
+def certified(judged: Judged, ours: Candidate, witnesses: list[Witness]) -> Certified:
+    """Return what certified arithmetic says of that."""
+    return certify(judged, [ours], witnesses, ORACLE)
+
+
+def test_a_right_renderer_that_passes_and_a_wrong_one_that_fails_are_no_wrong_verdicts() -> None:
+    panel = [witness(TRUTH)]
+    for factor, expected in ((1.0, Outcome.PASS), (1.001, Outcome.FAIL)):
+        ours = candidate(rounded({Stage.IRRADIANCE: factor, Stage.EXITANCE: factor, Stage.RADIANCE: factor}))
+        judged = judge(CASE, ours, panel)
+
+        assert judged.outcome is expected
+        assert certified(judged, ours, panel) == Certified()
+
+
+def test_a_wrong_renderer_that_a_blunt_judge_lets_pass_is_found() -> None:
+    answers, (column, row) = rounded(), INSIDE
+    radiance = answers[Stage.RADIANCE].copy()
+    radiance[row, column] *= 1.0001
+    panel, ours = [witness(TRUTH)], candidate(answers | {Stage.RADIANCE: radiance})
+    with FAULTS["judge/mean_for_maximum"]():
+        judged = judge(CASE, ours, panel)
+
+    found = certified(judged, ours, panel)
+
+    assert judged.outcome is Outcome.PASS
+    (wrong,) = found.wrong
+    assert (wrong.stage, wrong.pixel, wrong.verdict) == ("radiance", INSIDE, "pass")
+    assert wrong.value is not None
+    assert wrong.enclosure is not None
+    for value, (low, high) in zip(wrong.value, wrong.enclosure, strict=True):
+        assert float(low) <= float(high)
+        assert float(value) == pytest.approx(1.0001 * float(low), rel=1e-5)
+
+
+def test_a_right_renderer_that_an_unjust_judge_fails_is_found() -> None:
+    panel, ours = [witness(TRUTH)], candidate(rounded())
+
+    def stingy(roundoff: limits.Roundoff, count: float) -> float:
+        return 1e-3 * gamma(count, precision=roundoff.precision)
+
+    with altered(limits.Roundoff, "__call__", stingy):
+        judged = judge(CASE, ours, panel)
+
+    found = certified(judged, ours, panel)
+
+    assert judged.outcome is Outcome.FAIL
+    assert found.wrong
+    assert {wrong.verdict for wrong in found.wrong} == {"fail"}
+    assert {wrong.reference for wrong in found.wrong} == {"analytic"}
+
+
+@pytest.mark.parametrize(("factor", "guilty"), [(1.001, True), (1.0, False)])
+def test_a_reference_is_suspected_rightly_only_if_it_is_wrong(factor: float, *, guilty: bool) -> None:
+    ours = candidate(rounded())
+    other = witness(rounded({Stage.RADIANCE: factor}), name="embree", precision="float32")
+    panel = [witness(TRUTH), replace(other, answers=other.answers | {Stage.RAY: TRUTH[Stage.RAY]})]
+    judged = judge(CASE, ours, panel)
+    for check in judged.checks:
+        if check.reference == "embree" and check.stage is Stage.RADIANCE:
+            assert (check.outcome is Outcome.REFERENCE_SUSPECT) == guilty or not guilty
+            check.outcome = Outcome.REFERENCE_SUSPECT
+        elif check.outcome is Outcome.REFERENCE_SUSPECT:
+            check.outcome = Outcome.PASS  # a copy of ours, to the last bit, as it was made
+
+    found = certified(judged, ours, panel)
+
+    assert [(wrong.configuration, wrong.stage) for wrong in found.wrong] == ([] if guilty else [("embree", "radiance")])
+
+
+def test_garbage_at_one_pixel_is_found_wherever_the_judge_does_not_look() -> None:
+    answers = rounded()
+    radiance = answers[Stage.RADIANCE].copy()
+    radiance[INSIDE[1], INSIDE[0]] = 1e30
+    ours, panel = candidate(answers | {Stage.RADIANCE: radiance}), [witness(TRUTH)]
+    judged = judge(CASE, ours, panel)
+    for check in judged.checks:
+        check.outcome = Outcome.PASS
+
+    found = certified(judged, ours, panel)
+
+    assert [(wrong.stage, wrong.pixel) for wrong in found.wrong] == [("radiance", INSIDE)]
+
+
+def test_a_scene_within_rounding_keeps_what_is_seen_and_has_other_numbers() -> None:
+    moved = perturbed(CASE.scene, np.random.default_rng(1), 2.0**-20, unshared=True)
+
+    assert moved != CASE.scene
+    other = ORACLE.render(moved, IMAGE_STAGES)
+    assert np.mean(other[Stage.OBJECT][..., 0] == TRUTH[Stage.OBJECT][..., 0]) > 0.98
+    both = np.isfinite(other[Stage.DISTANCE]) & np.isfinite(TRUTH[Stage.DISTANCE])
+    assert 0 < np.median(np.abs(other[Stage.DISTANCE][both] - TRUTH[Stage.DISTANCE][both])) < 1e-4
