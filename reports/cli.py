@@ -24,6 +24,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Judge the tracer or another renderer on cases or scene files; write a report.",
     ),
     "audit": ("reports.commands.audit:audit", "Plant faults one at a time and show which the harness kills."),
+    "laws": ("reports.commands.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
     "report": ("reports.commands.report:report", "Publish a results folder again, without rendering."),
     "list": ("reports.commands.list:catalogue", "List cases, formulas, references or metrics."),
     "show": ("reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),

@@ -1,0 +1,31 @@
+"""The image by all lights is the sum of the images by each."""
+
+from collections.abc import Iterator
+
+from cases.laws import LAWS
+from cases.relations import Ask, Relation, added, vector, view, with_lights
+from cases.scene import PointLight, Scene
+from cases.stages import Stage
+
+
+def at_least_two(scene: Scene) -> Scene:
+    """Return the scene with a second light beside its camera, if it has but one."""
+    if len(scene.lights) != 1:
+        return scene
+    axes = view(scene.camera)
+    (first,) = scene.lights
+    place = axes.eye + axes.distance * (0.3 * axes.right + 0.2 * axes.up)
+    return with_lights(scene, first, PointLight(position=vector(place), flux=vector(first.flux[::-1])))
+
+
+@LAWS.register("lights_add", stage=Stage.IRRADIANCE, implicates=("LIT-1", "RAD-5"))
+def lights_add(scene: Scene, ask: Ask) -> Iterator[Relation]:
+    """Switch the lights on one by one: what each gives adds up, and nothing is clamped, averaged or left out.
+
+    Proof: E is a sum over lights; whether one is seen does not depend on another.
+    Source: Kajiya, The Rendering Equation (1986); specification, LIT-1 and RAD-5.
+    """
+    if scene.lights:
+        whole = at_least_two(scene)
+        parts = tuple(with_lights(whole, light) for light in whole.lights)
+        yield from added(ask, parts, whole, what=f"{len(parts)} lights one by one")

@@ -1,0 +1,25 @@
+"""Moving everything at once moves nothing in the image."""
+
+from collections.abc import Iterator
+
+from cases.laws import LAWS
+from cases.placement import compose, rotation, translation
+from cases.relations import Ask, Conditions, Relation, carried_by, has_triangles, moved, related
+from cases.scene import Scene
+from cases.stages import Stage
+
+MOTION = compose(translation(0.4, -0.3, 0.2), rotation((0.3, -0.5, 0.8), 77.0))
+
+
+@LAWS.register("rigid", stage=Stage.RAY, implicates=("CAM-1", "CAM-4", "XF-1", "XF-2", "NRM-3"))
+def rigid(scene: Scene, ask: Ask) -> Iterator[Relation]:
+    """Turn and move camera, shapes and lights together: points and directions move along, radiance stays.
+
+    Proof: every formula of the specification is made of dot products of differences of points, which a rigid motion
+    keeps. Source: Weyl, Symmetry (1952); specification, CAM-1 and XF-1.
+    """
+    changed = moved(scene, MOTION)
+    conditions = Conditions(rebaked=has_triangles(scene))
+    yield from related(
+        ask, scene, changed, what="everything turned and moved", before=carried_by(MOTION), conditions=conditions
+    )

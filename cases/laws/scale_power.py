@@ -1,0 +1,26 @@
+"""A world four times as large and sixteen times as bright is the same to the last bit."""
+
+from collections.abc import Iterator
+
+from cases.laws import LAWS
+from cases.placement import scaling
+from cases.relations import Ask, Conditions, Relation, carried_by, moved, related
+from cases.scene import Scene
+from cases.stages import Stage
+
+FACTOR = 4.0
+
+
+@LAWS.register("scale_power", stage=Stage.IRRADIANCE, implicates=("RAD-1", "RAD-2", "LIT-3", "LIT-5", "HIT-1"))
+def scale_power(scene: Scene, ask: Ask) -> Iterator[Relation]:
+    """Scale all lengths by 4 and flux by 16: no digit changes, as far as formulas divide and multiply.
+
+    Proof: floating point has the same digits around 4 x as around x, and 1 / (16 r^2) and 16 Phi cancel. Where a
+    formula adds a length of its own, however small, they do not. Source: IEEE 754-2019, section 4.3.
+    """
+    motion = scaling(FACTOR, FACTOR, FACTOR)
+    changed, before = moved(scene, motion, scale=FACTOR), carried_by(motion, scale=FACTOR)
+    conditions = Conditions(factor=0.25)
+    yield from related(
+        ask, scene, changed, what="all lengths times 4, flux times 16", before=before, conditions=conditions
+    )

@@ -1,0 +1,29 @@
+"""Shapes may come in any order."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from cases.laws import LAWS
+from cases.relations import Ask, Relation, related
+from cases.scene import Scene
+from cases.stages import Stage
+
+
+@LAWS.register("shapes_commute", stage=Stage.OBJECT, implicates=("HIT-9", "LIT-1"))
+def shapes_commute(scene: Scene, ask: Ask) -> Iterator[Relation]:
+    """List the shapes backwards: object indices come backwards, and nothing else changes.
+
+    Proof: the nearest hit is the least of a set, and so is whether any shape blocks a feeler.
+    Source: specification, HIT-9.
+    """
+    count = len(scene.shapes)
+    if count < 2:
+        return
+
+    def renamed(image: np.ndarray) -> np.ndarray:
+        return np.stack([np.where(image[..., 0] >= 0, count - 1 - image[..., 0], -1.0), image[..., 1]], axis=-1)
+
+    changed = replace(scene, shapes=scene.shapes[::-1])
+    yield from related(ask, scene, changed, what="the shapes listed backwards", before={Stage.OBJECT: renamed})
