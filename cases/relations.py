@@ -7,13 +7,13 @@ Source: Chen, Cheung and Yiu, Metamorphic Testing: A New Approach for Generating
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from cases.answers import Answers
-from cases.scene import IDENTITY, Camera, Matrix, Mesh, PointLight, Rgb, Scene, Shape, Triangle, Vector
+from cases.scene import Scene
 from cases.stages import IMAGE_STAGES, Stage
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
@@ -128,123 +128,3 @@ def faces(change: Map) -> dict[Stage, Map]:
         return np.stack([image[..., 0], change(image[..., 1])], axis=-1)
 
     return {Stage.OBJECT: renumbered}
-
-
-# ---------------------------------------------------------------------------------------------------- changed scenes
-
-
-def vector(values: Any) -> Vector:
-    """Return three numbers as a tuple of Python's own."""
-    x, y, z = map(float, values)
-    return x, y, z
-
-
-def matrix(values: Any) -> Matrix:
-    """Return a 4x4 matrix as tuples of Python's own numbers."""
-    rows = [tuple(map(float, row)) for row in np.asarray(values)]
-    return tuple(rows)  # pyright: ignore[reportReturnType]
-
-
-def placed(shape: Shape, motion: Any) -> Shape:
-    """Return the shape with a motion of its object space put before its own placement."""
-    return replace(shape, to_world=matrix(np.asarray(shape.to_world) @ np.asarray(motion)))
-
-
-def with_camera(scene: Scene, **members: Any) -> Scene:
-    """Return the scene seen by a changed camera."""
-    return replace(scene, camera=replace(scene.camera, **members))
-
-
-def with_lights(scene: Scene, *lights: PointLight) -> Scene:
-    """Return the scene with other lights."""
-    return replace(scene, lights=lights)
-
-
-def with_shapes(scene: Scene, change: Callable[[Shape], Shape]) -> Scene:
-    """Return the scene with each shape changed."""
-    return replace(scene, shapes=tuple(map(change, scene.shapes)))
-
-
-def times(colour: Rgb, factor: float) -> Rgb:
-    """Return a flux or an albedo times a number."""
-    return vector(np.asarray(colour) * factor)
-
-
-def has_triangles(scene: Scene) -> bool:
-    """Say whether any shape's corners are baked to float32."""
-    return any(isinstance(shape, Triangle | Mesh) for shape in scene.shapes)
-
-
-def moved_triangles(scene: Scene) -> bool:
-    """Say whether any triangles stand elsewhere than they are described."""
-    return any(isinstance(shape, Triangle | Mesh) and shape.to_world != IDENTITY for shape in scene.shapes)
-
-
-@dataclass(frozen=True, kw_only=True)
-class View:
-    """A camera's axes, from its eye: unit vectors [1], and the distance of its target [m]."""
-
-    eye: np.ndarray
-    forward: np.ndarray
-    right: np.ndarray
-    up: np.ndarray
-    distance: float
-
-
-def view(camera: Camera) -> View:
-    """Return the axes of a camera (specification, CAM-1)."""
-    eye = np.asarray(camera.eye)
-    ahead = np.asarray(camera.target) - eye
-    distance = float(np.linalg.norm(ahead))
-    forward = ahead / distance
-    across = np.cross(forward, np.asarray(camera.up))
-    right = across / np.linalg.norm(across)
-    return View(eye=eye, forward=forward, right=right, up=np.cross(right, forward), distance=distance)
-
-
-def moved(scene: Scene, motion: Any, *, scale: float = 1.0) -> Scene:
-    """Return the whole scene moved by a matrix: camera, shapes and lights; `scale` is its factor of lengths.
-
-    Light is spread over scale^2 of the area, so that flux grows by as much (except for the lecture's simplified light).
-    """
-    whole = np.asarray(motion, dtype=np.float64)
-
-    def carried(point: Vector) -> Vector:
-        return vector(whole[:3, :3] @ np.asarray(point) + whole[:3, 3])
-
-    camera, brighter = scene.camera, 1.0 if scene.shading == "simplified" else scale * scale
-    return replace(
-        scene,
-        camera=replace(
-            camera,
-            eye=carried(camera.eye),
-            target=carried(camera.target),
-            up=vector(whole[:3, :3] @ np.asarray(camera.up)),
-            near=camera.near * scale,
-            far=camera.far * scale,
-        ),
-        shapes=tuple(replace(shape, to_world=matrix(whole @ np.asarray(shape.to_world))) for shape in scene.shapes),
-        lights=tuple(
-            replace(light, position=carried(light.position), flux=times(light.flux, brighter)) for light in scene.lights
-        ),
-    )
-
-
-def carried_by(motion: Any, *, scale: float = 1.0) -> dict[Stage, Map]:
-    """Return what a motion of the whole scene does to each stage's image."""
-    whole = np.asarray(motion, dtype=np.float64)
-    turn, shift = whole[:3, :3] / scale, whole[:3, 3]
-
-    def turned(image: np.ndarray) -> np.ndarray:
-        return image @ turn.T
-
-    def points(image: np.ndarray) -> np.ndarray:
-        there = image @ whole[:3, :3].T + shift
-        return np.where(np.any(image != 0, axis=-1, keepdims=True), there, 0.0)
-
-    return {
-        Stage.RAY: turned,
-        Stage.NORMAL: turned,
-        Stage.POSITION: points,
-        Stage.DISTANCE: lambda image: image * scale,
-    }

@@ -26,7 +26,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "audit": ("reports.commands.audit:audit", "Plant faults one at a time and show which the harness kills."),
     "laws": ("reports.commands.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
     "report": ("reports.commands.report:report", "Publish a results folder again, without rendering."),
-    "list": ("reports.commands.list:catalogue", "List cases, formulas, references or metrics."),
+    "list": ("reports.commands.list:catalogue", "List cases, formulas, references, metrics or laws."),
     "show": ("reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
     "probe": ("reports.commands.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
     "stability": ("reports.commands.stability:stability", "Measure formulas on ladders of ill-conditioned inputs."),

@@ -21,7 +21,11 @@ def blocks(page: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", (CHECKOUT / page).read_text(), re.MULTILINE | re.DOTALL)
 
 
-EXAMPLES = {block.split("\n")[0].removeprefix("# "): block for block in blocks("docs/architecture.md", "python")}
+EXAMPLES = {
+    block.split("\n")[0].removeprefix("# "): block
+    for page in ("docs/architecture.md", "docs/laws.md")
+    for block in blocks(page, "python")
+}
 
 USES = {
     "tracer/intersections/sphere_closest_point.py": """
@@ -44,6 +48,16 @@ assert len(select(["needles"])) == 3
 """,
     "reference/flat_grey.py": """
 assert REFERENCES["flat_grey"]().version()
+""",
+    "cases/laws/clip_free.py": """
+from cases.families import select
+from reference.analytic import Analytic
+from reports.judge.oracle import stages_of
+from reports.laws.judging import judge
+from reports.laws.work import small
+scene = small(select(["clipping/sphere_none"])[0].scene)
+found = [judge(one, "float64") for one in LAWS["clip_free"](scene, lambda one: Analytic().render(one, stages_of(one)))]
+assert found and not any(one.alarm for one in found)
 """,
     "reports/judge/metrics/mean_bias.py": """
 assert METRICS["mean_bias"](np.ones((2, 2, 1)), np.zeros((2, 2, 1)), (0.0, 1.0)) == 1.0

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from cases.baking import world_triangles
+from cases.changes import moved_triangles, with_shapes
 from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, moved_triangles, related, with_shapes
+from cases.relations import Ask, Conditions, Relation, related
 from cases.scene import IDENTITY, Mesh, Scene, Shape, Triangle
 from cases.stages import Stage
 

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from cases.changes import with_lights, with_shapes
 from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation, related, with_lights, with_shapes
+from cases.relations import LIGHT, Ask, Conditions, Relation, related
 from cases.scene import Rgb, Scene
 from cases.stages import Stage
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import vector, with_lights
 from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation, related, vector, with_lights
+from cases.relations import LIGHT, Ask, Conditions, Relation, related
 from cases.scene import Scene
 from cases.stages import Stage
 

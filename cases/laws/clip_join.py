@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import view, with_camera
 from cases.laws import LAWS
-from cases.relations import GEOMETRY, Ask, Relation, view, with_camera
+from cases.relations import GEOMETRY, Ask, Relation
 from cases.scene import Scene
 from cases.stages import Stage
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import view, with_camera
 from cases.laws import LAWS
-from cases.relations import Ask, Relation, view, with_camera
+from cases.relations import Ask, Relation
 from cases.scene import Scene
 from cases.stages import Stage
 
@@ -24,6 +25,9 @@ def clip_measured(scene: Scene, ask: Ask) -> Iterator[Relation]:
         return
     distance = seen[Stage.DISTANCE][..., 0]
     hit = np.isfinite(distance)
+    # A ray in a surface's own plane meets it anywhere or nowhere.
+    if Stage.NORMAL in seen:
+        hit &= np.abs(np.sum(seen[Stage.NORMAL] * seen[Stage.RAY], axis=-1)) > 1e-3
     if not hit.any():
         return
     along = np.where(hit, distance, 0.0)

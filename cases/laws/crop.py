@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from math import atan, degrees, radians, tan
 
+from cases.changes import with_camera
 from cases.laws import LAWS
-from cases.relations import Ask, Relation, everywhere, related, with_camera
+from cases.relations import Ask, Relation, everywhere, related
 from cases.scene import Scene
 from cases.stages import Stage
 

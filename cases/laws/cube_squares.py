@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import matrix
 from cases.laws import LAWS
 from cases.placement import compose, rotation, translation
-from cases.relations import Ask, Relation, matrix, related
+from cases.relations import Ask, Relation, related
 from cases.scene import Cube, Matrix, Scene, Shape, Square
 from cases.stages import Stage
 

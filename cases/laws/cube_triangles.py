@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cases.changes import with_shapes
 from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, related, with_shapes
+from cases.relations import Ask, Conditions, Relation, related
 from cases.scene import Cube, Mesh, Scene, Shape
 from cases.stages import Stage
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import with_shapes
 from cases.laws import LAWS
-from cases.relations import Ask, Relation, related, with_shapes
+from cases.relations import Ask, Relation, related
 from cases.scene import Mesh, Scene, Shape, Triangle
 from cases.stages import Stage
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import BLACK, behind_the_eye, matrix, strong, vector, view, with_lights
 from cases.laws import LAWS
-from cases.laws.light_hidden import BLACK, behind_the_eye, strong
-from cases.relations import Ask, Relation, matrix, related, vector, view, with_lights
+from cases.relations import Ask, Relation, related
 from cases.scene import Cube, PointLight, Scene, Square
 from cases.stages import Stage
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
+from cases.changes import around, behind_the_eye, switched_on, view
 from cases.laws import LAWS
-from cases.laws.light_hidden import around, behind_the_eye, switched_on
-from cases.relations import LIGHT, Ask, Conditions, Relation, related, view
+from cases.relations import LIGHT, Ask, Conditions, Relation, related
 from cases.scene import Scene, Sphere
 from cases.stages import Stage
 

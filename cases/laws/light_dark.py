@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator
 
+from cases.changes import vector, view, with_lights
 from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation, related, vector, view, with_lights
+from cases.relations import LIGHT, Ask, Conditions, Relation, related
 from cases.scene import PointLight, Scene
 from cases.stages import Stage
 

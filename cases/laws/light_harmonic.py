@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cases.changes import strong, vector, view, with_lights
 from cases.laws import LAWS
-from cases.laws.light_hidden import strong
-from cases.relations import LIGHT, Ask, Conditions, Relation, vector, view, with_lights
+from cases.relations import LIGHT, Ask, Conditions, Relation
 from cases.scene import PointLight, Scene
 from cases.stages import Stage
 

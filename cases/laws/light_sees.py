@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import vector
 from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, vector
+from cases.relations import Ask, Conditions, Relation
 from cases.scene import Camera, Scene
 from cases.stages import Stage
 

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from cases.changes import times, with_lights
 from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Relation, related, times, with_lights
+from cases.relations import LIGHT, Ask, Relation, related
 from cases.scene import Scene
 from cases.stages import Stage
 

@@ -2,20 +2,11 @@
 
 from collections.abc import Iterator
 
+from cases.changes import at_least_two, with_lights
 from cases.laws import LAWS
-from cases.relations import Ask, Relation, added, vector, view, with_lights
-from cases.scene import PointLight, Scene
+from cases.relations import Ask, Relation, added
+from cases.scene import Scene
 from cases.stages import Stage
-
-
-def at_least_two(scene: Scene) -> Scene:
-    """Return the scene with a second light beside its camera, if it has but one."""
-    if len(scene.lights) != 1:
-        return scene
-    axes = view(scene.camera)
-    (first,) = scene.lights
-    place = axes.eye + axes.distance * (0.3 * axes.right + 0.2 * axes.up)
-    return with_lights(scene, first, PointLight(position=vector(place), flux=vector(first.flux[::-1])))
 
 
 @LAWS.register("lights_add", stage=Stage.IRRADIANCE, implicates=("LIT-1", "RAD-5"))

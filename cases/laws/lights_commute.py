@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cases.changes import at_least_two, with_lights
 from cases.laws import LAWS
-from cases.laws.lights_add import at_least_two
-from cases.relations import Ask, Relation, related, with_lights
+from cases.relations import Ask, Relation, related
 from cases.scene import Scene
 from cases.stages import Stage
 

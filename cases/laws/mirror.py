@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cases.changes import carried_by, has_triangles, moved
 from cases.laws import LAWS
 from cases.placement import scaling
-from cases.relations import Ask, Conditions, Relation, carried_by, everywhere, has_triangles, moved, related
+from cases.relations import Ask, Conditions, Relation, everywhere, related
 from cases.scene import Scene
 from cases.stages import Stage
 

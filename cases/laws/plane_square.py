@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cases.changes import matrix, placed, with_shapes
 from cases.laws import LAWS
 from cases.placement import compose, scaling, translation
-from cases.relations import Ask, Conditions, Relation, matrix, placed, related, with_shapes
+from cases.relations import Ask, Conditions, Relation, related
 from cases.scene import Plane, Scene, Shape, Square
 from cases.stages import Stage
 

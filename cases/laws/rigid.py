@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
+from cases.changes import carried_by, has_triangles, moved
 from cases.laws import LAWS
 from cases.placement import compose, rotation, translation
-from cases.relations import Ask, Conditions, Relation, carried_by, has_triangles, moved, related
+from cases.relations import Ask, Conditions, Relation, related
 from cases.scene import Scene
 from cases.stages import Stage
 

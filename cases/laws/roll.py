@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cases.changes import vector, view, with_camera
 from cases.laws import LAWS
-from cases.relations import Ask, Relation, everywhere, related, vector, view, with_camera
+from cases.relations import Ask, Relation, everywhere, related
 from cases.scene import Scene
 from cases.stages import Stage
 

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from cases.changes import placed, rewound, with_shapes
 from cases.laws import LAWS
-from cases.laws.winding import rewound
 from cases.placement import scaling
-from cases.relations import Ask, Relation, added, placed, with_shapes
+from cases.relations import Ask, Relation, added
 from cases.scene import Mesh, Plane, Scene, Shape, Square, Triangle
 from cases.stages import Stage
 

@@ -3,19 +3,19 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from cases.changes import placed, with_shapes
 from cases.laws import LAWS
 from cases.placement import compose, scaling, translation
-from cases.relations import Ask, Relation, placed, related, with_shapes
+from cases.relations import Ask, Relation, related
 from cases.scene import Scene, Shape, Sphere
 from cases.stages import Stage
 
 
 def by_matrix(shape: Shape) -> Shape:
-    """Return a sphere as the unit sphere, moved and scaled by its matrix; the unit sphere with another radius."""
+    """Return a sphere of another centre and radius, moved and scaled by its matrix to where it was."""
     if not isinstance(shape, Sphere):
         return shape
-    plain = (shape.center, shape.radius) == ((0.0, 0.0, 0.0), 1.0)
-    center, radius = ((-0.4, 0.3, 0.7), 2.5) if plain else ((0.0, 0.0, 0.0), 1.0)
+    center, radius = ((-0.4, 0.3, 0.7), 2.5) if shape.center == (0.0, 0.0, 0.0) else ((0.0, 0.0, 0.0), 1.0)
     unit = replace(shape, center=center, radius=radius)
     ratio = shape.radius / radius
     to_origin = translation(*(-x for x in center))
@@ -24,7 +24,7 @@ def by_matrix(shape: Shape) -> Shape:
 
 @LAWS.register("sphere_placed", stage=Stage.OBJECT, implicates=("HIT-1", "XF-1", "XF-2", "NRM-1", "NRM-3"))
 def sphere_placed(scene: Scene, ask: Ask) -> Iterator[Relation]:
-    """Write every sphere's centre and radius into its matrix, or other ones than the unit sphere's: all stays.
+    """Write every sphere's centre and radius into its matrix, or part of its matrix into those: all stays.
 
     Proof: x -> c + r x carries the unit sphere onto the one about c of radius r. Source: specification, HIT-1 and XF-1.
     """

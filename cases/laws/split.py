@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cases.changes import has_triangles, with_shapes
 from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, has_triangles, related, with_shapes
+from cases.relations import Ask, Conditions, Relation, related
 from cases.scene import Mesh, Scene, Shape, Triangle
 from cases.stages import Stage
 

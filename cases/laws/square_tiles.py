@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import placed
 from cases.laws import LAWS
 from cases.placement import compose, scaling, translation
-from cases.relations import Ask, Conditions, Relation, placed, related
+from cases.relations import Ask, Conditions, Relation, related
 from cases.scene import Scene, Shape, Square
 from cases.stages import Stage
 

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cases.changes import matrix, placed, with_shapes
 from cases.laws import LAWS
 from cases.placement import compose, rotation, scaling, translation
-from cases.relations import Ask, Relation, matrix, placed, related, with_shapes
+from cases.relations import Ask, Relation, related
 from cases.scene import Cube, Plane, Scene, Shape, Sphere, Square
 from cases.stages import Stage
 

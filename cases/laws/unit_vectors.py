@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cases.changes import with_shapes
 from cases.laws import LAWS
-from cases.relations import Ask, Relation, with_shapes
+from cases.relations import Ask, Relation
 from cases.scene import Scene
 from cases.stages import Stage
 

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from cases.changes import has_triangles, rewound, with_shapes
 from cases.laws import LAWS
-from cases.relations import Ask, Relation, has_triangles, related, with_shapes
+from cases.relations import Ask, Relation, related
 from cases.scene import Mesh, Scene, Shape, Triangle
 from cases.stages import Stage
 
@@ -12,16 +13,6 @@ from cases.stages import Stage
 def two_sided(shape: Shape) -> Shape:
     """Return triangles and meshes with two sides."""
     return replace(shape, two_sided=True) if isinstance(shape, Triangle | Mesh) else shape
-
-
-def rewound(shape: Shape) -> Shape:
-    """Return triangles and meshes wound the other way."""
-    if isinstance(shape, Mesh):
-        return replace(shape, faces=shape.faces[:, [0, 2, 1]])
-    if isinstance(shape, Triangle):
-        a, b, c = shape.vertices
-        return replace(shape, vertices=(a, c, b))
-    return shape
 
 
 @LAWS.register("winding", stage=Stage.NORMAL, implicates=("HIT-5", "HIT-6", "NRM-3"))

@@ -105,7 +105,7 @@ def laws(
     if out is not None:
         from reports.laws.publish import publish
 
-        publish(out, content, reports)
+        publish(out, content, reports, request)
     write_json(json, content)
     show(content)
     return exit_code(content)

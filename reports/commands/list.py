@@ -1,4 +1,4 @@
-"""`rayproof list`: what there is - cases, formulas, references, metrics - with what each is for."""
+"""`rayproof list`: what there is - cases, formulas, references, metrics, laws - with what each is for."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -6,8 +6,8 @@ from typing import Any, Literal
 from reports.commands.output import show_table, write_json
 
 
-def catalogue(kind: Literal["cases", "formulas", "references", "metrics"], *, json: Path | None = None) -> int:
-    """List cases, formulas, references or metrics.
+def catalogue(kind: Literal["cases", "formulas", "references", "metrics", "laws"], *, json: Path | None = None) -> int:
+    """List cases, formulas, references, metrics or laws.
 
     Parameters
     ----------
@@ -17,7 +17,7 @@ def catalogue(kind: Literal["cases", "formulas", "references", "metrics"], *, js
         Also write the list to this file.
 
     """
-    rows = {"cases": cases, "formulas": formulas, "references": references, "metrics": metrics}[kind]()
+    rows = {"cases": cases, "formulas": formulas, "references": references, "metrics": metrics, "laws": laws}[kind]()
     write_json(json, {kind: rows})
     columns = list(rows[0]) if rows else []
     show_table(f"{len(rows)} {kind}", columns, [[text(value) for value in row.values()] for row in rows])
@@ -95,6 +95,22 @@ def metrics() -> list[dict[str, Any]]:
     from reports.judge.metrics import METRICS
 
     return [{"name": name, "what": first_line(METRICS[name])} for name in METRICS]
+
+
+def laws() -> list[dict[str, Any]]:
+    """Describe every law that holds a renderer against itself, and every anchor."""
+    from cases.laws import LAWS
+
+    return [
+        {
+            "name": name,
+            "stage": str(LAWS.about(name)["stage"]),
+            "anchor": bool(LAWS.about(name).get("anchor", False)),
+            "implicates": list(LAWS.about(name)["implicates"]),
+            "what": first_line(LAWS[name]),
+        }
+        for name in LAWS
+    ]
 
 
 def first_line(thing: object) -> str:

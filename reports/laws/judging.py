@@ -10,8 +10,8 @@ from cases.stages import Stage
 from reports.laws.limits import TELLING, WHOLE, limit, neighbours, roundoff
 
 BEND = 0.5  # of a step from pixel to pixel: where an image bends by more, an edge runs between the two
-MOST_EXCUSED = 0.04  # share of the pixels examined that rounding may move over an edge, as in most cases' `most_edge`
-ALWAYS = 8  # pixels that it may in any image, as large as one row of a small one
+MOST_EXCUSED = 0.02  # share of the pixels examined that rounding may move over an edge
+ALWAYS = 8  # pixels that it may in any image: an edge that runs along a short row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +50,8 @@ def judge(relation: Relation, precision: str, coarse: Resolution | None = None) 
     error = difference(expected, measured)
     pixels = np.ones(expected.shape[:2], dtype=bool) if relation.examined is None else relation.examined
     beyond = np.any(~(error <= allowed), axis=-1) & pixels
-    excused = beyond & _at_an_edge(relation, allowed) if relation.stage is not Stage.CAMERA else np.zeros_like(beyond)
+    smooth = relation.stage in (Stage.CAMERA, Stage.RAY)
+    excused = np.zeros_like(beyond) if smooth or not beyond.any() else beyond & _at_an_edge(relation, allowed)
     outside = beyond & ~excused
     ratio = ratios(relation, precision, coarse)
     ratio = np.where((pixels & ~excused)[..., np.newaxis], ratio, 0.0)
@@ -91,27 +92,22 @@ def difference(expected: np.ndarray, measured: np.ndarray) -> np.ndarray:
 
 
 def _at_an_edge(relation: Relation, allowed: np.ndarray) -> np.ndarray:
-    """Return where (height, width) an edge runs close by, and one image has a value from beyond it in the other.
+    """Return where (height, width) an edge runs close by and the measured value is one from beyond it.
 
-    At an edge the image bends: what it gains in one direction it does not lose in the other. The value beyond is a
-    neighbour's, less at most what separates that one from the next pixel on the same line.
+    At an edge the expected image bends: what it gains in one direction it does not lose in the other. The value beyond
+    is a neighbour's, less at most what separates that one from the next pixel on the same line.
     """
-    one, other = relation.expected, relation.measured
-    return _moved_over(one, other, allowed) | _moved_over(other, one, allowed)
-
-
-def _moved_over(image: np.ndarray, value: np.ndarray, allowed: np.ndarray) -> np.ndarray:
-    """Return where (height, width) `value` is one from beyond an edge of `image`."""
-    image = np.where(np.isfinite(image), image, np.nan)
-    value = np.where(np.isfinite(value), value, np.nan)
-    missed, gone = np.isnan(image).any(axis=-1), np.isnan(value).any(axis=-1)
+    image, value = (np.where(np.isfinite(one), one, np.nan) for one in (relation.expected, relation.measured))
+    # A distance is infinite where nothing is hit; nothing else ever is, and NaN is nobody's value.
+    broken = np.isnan(relation.expected) | np.isnan(relation.measured)
+    if relation.stage is not Stage.DISTANCE:
+        broken |= np.isinf(relation.expected) | np.isinf(relation.measured)
     around = neighbours(image)
     further = np.stack([neighbours(one)[index] for index, one in enumerate(around)])
     with np.errstate(invalid="ignore"):
-        steps = np.abs(around - image)
-        bends = np.abs(around + around[::-1] - 2 * image)
-        bent = np.any(bends > BEND * steps, axis=-1).any(axis=0)
+        steps = np.linalg.norm(around - image, axis=-1).max(axis=0)
+        bends = np.linalg.norm(around + around[::-1] - 2 * image, axis=-1).max(axis=0)
         beyond = np.all(np.abs(value - around) <= np.abs(around - further) + 2 * allowed, axis=-1).any(axis=0)
-    empty = np.isnan(around).any(axis=-1)
-    at_the_rim = empty.any(axis=0) & ~empty.all(axis=0)
-    return np.where(gone, empty.any(axis=0), (bent | at_the_rim | missed) & beyond)
+    empty = np.isnan(around).any(axis=-1).any(axis=0)  # a miss is next to it
+    missed, gone = np.isnan(image).any(axis=-1), np.isnan(value).any(axis=-1)
+    return np.where(gone, empty, ((bends > BEND * steps) | empty | missed) & beyond) & ~broken.any(axis=-1)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
 from reports.laws.judging import Judged
@@ -18,20 +19,17 @@ class LawOrder:
     subject: Subject
     configuration: str  # of the tracer; else the subject's name
     stages: tuple[Stage, ...]  # to be looked at
-    keep: bool = False  # the first broken relation's scenes and images, too
+    keep: bool = False  # what it takes to look at it, too
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Exhibit:
-    """A broken relation with everything that it takes to look at it: images (height, width, channels)."""
+    """One change of a scene with everything that it takes to look at it; images by stage (height, width, channels)."""
 
-    stage: Stage
-    scene: Scene
+    what: str  # the change, in words
     changed: Scene
-    expected: bytes  # of an image, float64
-    measured: bytes
-    shape: tuple[int, ...]
-    over: bytes  # error over limit (height, width), float64
+    expected: Answers  # what the law says of it
+    measured: Answers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +43,7 @@ class LawReport:
     scenes: int = 0  # rendered for it
     unsupported: str | None = None  # the subject's reason
     error: str | None = None
-    exhibit: Exhibit | None = None
+    exhibit: Exhibit | None = None  # of the first change that breaks the law, else of the first
 
     @property
     def alarms(self) -> tuple[Judged, ...]:

@@ -1,15 +1,18 @@
 """One law on one case, in a worker: ask the subject, judge each relation."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from cases.changes import lit_from_the_eye
 from cases.laws import LAWS
 from cases.relations import Relation
 from cases.scene import Scene
-from cases.stages import Stage
+from cases.stages import Stage, exr_channels
 from reports.laws.asking import Asked, SubjectError, UnansweredError, renderer
-from reports.laws.judging import judge, ratios
+from reports.laws.judging import Judged, judge
 from reports.laws.orders import Exhibit, LawOrder, LawReport
 from reports.run.llvm import choose_packaged_llvm
 from reports.run.worker import serve
@@ -38,7 +41,9 @@ def worker() -> Callable[[LawOrder], LawReport]:
 
 
 def small(scene: Scene) -> Scene:
-    """Return the scene in a small image: a law holds for any size."""
+    """Return the scene in a small image, since a law holds for any size, and lit, since else nothing is radiant."""
+    if not scene.lights:
+        scene = lit_from_the_eye(scene)
     width, height = min(scene.camera.width, SIDES[0]), min(scene.camera.height, SIDES[1])
     return replace(scene, camera=replace(scene.camera, width=width, height=height))
 
@@ -47,34 +52,38 @@ def obey(order: LawOrder, ask: Asked) -> LawReport:
     """Return what becomes of one law on one case."""
     report = LawReport(law=order.law, case=order.case, configuration=order.configuration)
     before = ask.scenes
-    judged, exhibit = [], None
+    relations: list[tuple[Relation, Judged]] = []
     try:
-        for relation in _relations(order, ask):
-            one = judge(relation, ask.precision, ask.resolutions.get(relation.stage))
-            judged.append(one)
-            if order.keep and one.alarm and exhibit is None and relation.stage is not Stage.CAMERA:
-                exhibit = _exhibit(relation, ask)
+        for relation in LAWS[order.law](small(order.scene), ask):
+            if relation.stage in order.stages:
+                relations.append((relation, judge(relation, ask.precision, ask.resolutions.get(relation.stage))))
     except UnansweredError as reason:
         return replace(report, unsupported=str(reason), scenes=ask.scenes - before)
     except SubjectError as problem:
         return replace(report, error=str(problem), scenes=ask.scenes - before)
-    return replace(report, judged=tuple(judged), scenes=ask.scenes - before, exhibit=exhibit)
+    exhibit = _exhibit(relations) if order.keep else None
+    judged = tuple(one for _, one in relations)
+    return replace(report, judged=judged, scenes=ask.scenes - before, exhibit=exhibit)
 
 
-def _relations(order: LawOrder, ask: Asked) -> Iterator[Relation]:
-    for relation in LAWS[order.law](small(order.scene), ask):
-        if relation.stage in order.stages:
-            yield relation
-
-
-def _exhibit(relation: Relation, ask: Asked) -> Exhibit:
-    over = ratios(relation, ask.precision, ask.resolutions.get(relation.stage))
+def _exhibit(relations: Sequence[tuple[Relation, Judged]]) -> Exhibit | None:
+    """Return the first change that breaks the law, else the first of all; only images of the stages' own channels."""
+    shown = [(one, judged) for one, judged in relations if one.stage is not Stage.CAMERA]
+    if not shown:
+        return None
+    chosen = next((one for one, judged in shown if judged.alarm), shown[0][0])
+    lights = len(chosen.changed.lights)
+    together = {
+        one.stage: one
+        for one, _ in shown
+        if one.what == chosen.what
+        and one.expected.shape == one.measured.shape
+        and one.expected.shape[:2] == chosen.expected.shape[:2]
+        and one.expected.shape[2] == len(exr_channels(one.stage, lights=lights))
+    }
     return Exhibit(
-        stage=relation.stage,
-        scene=relation.scene,
-        changed=relation.changed,
-        expected=relation.expected.astype(float).tobytes(),
-        measured=relation.measured.astype(float).tobytes(),
-        shape=relation.expected.shape,
-        over=over.max(axis=-1).tobytes(),
+        what=chosen.what,
+        changed=chosen.changed,
+        expected={stage: np.asarray(one.expected, dtype=np.float64) for stage, one in together.items()},
+        measured={stage: np.asarray(one.measured, dtype=np.float64) for stage, one in together.items()},
     )

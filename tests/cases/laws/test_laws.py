@@ -1,0 +1,54 @@
+"""Every law says what it is, and holds for the oracle, which is right by other tests: a law that does not is wrong."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from cases.answers import Answers
+from cases.case import ITEMS
+from cases.families import select
+from cases.laws import LAWS
+from cases.relations import Relation
+from cases.scene import Scene
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.judge.oracle import stages_of
+from reports.laws.judging import judge
+from reports.laws.work import small
+
+# Each holds shapes, lights and clipping that some law needs; between them every law has something to say.
+CASES = ("random_scenes/seed_2", "sidedness/plane_from_below_two_sided")
+ORACLE = Analytic()
+KEPT: dict[Scene, Answers] = {}
+
+
+def ask(scene: Scene) -> Answers:
+    """Return the oracle's answers."""
+    if scene not in KEPT:
+        KEPT[scene] = ORACLE.render(scene, stages_of(scene))
+    return KEPT[scene]
+
+
+def relations(law: str) -> Iterator[Relation]:
+    """Yield what the law says of the cases."""
+    for case in select(CASES):
+        yield from LAWS[law](small(case.scene), ask)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_law_is_proved_and_says_whom_it_implicates(law: str) -> None:
+    words, about = LAWS[law].__doc__ or "", LAWS.about(law)
+
+    assert "Proof: " in words
+    assert "Source: " in words
+    assert isinstance(about["stage"], Stage)
+    assert about["implicates"]
+    assert set(about["implicates"]) <= set(ITEMS)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_law_holds_for_the_oracle(law: str) -> None:
+    found = [judge(relation, "float64") for relation in relations(law)]
+
+    assert [one for one in found if one.alarm] == []
+    assert any(one.examined for one in found)
