@@ -77,7 +77,7 @@ REQUEST = RunRequest(
 # each a candidate of their own, by name and answers; trials are their planned case's.
 HOW = ("selectors", "out", "resume", "jobs", "timeout", "json", "cached", "history", "configurations", "trials")
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
-TOLD_BY_IDENTITY = ("name", "command", "capabilities", "seconds", "memory")
+TOLD_BY_IDENTITY = ("name", "command", "capabilities", "surroundings", "seconds", "memory")
 # Other values of what cannot be guessed from the value that is there.
 OTHERS: Mapping[tuple[str, str], Any] = {
     ("Scene", "shading"): "simplified",
