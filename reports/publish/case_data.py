@@ -7,6 +7,7 @@ from typing import Any
 from cases.stages import Stage, exr_channels
 from reports.judge.masks import NAMES
 from reports.publish.atomic import write_text
+from reports.publish.cleaning import clean_pixels, clean_view
 from reports.publish.compact import compact_case
 from reports.publish.encoding import pack_json
 from reports.publish.kept import inside, kept_images
@@ -17,8 +18,16 @@ from reports.publish.pixels import script, write_pixels
 def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path]:
     """Write the script that hands `case` to the page and, where the run did not, one with its pixels; return paths."""
     written, notes, pixels = [], [], case.get("pixels")
-    if not (isinstance(pixels, str) and inside(folder, pixels)):
-        renders, notes = kept_images(folder, case)
+    view = view_of(folder, case)
+    if isinstance(pixels, str) and (why := clean_pixels(folder, pixels)) is not None:
+        pixels = None
+        notes.append(why)
+    if view is not None and (why := clean_view(folder, view)) is not None:
+        view = None
+        notes.append(why)
+    if pixels is None:
+        renders, unread = kept_images(folder, case)
+        notes += unread
         images = path.with_name(f"{path.stem}.pixels.js")
         pixels = images.relative_to(folder).as_posix() if renders else None
         if pixels is not None:
@@ -29,7 +38,7 @@ def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path
         **case,
         "pixels": pixels,
         "picture": picture_of(folder, case),
-        "view": view_of(folder, case),
+        "view": view,
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
         "mask_names": {str(bit): name for bit, name in NAMES.items()},

@@ -79,7 +79,7 @@ def decode(stored: Mapping[str, Any], height: int, width: int, prediction: np.nd
 
     """
     try:
-        planes = np.frombuffer(zlib.decompress(base64.b64decode(stored["data"])), np.uint8)
+        planes = np.frombuffer(inflated(stored["data"], 4 * stored["channels"] * height * width), np.uint8)
         bits = np.ascontiguousarray(planes.reshape(4, -1).T).view(">u4").astype(np.uint32)
         bits = ((bits >> 1) ^ (0 - (bits & 1))).reshape(stored["channels"], height, width)
     except (zlib.error, ValueError, TypeError) as error:
@@ -90,6 +90,25 @@ def decode(stored: Mapping[str, Any], height: int, width: int, prediction: np.nd
     if prediction is not None:
         bits = bits + _bits(prediction)
     return bits.view(np.float32)
+
+
+def inflated(data: str, size: int) -> bytes:
+    """Return the `size` bytes that `data` packs; never more is unpacked.
+
+    Raises:
+        ValueError: it packs more or less, or nothing that can be unpacked.
+
+    """
+    if not isinstance(data, str) or size <= 0:
+        raise ValueError(f"{size} bytes of packed text are needed")
+    try:
+        unpacking = zlib.decompressobj()
+        content = unpacking.decompress(base64.b64decode(data, validate=True), size)
+    except (zlib.error, ValueError) as error:
+        raise ValueError(f"it cannot be unpacked: {error}") from None
+    if len(content) != size or unpacking.unconsumed_tail.strip(b"\0") or unpacking.decompress(b"", 1):
+        raise ValueError(f"it must pack {size} bytes, and packs {'fewer' if len(content) < size else 'more'}")
+    return content
 
 
 def pack(content: bytes) -> str:
