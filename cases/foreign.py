@@ -52,6 +52,7 @@ class _Child:
         )
 
     def ask(self, kind: str, content: bytes, *, seconds: float, memory: int, most: int) -> tuple[dict[str, Any], bytes]:
+        """Return the parser's answer, of which `problem` says that it refuses; raise ForeignError if it ended."""
         assert self.process.stdin is not None
         self.content.seek(0)
         self.content.truncate()
@@ -62,10 +63,8 @@ class _Child:
             self.process.stdin.write(json.dumps(order).encode() + b"\n")
             self.process.stdin.flush()
         facts = json.loads(self._line(time.monotonic() + seconds + PATIENCE, seconds, memory))
-        if "problem" in facts:
-            raise ForeignError(facts["problem"])
         self.answer.seek(0)
-        return facts, self.answer.read(most)
+        return facts, b"" if "problem" in facts else self.answer.read(most)
 
     def _line(self, deadline: float, seconds: float, memory: int) -> bytes:
         """Return the line of facts; raise ForeignError if the child ends or does not answer before the deadline."""
@@ -119,18 +118,17 @@ def ask(
     child = child or _Child(module)
     try:
         answer = child.ask(kind, content, seconds=seconds, memory=memory, most=most)
-    except ForeignError:
-        # What it refused may have left it large.
-        child.end()
-        raise
     except BaseException:
         child.end()
         raise
-    if len(content) + len(answer[1]) > KEPT:
+    facts, found = answer
+    if len(content) + len(found) > KEPT or facts.get("large"):
         child.end()
     else:
         _children[module] = child
-    return answer
+    if "problem" in facts:
+        raise ForeignError(facts["problem"])
+    return facts, found
 
 
 @atexit.register
@@ -179,7 +177,7 @@ def _answered(parse: Callable[..., Any], order: dict[str, Any], question: IO[byt
         result.write(content)
         result.flush()
     except MemoryError:
-        return {"problem": f"takes more than {order['memory'] / 2**20:.0f} MiB to parse"}
+        return {"problem": f"takes more than {order['memory'] / 2**20:.0f} MiB to parse", "large": True}
     except Exception as error:
         return {"problem": (" ".join(str(error).split()) or type(error).__name__)[:1000]}
     return facts
