@@ -25,6 +25,7 @@ class _Mitsuba:
     """What both variants share; `variant` and `tracing` tell them apart."""
 
     precision = "float32"
+    light_epsilon = SHADOW_EPSILON
     variant: ClassVar[str]
     tracing: ClassVar[Any]  # a module with `trace`, `feel`, `ends` and `integrator`
 

@@ -66,6 +66,7 @@ class Unlit:
 class _Lit:
     """One light at every pixel (height, width)."""
 
+    distance: np.ndarray  # m
     cosine: np.ndarray  # |n.l|
     shift: np.ndarray  # m: how far rounding moves a shadow across the light
     shadow: np.ndarray  # px to the nearest shadow's edge
@@ -88,6 +89,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     for index, lamp in enumerate(about.lamps):
         with np.errstate(invalid="ignore"):
             lit = _Lit(
+                distance=lamp.distance,
                 cosine=lamp.cosine,
                 shift=limits.position + g(HIT) * about.blocker * lamp.throw,
                 shadow=edges.shadow[..., index],
@@ -115,13 +117,14 @@ def classify(
     g: Roundoff,
     *,
     shadow_epsilon: float | np.ndarray,
+    light_epsilon: float = 0.0,
     before: Unlit | None = None,
 ) -> Classes:
     """Return the classes for one precision.
 
     `shadow_epsilon` [m] is how far the renderer under test itself admits to move or ignore things near a feeler's
-    start; a shadow's edge may shift by as much, seen at the light's angle. `before` is the `unlit` of the same, if
-    it is known.
+    start; a shadow's edge may shift by as much, seen at the light's angle. `light_epsilon` is the share of a feeler's
+    length before the light in which blockers do not count. `before` is the `unlit` of the same, if it is known.
     """
     if before is None:
         about = Unrounded(scene=scene, truth=truth, edges=edges, conditioning=conditioning)
@@ -138,7 +141,8 @@ def classify(
                 near = np.isfinite(one.shadow) & (one.shadow <= shift / one.pixel)
             light[..., index] = c.hit & (near | one.undecided | touching)
         for end, error in zip(edges.light_ends, before.ends, strict=True):
-            undecided = end.pixels & (end.gap <= error + 2 * shadow_epsilon)
+            blind = light_epsilon * before.lights[end.light].distance
+            undecided = end.pixels & (end.gap <= error + 2 * shadow_epsilon + blind)
             light[..., end.light] |= undecided
             if np.any(undecided):
                 notes.append(f"light {end.light} lies on shape {end.shape}, within rounding: either it blocks or not")

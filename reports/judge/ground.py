@@ -93,14 +93,18 @@ class Ground:
         stages = tuple(self.truth)
         return self.once(("beyond", distance), (), lambda: ground(scene, stages, self.oracle, known={}))
 
-    def classes(self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, *, key: tuple) -> Classes:
+    def classes(
+        self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, light_epsilon: float = 0.0, *, key: tuple
+    ) -> Classes:
         """Return the pixel classes under limits; `key` says which ones these are."""
-        whole = (*key, np.asarray(shadow_epsilon, dtype=np.float64).tobytes())
+        whole = (*key, np.asarray(shadow_epsilon, dtype=np.float64).tobytes(), light_epsilon)
         if whole not in self._classes:
             if key not in self._unlit:
                 self._unlit[key] = unlit(self._unrounded, limits, g)
             about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
-            self._classes[whole] = classify(*about, shadow_epsilon=shadow_epsilon, before=self._unlit[key])
+            self._classes[whole] = classify(
+                *about, shadow_epsilon=shadow_epsilon, light_epsilon=light_epsilon, before=self._unlit[key]
+            )
         return self._classes[whole]
 
 

@@ -26,6 +26,7 @@ class Candidate:
     unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
+    light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
     chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
 
     @property
@@ -51,6 +52,7 @@ class Witness:
     settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarse
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
+    light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
     cached: bool = False  # its images are those of an earlier run, kept by content
     by_matrices: bool = False  # its rays come by the inverse matrices (CAM-5)
 
@@ -90,6 +92,7 @@ def as_candidate(witness: Witness) -> Candidate:
         unsupported=witness.unsupported,
         resolutions=witness.resolutions,
         ray_epsilon=witness.ray_epsilon,
+        light_epsilon=witness.light_epsilon,
     )
 
 
@@ -105,5 +108,6 @@ def as_witness(candidate: Candidate) -> Witness:
         error=candidate.error,
         resolutions=candidate.resolutions,
         ray_epsilon=candidate.ray_epsilon,
+        light_epsilon=candidate.light_epsilon,
         by_matrices=candidate.by_matrices,
     )

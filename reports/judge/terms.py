@@ -56,7 +56,7 @@ class Terms:
     def rules(self) -> tuple:
         """Return what limits and classes depend on beside the ground."""
         epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
-        near = self.candidate.ray_epsilon, self.witness.ray_epsilon
+        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon
         return self.rounding, epsilon.tobytes(), near, self.candidate.chained
 
     @cached_property
@@ -104,20 +104,24 @@ class Terms:
     @cached_property
     def classes(self) -> Classes:
         """Return the pixel classes for the larger of the two roundoffs and the sum of the two epsilons."""
-        return self._classes(self.candidate.shadow_epsilon + self.witness.shadow_epsilon)
+        return self._classes(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, self._light_epsilon)
 
-    def _classes(self, shadow_epsilon: float | np.ndarray) -> Classes:
+    @property
+    def _light_epsilon(self) -> float:
+        return self.candidate.light_epsilon + self.witness.light_epsilon
+
+    def _classes(self, shadow_epsilon: float | np.ndarray, light_epsilon: float) -> Classes:
         """Return the classes for one epsilon; kept on the ground, since many parties round and step alike."""
         g = max(self._roundoffs, key=lambda each: each(1))
-        return self.ground.classes(self.limits, g, shadow_epsilon, key=self.rounding)
+        return self.ground.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
 
     @cached_property
     def window(self) -> np.ndarray:
         """Return the pixels (height, width) that only the parties' own epsilons leave undecided."""
         unlit = np.zeros_like(self.classes.outline)
         epsilon = self.candidate.shadow_epsilon + self.witness.shadow_epsilon
-        if self.scene.lights and np.any(epsilon > 0):
-            unlit = self.classes.undecided & ~self._classes(0.0).undecided
+        if self.scene.lights and (np.any(epsilon > 0) or self._light_epsilon > 0):
+            unlit = self.classes.undecided & ~self._classes(0.0, 0.0).undecided
         return self.near | (unlit & ~self.classes.outline)
 
     def undecided_beyond(self, shadow_epsilon: float | np.ndarray) -> np.ndarray:

@@ -62,6 +62,7 @@ def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str],
         settings=dict(settings(scene)) if settings is not None else {},
         resolutions={stage: one for stage, one in coarse.items() if one is not None},
         ray_epsilon=float(getattr(reference, "ray_epsilon", 0.0)),
+        light_epsilon=float(getattr(reference, "light_epsilon", 0.0)),
     )
 
 
@@ -94,6 +95,7 @@ def put_to_test(witness: Witness) -> Candidate:
         unsupported=witness.unsupported,
         resolutions=witness.resolutions,
         ray_epsilon=witness.ray_epsilon,
+        light_epsilon=witness.light_epsilon,
         chained=False,
     )
 

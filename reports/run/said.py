@@ -10,6 +10,8 @@ def said(witness: Witness) -> dict[str, str]:
     told = dict(witness.settings)
     if witness.ray_epsilon:
         told["ray epsilon"] = f"{witness.ray_epsilon:.3g} m"
+    if witness.light_epsilon:
+        told["light epsilon"] = f"{witness.light_epsilon:.3g} of a feeler's length"
     shadow = np.asarray(witness.shadow_epsilon, dtype=np.float64)
     known = shadow[np.isfinite(shadow)]
     if known.size and known.max() > 0:

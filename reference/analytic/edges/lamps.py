@@ -38,11 +38,14 @@ def light_ends(hits: Hits) -> tuple[LightEnd, ...]:
     """Return the lights near surfaces; a pixel is left out where something else blocks the light anyhow."""
     ends = []
     size = (hits.scene.camera.height, hits.scene.camera.width)
+    hit = hits.rows[Stage.OBJECT][:, 0] >= 0
     for column, light in enumerate(hits.scene.lights):
         source = np.asarray(light.position, dtype=np.float64)
         surfaces = [surface_of(shape) for shape in hits.scene.shapes]
         gaps = [_gaps(surface, source) for surface in surfaces]
-        limits = [NEAR * (float(np.abs(source).max()) + _extent(surface)) for surface in surfaces]
+        # Who does not see the last part of a feeler does not by the feeler's length.
+        longest = float(length(hits.rows[Stage.POSITION][hit] - source).max(initial=0))
+        limits = [NEAR * max(float(np.abs(source).max()) + _extent(surface), longest) for surface in surfaces]
         near = [index for index, gap in enumerate(gaps) if gap.min(initial=np.inf) <= limits[index]]
         if not near:
             continue

@@ -128,3 +128,26 @@ def test_a_light_a_millimetre_below_a_blocker_excuses_nothing():
     result = judged(case, answered(case, truth, Stage.VISIBILITY, visible), truth)
 
     assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.VISIBILITY)
+
+
+@pytest.mark.parametrize(("epsilon", "outcome"), [(0.05, Outcome.PASS), (1e-5, Outcome.REFERENCE_SUSPECT)], ids=str)
+def test_who_does_not_see_the_end_of_a_feeler_is_excused_as_far_as_that_and_no_farther(epsilon, outcome):
+    light = LAMP.scene.lights[0]
+    x, y, z = light.position
+    case = replace(LAMP, scene=replace(LAMP.scene, lights=(replace(light, position=(x, y, z + 1e-3)),)), most_edge=0.99)
+    truth = truth_of(case)
+    (end,) = ORACLE.edges(case.scene).light_ends
+    visible = truth[Stage.VISIBILITY].copy()
+    visible[end.pixels, 0] = 1 - visible[end.pixels, 0]
+    blind = replace(
+        witness(answered(case, truth, Stage.VISIBILITY, visible), name="second", precision="float32"),
+        light_epsilon=epsilon,
+    )
+
+    result = judge_case(
+        replace(case, least_interior=0), [candidate(rounded(truth))], [witness(truth), blind], ORACLE, {}
+    )
+
+    assert end.pixels.sum() > 200
+    found = {check.outcome for check in result.checks if (check.reference, check.stage) == ("second", Stage.VISIBILITY)}
+    assert found == {outcome}
