@@ -104,15 +104,18 @@ class Terms:
     @cached_property
     def classes(self) -> Classes:
         """Return the pixel classes for the larger of the two roundoffs and the sum of the two epsilons."""
-        return self._classes(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, self._light_epsilon)
+        return self._classes(self.candidate.shadow_epsilon + self.witness.shadow_epsilon)
 
     @property
     def _light_epsilon(self) -> float:
         return self.candidate.light_epsilon + self.witness.light_epsilon
 
-    def _classes(self, shadow_epsilon: float | np.ndarray, light_epsilon: float) -> Classes:
-        """Return the classes for one epsilon; kept on the ground, since many parties round and step alike."""
-        g = max(self._roundoffs, key=lambda each: each(1))
+    def _classes(self, shadow_epsilon: float | np.ndarray, *, blind: bool = True) -> Classes:
+        """Return the classes for one epsilon; kept on the ground, since many parties round and step alike.
+
+        `blind` says that what a party does not see before a light counts.
+        """
+        g, light_epsilon = max(self._roundoffs, key=lambda each: each(1)), self._light_epsilon if blind else 0.0
         return self.ground.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
 
     @cached_property
@@ -121,7 +124,7 @@ class Terms:
         unlit = np.zeros_like(self.classes.outline)
         epsilon = self.candidate.shadow_epsilon + self.witness.shadow_epsilon
         if self.scene.lights and (np.any(epsilon > 0) or self._light_epsilon > 0):
-            unlit = self.classes.undecided & ~self._classes(0.0, 0.0).undecided
+            unlit = self.classes.undecided & ~self._classes(0.0, blind=False).undecided
         return self.near | (unlit & ~self.classes.outline)
 
     def undecided_beyond(self, shadow_epsilon: float | np.ndarray) -> np.ndarray:
