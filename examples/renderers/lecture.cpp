@@ -3,6 +3,7 @@
 //     c++ -O2 -std=c++17 -o lecture lecture.cpp
 //     rayproof run --subject "exec:./lecture {scene} {output}"
 //
+// Its stages are made of one another and written as floats, which it says by "chained": a stage is then judged on its own.
 // Compiled with -DPLANTED_BUG it turns normals by the model matrix instead of its inverse transpose.
 #include <algorithm>
 #include <array>
@@ -153,7 +154,7 @@ Shape read_shape(const Json& j, const std::string& path) {
 int main(int count, char** words) try {
     if (count == 2 && std::string(words[1]) == "--capabilities") {
         std::cout << R"({"protocol": 1, "name": "lecture", "version": "1", "precision": "float64",
-            "epsilons": {"shadow": 1e-7}})";
+            "chained": true, "epsilons": {"shadow": 1e-7}})";
         return 0;
     }
     if (count != 3) throw std::runtime_error("usage: lecture SCENE OUTPUT");

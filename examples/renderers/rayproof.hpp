@@ -117,6 +117,7 @@ inline Mesh read_mesh(const std::string& scene_path, const std::string& file) {
     return mesh;
 }
 
+// Values are rounded to float here and nowhere before: a program that goes on from its doubles may declare "chained".
 // Channels by name, each width * height numbers with row 0 at the top; std::map keeps them sorted, as OpenEXR wants.
 struct Image {
     int width, height;

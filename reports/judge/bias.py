@@ -21,6 +21,7 @@ from reports.judge.terms import Terms
 
 CHANCE = 2e-9  # of accusing a correct renderer, for each group and channel
 CHANNELS = "RGB"
+TINY = 2.0**-126  # the smallest normal float32: what an output resolves below it is no step of its own
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +117,8 @@ def _bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None
     mine = ours.reshape(-1, ours.shape[-1])
     theirs = np.asarray(terms.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)
     # Where an output has steps it has a last one, and what is beyond is clamped to it.
-    top = float(ours.max(initial=0.0)) if stage in terms.candidate.resolutions else math.inf
+    coarse = terms.candidate.resolutions.get(stage)
+    top = float(ours.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
     factors: list[Factor] = []
     for group, bound in zip(groups(terms), bounds.groups, strict=True):
         here = np.ix_(group.pixels, group.channels)

@@ -9,7 +9,7 @@ from reports.judge.outcomes import Outcome
 from reports.judge.outcomes import worst as worst_outcome
 from reports.plain import number
 from reports.publish.case_data import picture_of
-from reports.publish.headline import blame, headline, shouts, worst_of, worst_ratio
+from reports.publish.headline import KINDS, blame, examined_line, headline, no_say, shouts, worst_of, worst_ratio
 from reports.publish.items import TITLES
 from reports.publish.results_shape import LEDGER
 
@@ -31,6 +31,9 @@ def front_data(results: Mapping[str, Any], rows: list[dict[str, Any]]) -> dict[s
         "ledger": LEDGER,
         "shouts": shouts(dict(results)),
         "headline": headline(dict(results)),
+        "examined": {"line": examined_line(results), "counts": results.get("examined"), "words": KINDS},
+        "no_say": no_say(results),
+        "common_factors": results.get("common_factors", []),
         "coverage": [
             {"id": item, "what": TITLES.get(item, ""), "cases": count, **details.get(item, {})}
             for item, count in results["coverage"].items()

@@ -36,9 +36,11 @@ def headline(results: dict[str, Any]) -> str:
     if not worst_first:
         return "Nothing was measured."
     shared = "".join(f" But {sentence}." for sentence in results.get("wrong_factors", []))
+    for name, cases in _abstained(results).items():
+        shared += f" {name} had no say in {len(cases)} case{'' if len(cases) == 1 else 's'}."
     if worst_first == [Outcome.PASS]:
-        every = "each passes" if shared else "all pass"
-        return f"{total}: {every}, in {results['checks']['planned']} checks.{shared}"
+        every = "each passes" if results.get("wrong_factors") else "all pass"
+        return f"{total}: {every}, in {_checks(results['checks'])}.{shared}"
     parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
     # In the order of the light path: what goes wrong first is most likely what is wrong.
     order = list(Stage)
@@ -48,6 +50,36 @@ def headline(results: dict[str, Any]) -> str:
     )
     named = ", ".join(list(dict.fromkeys(blame(case) for case in guilty))[:4])
     return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "") + shared
+
+
+def _checks(ledger: Mapping[str, int]) -> str:
+    """Return how many checks passed, of how many where they are not all."""
+    left = ", ".join(
+        f"{ledger[outcome.value]} {outcome.value.replace('_', ' ')}"
+        for outcome in Outcome
+        if outcome is not Outcome.PASS and ledger[outcome.value]
+    )
+    if not left:
+        return f"{ledger['planned']} checks"
+    return f"{ledger[Outcome.PASS.value]} of {ledger['planned']} checks ({left})"
+
+
+def no_say(results: Mapping[str, Any]) -> list[str]:
+    """Return in sentences which references of the announced panel answered nothing in some cases, and why."""
+    found = []
+    for name, cases in _abstained(results).items():
+        case, why = next(iter(cases.items()))
+        more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
+        found.append(f"{name} had no say in {case}{more}, where it was asked: {why}")
+    return found
+
+
+def _abstained(results: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """Return reference to case to why, of a record as far as it can be read."""
+    told = results.get("abstained")
+    if not isinstance(told, Mapping):
+        return {}
+    return {str(name): dict(cases) for name, cases in told.items() if isinstance(cases, Mapping) and cases}
 
 
 # What became of a pixel, as results.json names it, and what a reader is told of so many.
@@ -65,10 +97,14 @@ KINDS = {
 def examined_line(results: Mapping[str, Any]) -> str | None:
     """Return what became of all pixels of all checks in one sentence; None where a run's record does not say."""
     ledger = results.get("examined")
-    if not isinstance(ledger, Mapping) or not all(isinstance(ledger.get(kind), int) for kind in ("pixels", *KINDS)):
+    if (
+        not isinstance(ledger, Mapping)
+        or not all(isinstance(ledger.get(kind), int) for kind in ("pixels", *KINDS))
+        or not ledger["pixels"]
+    ):
         return None
     parts = [f"{ledger[kind]:,} {words}" for kind, words in KINDS.items() if ledger[kind] or kind == "unexamined"]
-    return f"{ledger['pixels']:,} pixels examined over all checks: {', '.join(parts)}."
+    return f"{ledger['pixels']:,} pixels over all checks: {', '.join(parts)}."
 
 
 # Of these a check may have come to nothing; the camera's have no measurement though they were made.

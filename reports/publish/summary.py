@@ -14,7 +14,7 @@ from reports.plain import legible, number
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.audit import load_audit, sentence
-from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
+from reports.publish.headline import BAD, blame, examined_line, headline, no_say, shouts, worst_first, worst_ratio
 from reports.publish.results_shape import LEDGER
 
 MOST_BYTES = 900_000
@@ -53,6 +53,8 @@ def _totals(results: dict[str, Any]) -> list[str]:
     lines = ["| | " + " | ".join(name.replace("_", " ") for name in LEDGER) + " |", "|---" * (len(LEDGER) + 1) + "|"]
     for key, what in (("summary", "cases"), ("checks", "checks")):
         lines.append(f"| {what} | " + " | ".join(str(results[key][name]) for name in LEDGER) + " |")
+    line = examined_line(results)
+    lines += ["", *(f"{escaped(each)}\n" for each in (*([line] if line else []), *no_say(results)))]
     seconds = float(results.get("seconds") or 0)
     return [*lines, "", f"{seconds:.0f} s; `results.json` and `index.html` have the rest.\n"]
 

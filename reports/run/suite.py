@@ -16,7 +16,7 @@ from reports.cache.store import usual_store
 from reports.judge.outcomes import Outcome, exit_code
 from reports.plain import legible
 from reports.publish.atomic import remove_drafts
-from reports.publish.headline import examined_line
+from reports.publish.headline import examined_line, no_say
 from reports.publish.pictures import Drawing
 from reports.publish.results import save_results
 from reports.run import assemble
@@ -175,6 +175,8 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
     examined = examined_line(results)
     if examined is not None:
         console.print(examined, soft_wrap=True)
+    for sentence in no_say(results):
+        console.print(sentence, style="yellow", soft_wrap=True, markup=False)
     for sentence in results["wrong_factors"]:
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
     before = sum(bool(case.get("remembered")) for case in results["cases"])

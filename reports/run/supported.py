@@ -22,8 +22,10 @@ def count_what_is_supported(judged: "Judged", candidates: Sequence[Candidate]) -
         return
     declared = {(candidate.name, stage) for candidate in candidates for stage in candidate.unsupported}
     left = [one for one in judged.checks if (one.configuration, one.stage) not in declared]
-    if any(one.outcome is Outcome.UNSUPPORTED for one in left):
-        judged.outcome = Outcome.MISSING  # a stage that was neither given nor declared
+    lost = next((one for one in left if one.outcome is Outcome.UNSUPPORTED), None)
+    if lost is not None:  # a stage that was neither given nor declared
+        why = f"{lost.configuration} against {lost.reference}, {lost.stage}: {lost.reason}"
+        judged.outcome, judged.stage, judged.item, judged.reason = Outcome.MISSING, lost.stage, None, why
     elif left or judged.expectations:
         outcome = case_outcome(left, judged.expectations)
         why = next((one.reason for one in left if one.outcome is outcome), "")

@@ -34,6 +34,7 @@ class Capabilities:
     two_sided: bool = True
     affine: bool = True  # stretched, sheared and mirrored shapes
     triangulated: bool = False  # wants cubes, squares and triangles as meshes
+    chained: bool = False  # each stage is made of the very numbers written for the stages before it, but for rounding
     shadow_epsilon: float = 0.0  # m
     ray_epsilon: float = 0.0  # m
 
@@ -97,7 +98,7 @@ def capabilities_from(text: str) -> Capabilities | None:
     for name in ("name", "version"):
         if name in declared:
             found[name] = _text(name, declared[name])
-    for name in ("two_sided", "affine", "triangulated"):
+    for name in ("two_sided", "affine", "triangulated", "chained"):
         if name in declared:
             if not isinstance(declared[name], bool):
                 raise ValueError(f"{name} must be true or false, got {declared[name]!r}")

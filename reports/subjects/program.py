@@ -17,7 +17,7 @@ from reports.subjects import ITEMS_OF_OTHERS, Subject
 from reports.subjects.calls import Ended, call
 from reports.subjects.capabilities import Capabilities, capabilities_from
 from reports.subjects.handing_over import hand_over, triangulated
-from reports.subjects.taking_back import Taken, take_back
+from reports.subjects.taking_back import FLOAT, Taken, take_back
 
 CAMERA = "The protocol has no channel for matrices."
 ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like
@@ -75,7 +75,7 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int) -> Can
         shadow_epsilon=able.shadow_epsilon,
         ray_epsilon=able.ray_epsilon,
         answers=None,
-        chained=False,
+        chained=able.chained,
     )
     why = able.refusal(scene)
     try:
@@ -89,7 +89,11 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int) -> Can
         return replace(blank, error=str(wrong))
     unsupported = {stage: UNSAID for stage in stages if stage not in taken.images} | {Stage.CAMERA: CAMERA}
     answers = {stage: image for stage, image in taken.images.items() if stage in stages}
-    return replace(blank, answers=answers, unsupported=unsupported, resolutions=taken.resolutions, mean=mean)
+    resolutions = dict(taken.resolutions)
+    if able.chained:
+        # The oracle continues from what was written, the program went on from what it had before.
+        resolutions = dict.fromkeys(answers, FLOAT) | resolutions
+    return replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
 
 
 def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1) -> Taken:

@@ -20,6 +20,8 @@ from reports.subjects import pfm
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 MOST_CHANNELS = 256
 HALF = Resolution(relative=2.0**-11, absolute=2.0**-25, because="written as half: 11 bits, at least 2^-24 apart")
+# What a file of floats keeps of numbers that a program had as doubles.
+FLOAT = Resolution(relative=2.0**-24, absolute=2.0**-150, because="written as float: each value rounded once")
 _VISIBILITY = re.compile(r"visibility\.\d+")
 
 

@@ -3,6 +3,7 @@
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -41,12 +42,23 @@ def built(folder: Path, source: Path, *flags: str) -> Subject:
 
 @pytest.fixture(scope="module")
 def lecture(tmp_path_factory: pytest.TempPathFactory) -> Subject:
-    return built(tmp_path_factory.mktemp("lecture"), RENDERERS / "lecture.cpp")
+    subject = built(tmp_path_factory.mktemp("lecture"), RENDERERS / "lecture.cpp")
+    return replace(subject, capabilities=ask_capabilities(subject, seconds=20))
 
 
 @pytest.fixture(scope="module")
 def twin(tmp_path_factory: pytest.TempPathFactory) -> Subject:
     return built(tmp_path_factory.mktemp("twin"), RENDERERS / "lecture.cpp", "-DPLANTED_BUG")
+
+
+@pytest.fixture(scope="module")
+def short_of_pi(tmp_path_factory: pytest.TempPathFactory) -> Subject:
+    """Compile the example with a pi of five digits where exitance becomes radiance, and nowhere else."""
+    folder = tmp_path_factory.mktemp("short")
+    source = (RENDERERS / "lecture.cpp").read_text()
+    assert source.count("1 / PI)") == 1
+    (folder / "lecture.cpp").write_text(source.replace("1 / PI)", "1 / 3.1415)"))
+    return built(folder, folder / "lecture.cpp", f"-I{RENDERERS}")
 
 
 def judged(subject: Subject, case: Case) -> Judged:
@@ -76,6 +88,31 @@ def test_the_twins_normals_are_blamed_under_a_shear(twin: Subject, shape: str) -
     found = judged(twin, case)
 
     assert (found.outcome, found.stage, found.item) == (Outcome.FAIL, Stage.NORMAL, "NRM-3")
+
+
+def test_a_pi_of_five_digits_is_blamed_at_radiance_by_what_the_program_promises(short_of_pi: Subject) -> None:
+    (case,) = (case for case in all_cases() if case.name == "primitives/sphere")
+    promising = replace(short_of_pi, capabilities=ask_capabilities(short_of_pi, seconds=20))
+
+    found = judged(promising, case)
+    without = judged(replace(promising, capabilities=replace(promising.capabilities, chained=False)), case)
+
+    assert promising.capabilities.chained
+    assert (found.outcome, found.stage, found.item) == (Outcome.FAIL, Stage.RADIANCE, "RAD-4")
+    assert [check.stage for check in found.checks if check.alone] == [Stage.RADIANCE]
+    (radiance,) = (check for check in without.checks if check.stage is Stage.RADIANCE)
+    assert radiance.continued is not None
+    assert radiance.continued.worst_ratio <= 1, "passes of their own may differ by more than that"
+
+
+def test_of_a_chained_program_a_wrong_normal_is_blamed_alone(twin: Subject) -> None:
+    (case,) = (case for case in all_cases() if case.name == "transforms/sphere_sheared")
+    promising = replace(twin, capabilities=ask_capabilities(twin, seconds=20))
+
+    found = judged(promising, case)
+
+    assert [check.stage for check in found.checks if check.alone] == [Stage.NORMAL]
+    assert found.stage is Stage.NORMAL
 
 
 @pytest.mark.parametrize("shape", ["sphere", "cube", "mesh"])
@@ -117,8 +154,6 @@ def test_the_starter_in_cpp_passes_on_spheres(tmp_path: Path, capsys: pytest.Cap
 
 
 def passes_on_spheres(subject: Subject) -> None:
-    from dataclasses import replace
-
     able = replace(subject, capabilities=ask_capabilities(subject, seconds=10))
     found = {case.name: judged(able, case).outcome for case in all_cases() if case.name in SPHERES}
 

@@ -24,6 +24,30 @@
     return [`${measurement.interior ?? "?"} interior`, `${measurement.edge ?? "?"} edge`, ...bad].join(", ");
   }
 
+  // Of each pixel what became of it; the camera's are entries. Older records tell interior and edge only.
+  function examined(check) {
+    const words = rayproof.words || {};
+    const ledger = check.examined;
+    if (!ledger) return counts(check.end_to_end);
+    const parts = Object.keys(words).filter((kind) => ledger[kind] > 0).map((kind) => `${ledger[kind]} ${words[kind]}`);
+    const bad = ["hit_miss", "nan", "inf"].filter((key) => check.end_to_end?.[key] > 0).map((key) => `${check.end_to_end[key]} ${key.replaceAll("_", " ")}`);
+    return [...parts, ...bad].join(", ");
+  }
+
+  // The factors that groups of pixels share, the one that uses most of its limit first.
+  function factors(title, bias) {
+    if (!bias) return null;
+    const rows = (bias.groups || []).flatMap((group) => group.off.map((off, i) => ({ ...group, off, sees: group.sees[i], channel: "RGB"[i] })))
+      .filter((row) => row.off !== null).sort((a, b) => Math.abs(b.off) / b.sees - Math.abs(a.off) / a.sees);
+    return e("div", {}, e("h4", {}, title), e("p", { class: "muted" }, `Uses ${rayproof.short(bias.ratio, 3)} of its limit; sees factors from 1 \u00B1 ${rayproof.short(bias.sees, 3)} on.`),
+      rows.length ? e("table", {},
+        e("thead", {}, e("tr", {}, ["shape", "lights", "channel", "pixels", "off by", "limit"].map((name) => e("th", { scope: "col" }, name)))),
+        e("tbody", {}, rows.slice(0, 12).map((row) => e("tr", {}, e("td", {}, row.shape),
+          e("td", {}, row.fitted === undefined ? row.lights.join(", ") : `${row.fitted} of ${row.lights.join(", ")}`), e("td", {}, row.channel),
+          e("td", { class: "figure" }, row.pixels), e("td", { class: "figure" }, rayproof.short(row.off, 3)), e("td", { class: "figure" }, rayproof.short(row.sees, 3)))))) : null,
+      rows.length > 12 ? e("p", { class: "muted" }, `and ${rows.length - 12} more in results.json`) : null);
+  }
+
   // Where nothing was measured the record has the ratio 0; of the camera nothing else is recorded.
   const UNMEASURED = ["error", "missing", "undecided", "unsupported"];
   const overall = (check) => check.end_to_end?.worst_ratio ?? (UNMEASURED.includes(check.verdict) ? null : check.ratio);
@@ -35,7 +59,8 @@
       check.reason ? e("p", {}, e("strong", {}, "Why: "), check.reason) : null,
       check.because ? e("p", {}, e("strong", {}, "Limit: "), check.because) : null,
       e("div", { class: "columns" }, facts("End to end", check.end_to_end),
-        facts("Given our own previous stages", check.continued))));
+        facts("Given our own previous stages", check.continued),
+        factors("Factors that pixels share", check.bias), factors("The same given our own previous stages", check.bias?.continued))));
     const toggle = e("button", { class: "quiet", "aria-expanded": "false", onclick: () => {
       details.hidden = !details.hidden;
       toggle.setAttribute("aria-expanded", String(!details.hidden));
@@ -47,7 +72,7 @@
       e("td", {}, check.continued ? rayproof.ratioBar(check.continued.worst_ratio) : e("span", { class: "muted" }, "\u2013")),
       e("td", { class: "figure" }, rayproof.short(end.worst_error), e("span", { class: "muted" }, ` \u2264 ${rayproof.short(end.limit) || "?"}`)),
       e("td", {}, pixel ? e("button", { class: "link", onclick: () => onpixel(...pixel) }, pixel.join(", ")) : ""),
-      e("td", {}, counts(check.end_to_end)),
+      e("td", { class: "pixels" }, examined(check)),
       e("td", {}, toggle)), details];
   }
 

@@ -39,7 +39,40 @@
         const counts = i ? results.checks : results.summary;
         const measured = ["pass", "warn", "fail", "reference_suspect"].reduce((sum, name) => sum + counts[name], 0);
         return `${i ? "; " : ""}${counts.planned} ${what} planned = ${measured} measured + ${counts.undecided ? `${counts.undecided} undecided + ` : ""}${counts.unsupported} unsupported + ${counts.error + counts.missing} errors`;
-      }), "."));
+      }), "."),
+      rayproof.examined(results.examined?.counts, results.examined?.words),
+      (results.no_say || []).length ? e("ul", { class: "no-say" }, results.no_say.map((text) => e("li", {}, rayproof.pill("undecided"), " ", text))) : null);
+  };
+
+  // What became of every pixel of every check: a bar of their shares, and each kind with its number.
+  rayproof.examined = function (counts, words) {
+    if (!counts || !words || !(counts.pixels > 0)) return null;
+    const kinds = Object.keys(words).filter((kind) => counts[kind] > 0 || kind === "unexamined");
+    const bar = e("div", { class: "shares", "aria-hidden": "true" }, kinds.map((kind) => {
+      const part = e("i", { class: `k-${kind}` });
+      part.style.flexGrow = String(counts[kind]);
+      return part;
+    }));
+    return e("div", { class: "examined" },
+      e("p", {}, e("strong", {}, counts.pixels.toLocaleString("en")), " pixels over all checks"),
+      bar,
+      e("ul", { class: "kinds" }, kinds.map((kind) => e("li", { class: counts[kind] ? "" : "muted" },
+        e("i", { class: `swatch k-${kind}`, "aria-hidden": "true" }), e("b", {}, counts[kind].toLocaleString("en")), " ", words[kind]))));
+  };
+
+  // Factors that a whole run shares: pi, 4, all fluxes.
+  rayproof.commonFactors = function (results) {
+    const rows = results.common_factors || [];
+    if (!rows.length) return null;
+    const wrong = rows.filter((row) => row.verdict === "fail").length;
+    return e("details", { class: "panel", open: wrong > 0 },
+      e("summary", {}, `Factors that the whole run shares (${wrong ? `${wrong} wrong` : "none wrong"})`),
+      e("p", { class: "muted" }, "A wrong pi, 4 or flux multiplies every case alike; rounding does not. Ours over the oracle's, less 1, and the least that shows."),
+      rayproof.scroll("table of common factors", e("table", {},
+        e("thead", {}, e("tr", {}, ["verdict", "configuration", "stage", "off by", "limit", "cases", "cameras and lights"].map((title) => e("th", { scope: "col" }, title)))),
+        e("tbody", {}, rows.map((row) => e("tr", {}, e("td", {}, rayproof.pill(row.verdict)), e("td", {}, row.configuration), e("td", {}, row.stage),
+          e("td", { class: "figure" }, rayproof.short(row.off, 3)), e("td", { class: "figure" }, row.sees === null ? "too few" : rayproof.short(row.sees, 3)),
+          e("td", { class: "figure" }, row.cases), e("td", { class: "figure" }, row.voices)))))));
   };
 
   rayproof.blamed = function (results) {

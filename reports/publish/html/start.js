@@ -4,6 +4,7 @@
   const e = rayproof.element;
   const results = JSON.parse(document.getElementById("results").textContent);
   const app = document.getElementById("app");
+  rayproof.words = results.examined?.words;
   let turn = 0, list = null;
 
   function front() {
@@ -19,7 +20,7 @@
       rayproof.comparison(results),
       rayproof.ledger(results, (verdict) => list.set({ verdict })), rayproof.blamed(results), rayproof.worse(results),
       rayproof.audit(results), rayproof.coverage(results, (id) => list.set({ id })), list.section,
-      rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));
+      rayproof.commonFactors(results), rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));
   }
 
   function page(name) {

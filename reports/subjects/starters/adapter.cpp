@@ -18,6 +18,7 @@ Vec cross(Vec a, Vec b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] 
 Vec normalize(Vec a) { return add({}, 1 / std::sqrt(dot(a, a)), a); }
 
 // What this adapter can do. Whatever is left out here is reported as unsupported: no pass, and no failure.
+// Add "chained": true once each stage is made of the very numbers that you write for the stages before it.
 const char* CAPABILITIES = R"({
     "protocol": 1, "name": "adapter", "version": "0", "precision": "float64",
     "stages": ["ray", "object", "distance", "position", "normal"],

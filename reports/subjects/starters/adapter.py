@@ -18,6 +18,7 @@ CAPABILITIES = {
     "stages": ["ray", "object", "distance", "position", "normal"],
     "shapes": ["sphere"],
     "affine": False,
+    # "chained": True  # once each stage is made of the very numbers that you write for the stages before it
 }
 
 

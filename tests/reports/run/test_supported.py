@@ -98,3 +98,14 @@ def test_at_an_edge_a_nameless_distance_is_a_sides_or_wrong(distance: float, goo
     found = excused_anyhow(Stage.DISTANCE, ours, around, np.full((1, 2), 1e-6), (1, 2), continued=False)
 
     assert found.tolist() == [[False, good]]
+
+
+def test_the_reason_of_a_lost_stage_is_its_own_and_not_a_declared_ones() -> None:
+    complete = subject(Stage.NORMAL, Stage.RADIANCE)
+    assert complete.answers is not None
+    lost = replace(complete, answers={Stage.NORMAL: complete.answers[Stage.NORMAL]})
+
+    found = judged(lost)
+
+    assert (found.outcome, found.stage) == (Outcome.MISSING, Stage.RADIANCE)
+    assert found.reason == "subject against analytic, radiance: subject gave no radiance"

@@ -12,7 +12,7 @@ def test_everything_that_can_be_declared_is_taken() -> None:
     found = capabilities_from(
         '{"protocol": 1, "name": "mine", "version": "2.1", "precision": "float64", "stages": ["normal", "radiance"],'
         ' "shapes": ["mesh"], "shading": ["simplified"], "clip": ["none"], "two_sided": false, "affine": false,'
-        ' "triangulated": true, "epsilons": {"shadow": 1e-6, "ray": 0.5}}'
+        ' "triangulated": true, "chained": true, "epsilons": {"shadow": 1e-6, "ray": 0.5}}'
     )
 
     assert found == Capabilities(
@@ -26,6 +26,7 @@ def test_everything_that_can_be_declared_is_taken() -> None:
         two_sided=False,
         affine=False,
         triangulated=True,
+        chained=True,
         shadow_epsilon=1e-6,
         ray_epsilon=0.5,
     )
@@ -47,6 +48,7 @@ WRONG = {
     "the camera stage": ('{"protocol": 1, "stages": ["camera"]}', "'camera' is not known"),
     "half precision": ('{"protocol": 1, "precision": "float16"}', "'float16' is not known"),
     "no flag": ('{"protocol": 1, "affine": 1}', "affine must be true or false"),
+    "a promise in words": ('{"protocol": 1, "chained": "yes"}', "chained must be true or false"),
     "negative epsilon": ('{"protocol": 1, "epsilons": {"shadow": -1}}', "epsilons.shadow"),
     "infinite epsilon": ('{"protocol": 1, "epsilons": {"ray": Infinity}}', "epsilons.ray"),
     "unknown epsilon": ('{"protocol": 1, "epsilons": {"far": 1}}', "epsilons must be an object"),
