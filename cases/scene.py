@@ -32,6 +32,42 @@ class SceneError(ValueError):
     """A scene that the specification calls invalid; the message names the field, the value and its unit."""
 
 
+def _plain(name: str, value: Any) -> Any:
+    """Return a number as Python's own, and sequences and arrays of numbers as tuples of such; refuse anything else.
+
+    NumPy's numbers compare and print as Python's do, but a renderer that is handed one may refuse it much later.
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, tuple | list):
+        return tuple(_plain(name, part) for part in value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value
+    raise SceneError(f"{name} must be made of numbers, got {value!r}")
+
+
+def _three(name: str, values: Any, unit: str = "") -> Any:
+    """Return three numbers as a tuple of Python's own."""
+    kept = _plain(name, values)
+    if not isinstance(kept, tuple) or len(kept) != 3 or any(isinstance(part, tuple) for part in kept):
+        raise SceneError(f"{name} must be three numbers, got {values!r}{' ' + unit if unit else ''}")
+    return kept
+
+
+def _number(name: str, value: Any, unit: str = "") -> Any:
+    """Return a number as Python's own."""
+    kept = _plain(name, value)
+    if isinstance(kept, tuple):
+        raise SceneError(f"{name} must be a number, got {value!r}{' ' + unit if unit else ''}")
+    return kept
+
+
+def _keep(thing: Any, **values: Any) -> None:
+    """Put plain values in the place of those that a frozen `thing` was made with."""
+    for name, value in values.items():
+        object.__setattr__(thing, name, value)
+
+
 def _finite(name: str, values: Any, unit: str = "") -> None:
     if not np.all(np.isfinite(np.asarray(values, dtype=np.float64))):
         raise SceneError(f"{name} must be finite, got {values}{' ' + unit if unit else ''}")
@@ -66,7 +102,14 @@ class Shape:
     two_sided: bool = False
 
     def __post_init__(self) -> None:
+        _keep(self, albedo=_three("albedo", self.albedo), to_world=_plain("to_world", self.to_world))
+        if not isinstance(self.two_sided, bool | np.bool_):
+            raise SceneError(f"two_sided must be true or false, got {self.two_sided!r}")
+        _keep(self, two_sided=bool(self.two_sided))
         _not_negative("albedo", self.albedo)
+        rows = self.to_world if isinstance(self.to_world, tuple) else ()
+        if [len(row) if isinstance(row, tuple) else 1 for row in rows] != [4, 4, 4, 4]:
+            raise SceneError(f"to_world must be 4x4, got {self.to_world!r}")
         matrix = np.asarray(self.to_world, dtype=np.float64)
         if matrix.shape != (4, 4):
             raise SceneError(f"to_world must be 4x4, got shape {matrix.shape}")
@@ -88,6 +131,7 @@ class Sphere(Shape):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        _keep(self, center=_three("center", self.center, "m"), radius=_number("radius", self.radius, "m"))
         _finite("center", self.center, "m")
         _finite("radius", self.radius, "m")
         if not self.radius > 0:
@@ -117,6 +161,7 @@ class Triangle(Shape):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        _keep(self, vertices=tuple(_three("vertices", vertex, "m") for vertex in self.vertices))
         _finite("vertices", self.vertices, "m")
         with np.errstate(over="ignore"):  # an overflow is refused below, in words
             rounded = np.asarray(self.vertices, dtype=np.float32)
@@ -184,6 +229,7 @@ class PointLight:
     flux: Rgb  # W per channel, >= 0
 
     def __post_init__(self) -> None:
+        _keep(self, position=_three("position", self.position, "m"), flux=_three("flux", self.flux, "W"))
         _finite("position", self.position, "m")
         _not_negative("flux", self.flux, "W")
 
@@ -202,10 +248,16 @@ class Camera:
     far: float  # m
 
     def __post_init__(self) -> None:
-        for name, unit in (("eye", "m"), ("target", "m"), ("up", ""), ("near", "m"), ("far", "m"), ("fovy", "degrees")):
+        for name, unit in (("eye", "m"), ("target", "m"), ("up", "")):
+            _keep(self, **{name: _three(name, getattr(self, name), unit)})
+            _finite(name, getattr(self, name), unit)
+        for name, unit in (("near", "m"), ("far", "m"), ("fovy", "degrees")):
+            _keep(self, **{name: _number(name, getattr(self, name), unit)})
             _finite(name, getattr(self, name), unit)
         for name in ("width", "height"):
             size = getattr(self, name)
+            size = size.item() if isinstance(size, np.integer) else size
+            _keep(self, **{name: size})
             if not isinstance(size, int) or isinstance(size, bool) or size <= 0:
                 raise SceneError(f"{name} must be a positive whole number, got {size} px")
         if not 0 < self.fovy < 180:
@@ -246,6 +298,15 @@ class Scene:
     clip: Clip = "depth"
 
     def __post_init__(self) -> None:
+        _keep(self, shapes=tuple(self.shapes), lights=tuple(self.lights))
+        for name, kind, parts in (
+            ("camera", Camera, (self.camera,)),
+            ("shapes", Shape, self.shapes),
+            ("lights", PointLight, self.lights),
+        ):
+            for part in parts:
+                if not isinstance(part, kind):
+                    raise SceneError(f"{name} must be made of {kind.__name__}, got {part!r}")
         if self.shading not in SHADINGS:
             raise SceneError(f"shading must be one of {', '.join(SHADINGS)}, got {self.shading!r}")
         if self.clip not in CLIPS:

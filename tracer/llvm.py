@@ -12,6 +12,9 @@ VARIABLE = "DRJIT_LIBLLVM_PATH"
 NAMES = {"darwin": ("lib/libLLVM.dylib",), "win32": ("Library/bin/LLVM-C.dll", "bin/LLVM-C.dll")}
 
 
+OLDEST = (17,)  # that compiles what the tracer needs
+
+
 class NoBackendError(RuntimeError):
     """Dr.Jit has no backend to compute with, or not the one that was asked for."""
 
@@ -23,7 +26,20 @@ def packaged_library() -> Path | None:
 
 
 def select() -> None:
-    """Make Dr.Jit load the packaged LLVM, unless DRJIT_LIBLLVM_PATH names another; call it before importing Dr.Jit."""
+    """Make Dr.Jit load the packaged LLVM, unless DRJIT_LIBLLVM_PATH names another; call it before importing Dr.Jit.
+
+    Raises:
+        NoBackendError: Dr.Jit was imported already and took one that aborts the process.
+
+    """
     library = packaged_library()
-    if library is not None:
-        os.environ.setdefault(VARIABLE, str(library))
+    if library is None or VARIABLE in os.environ:
+        return
+    loaded = sys.modules.get("drjit")
+    version = tuple(loaded.detail.llvm_version()) if loaded is not None else ()
+    if sum(version) > 0 and version < OLDEST:
+        raise NoBackendError(
+            f"Dr.Jit was imported before rayproof and loaded LLVM {'.'.join(map(str, version))}, "
+            f"which aborts the process; import rayproof's packages first, or set {VARIABLE} to {library}"
+        )
+    os.environ[VARIABLE] = str(library)

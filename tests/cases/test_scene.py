@@ -1,11 +1,11 @@
 """Meshes are equal by all that they are, wherever they came from, and by nothing less."""
 
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 
 import numpy as np
 import pytest
 
-from cases.scene import Camera, Mesh, SceneError
+from cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, SceneError, Sphere, Square, Triangle
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
@@ -45,6 +45,66 @@ def test_a_tiny_vertex_is_no_face():
         with_face.vertices.tobytes() + with_face.faces.tobytes()
     )
     assert with_vertex != with_face
+
+
+def a_scene(number, whole=int):
+    """Return a scene of every class, all of its numbers passed through `number`."""
+
+    def three(x, y, z):
+        return (number(x), number(y), number(z))
+
+    pose = tuple(tuple(map(number, row)) for row in MOVED)
+    common = {"albedo": three(0.5, 0.6, 0.7), "to_world": pose}
+    camera = Camera(
+        eye=three(0, 0, 5), target=three(0, 0, 0), up=three(0, 1, 0), fovy=number(40), width=whole(4), height=whole(3),
+        near=number(0.5), far=number(64),
+    )  # fmt: skip
+    shapes = (
+        Sphere(**common, center=three(0, 0, 0), radius=number(1)),
+        *(kind(**common, two_sided=True) for kind in (Cube, Square, Plane)),
+        Triangle(**common, vertices=(three(0, 0, 0), three(1, 0, 0), three(0, 1, 0))),
+        Mesh(**common, vertices=VERTICES, faces=FACES),
+    )
+    return Scene(camera=camera, shapes=shapes, lights=(PointLight(position=three(2, 2, 2), flux=three(100, 90, 80)),))
+
+
+def numbers_in(value):
+    """Yield every number of a scene, at any depth."""
+    if isinstance(value, tuple):
+        for part in value:
+            yield from numbers_in(part)
+    elif is_dataclass(value):
+        for name in vars(value):
+            yield from numbers_in(getattr(value, name))
+    elif not isinstance(value, str | np.ndarray) and value is not None:
+        yield value
+
+
+@pytest.mark.parametrize("number", [np.float32, np.float64, np.array], ids=["float32", "float64", "array of nothing"])
+def test_numpys_numbers_become_pythons_in_every_field_of_every_class(number):
+    scene = a_scene(number, np.int64)
+
+    assert {type(one) for one in numbers_in(scene)} <= {int, float, bool}
+    assert scene.camera == a_scene(lambda x: float(np.float32(x)) if number is np.float32 else float(x)).camera
+
+
+def test_arrays_and_lists_become_tuples_that_can_be_hashed():
+    light = PointLight(position=np.array([1.0, 2.0, 3.0]), flux=[1, 2, 3])  # pyright: ignore[reportArgumentType]
+
+    assert light == PointLight(position=(1.0, 2.0, 3.0), flux=(1.0, 2.0, 3.0))
+    assert hash(light)
+
+
+@pytest.mark.parametrize("wrong", ["1", None, 1j, True, (1.0, 2.0)], ids=repr)
+def test_what_is_no_number_is_refused_where_it_is_made(wrong):
+    light = {"position": (0.0, 0.0, 0.0), "flux": (1.0, 1.0, 1.0)}
+
+    with pytest.raises(SceneError, match="position must be"):
+        PointLight(**light | {"position": (wrong, 0.0, 0.0)})
+    with pytest.raises(SceneError, match="radius must be"):
+        Sphere(albedo=(0.5, 0.5, 0.5), radius=wrong)
+    with pytest.raises(SceneError, match="lights must be made of PointLight"):
+        replace(a_scene(float), lights=(wrong,))
 
 
 @pytest.mark.parametrize("far", [1e200, 1.7e308])
