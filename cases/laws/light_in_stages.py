@@ -11,6 +11,7 @@ from cases.scene import Scene
 from cases.stages import Stage
 
 NEEDED = (Stage.RAY, Stage.OBJECT, Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY)
+GRAZING = 1e-3  # cosine: nearer to the horizon a light may be on either side
 
 
 @LAWS.register(
@@ -27,6 +28,7 @@ def light_in_stages(scene: Scene, ask: Ask) -> Iterator[Relation]:
         return
     simplified = scene.shading == "simplified"
     position, normal = answers[Stage.POSITION], answers[Stage.NORMAL]
+    hit = answers[Stage.OBJECT][..., :1] >= 0
     total, sizes = np.zeros(position.shape), np.zeros(position.shape)
     for index, light in enumerate(scene.lights):
         towards = np.asarray(light.position) - position
@@ -36,6 +38,15 @@ def light_in_stages(scene: Scene, ask: Ask) -> Iterator[Relation]:
             arriving = np.asarray(light.flux) * (1.0 if simplified else 1 / (4 * pi * squared))
         seen = answers[Stage.VISIBILITY][..., index : index + 1] > 0
         total += np.where(seen, cosine * arriving, 0.0)
+        below = seen & hit & (cosine < -GRAZING)
+        yield Relation(
+            stage=Stage.VISIBILITY,
+            expected=np.where(below, 0.0, 1.0 * seen),
+            measured=1.0 * seen,
+            scene=scene,
+            changed=scene,
+            what=f"light {index} above the horizon",
+        )
         # A position that is off by some u of its coordinates turns the light's direction by as much over r.
         moved = np.linalg.norm(position, axis=-1, keepdims=True) + np.linalg.norm(light.position)
         sizes += np.where(seen, arriving * (1 + 3 * moved / np.sqrt(squared)), 0.0)

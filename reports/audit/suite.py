@@ -11,6 +11,7 @@ from rich.console import Console
 from cases.case import Case
 from cases.families import all_cases, select
 from reports.audit import findings
+from reports.audit.before_laws import before_the_laws, told
 from reports.audit.graded_work import QUANTITIES
 from reports.audit.orders import (
     CaseOrder,
@@ -70,12 +71,14 @@ def run(request: AuditRequest) -> int:
         lies = audit.lies() if request.only in ("*", LIAR) else []
     finally:
         audit.close()
+    laws = None if request.quick else before_the_laws(faults, jobs=request.jobs, timeout=request.timeout, say=audit.say)
     result = {
         "schema": 1,
         "quick": request.quick,
         "only": request.only,
         "seconds": round(time.perf_counter() - start, 1),
         "survived_at_first": audit.at_first,
+        "laws": laws,
         **findings.score(entries, audit.healthy, graded, audit.errors, lies),
     }
     text = json.dumps(result, indent=1, allow_nan=False) + "\n"
@@ -84,6 +87,8 @@ def run(request: AuditRequest) -> int:
     if request.json is not None:
         write_text(request.json, text)
     show(console, result)
+    for line in told(laws):
+        console.print(line, soft_wrap=True, markup=False)
     if (request.out / RESULTS).is_file():
         publish_all(request.out)
     console.print(f"{request.out / NAME}", soft_wrap=True)
@@ -127,7 +132,7 @@ class _Audit:
             stopped[fault.name] = reply.value.stopped if reply.error is None else None
             if reply.error is not None:
                 self.errors.append(f"{fault.name}: {reply.error}")
-            self._say(f"{fault.name}: {stopped[fault.name] or reply.error or 'survives'}")
+            self.say(f"{fault.name}: {stopped[fault.name] or reply.error or 'survives'}")
 
         for fault in guarded:
             done = lambda reply, fault=fault: guard_done(fault, reply)  # noqa: E731
@@ -159,7 +164,7 @@ class _Audit:
         def done(reply: Reply) -> None:
             if reply.error is None:
                 reports.append(reply.value)
-                self._say(f"graded {reply.value.quantity}, {reply.value.precision}")
+                self.say(f"graded {reply.value.quantity}, {reply.value.precision}")
             else:
                 self.errors.append(f"graded faults: {reply.error}")
 
@@ -179,7 +184,7 @@ class _Audit:
         def done(reply: Reply) -> None:
             if reply.error is None:
                 reports.append(reply.value)
-                self._say(f"liar, {reply.value.case}: {reply.value.unseen} of {reply.value.pixels} unseen")
+                self.say(f"liar, {reply.value.case}: {reply.value.unseen} of {reply.value.pixels} unseen")
             else:
                 self.errors.append(f"liar: {reply.error}")
 
@@ -219,7 +224,7 @@ class _Audit:
         def done(reply: Reply) -> None:
             if reply.error is not None:
                 self.errors.append(f"{case.name}: {reply.error}")
-                self._say(f"{case.name}: {reply.error}")
+                self.say(f"{case.name}: {reply.error}")
                 return
             report: CaseReport = reply.value
             for one in report.sightings:
@@ -227,7 +232,7 @@ class _Audit:
             self.healthy += report.healthy
             self.errors += [f"{one.fault}, {one.case}: {one.reason}" for one in report.sightings if _unjudged(one)]
             found = sum(one.blamed is not None for one in report.sightings)
-            self._say(f"{case.name}: {found} of {len(report.sightings)} faults show ({reply.seconds:.1f} s)")
+            self.say(f"{case.name}: {found} of {len(report.sightings)} faults show ({reply.seconds:.1f} s)")
 
         return done
 
@@ -238,6 +243,7 @@ class _Audit:
         while not self._pool.idle:
             self._pool.step()
 
-    def _say(self, line: str) -> None:
+    def say(self, line: str) -> None:
+        """Print a line of progress."""
         self._count += 1
         self._console.print(f"{self._count:4} {line}", soft_wrap=True)

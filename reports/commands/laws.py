@@ -27,6 +27,8 @@ def laws(
     jobs: int | None = None,
     timeout: float = 120.0,
     memory: float = 8.0,
+    env: Repeated = (),
+    confine: bool = False,
     json: Path | None = None,
 ) -> int:
     """Hold a renderer against itself: its images of a scene, and of that scene changed in a way that a law speaks of.
@@ -55,6 +57,10 @@ def laws(
         Seconds that one law on one case may take; with --subject, one call of a program.
     memory
         GiB of address space that a program under test may have.
+    env
+        A variable of the environment that a program under test gets, as in `rayproof run`. Repeatable.
+    confine
+        Shut a program under test off, as in `rayproof run`.
     json
         Also write the results to this file.
 
@@ -78,12 +84,13 @@ def laws(
     from reports.commands.run import under_test
     from reports.laws.choice import chosen
     from reports.laws.suite import LawsRequest, document, exit_code, run
-    from reports.run.stopping import terminated_as_interrupted
+    from reports.subjects.surroundings import Surroundings
 
     with told_in_one_line():
         pairs = chosen(selectors, everything=all)
         wanted = configurations(configuration, formula)
-        tested = under_test(subject, seconds=timeout, memory=memory)
+        surroundings = Surroundings(variables=env, confined=confine)
+        tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
     shout(sorted({fault for one in wanted for fault in one.faults}))
     names = tuple(one.name for one in wanted) or USUAL
     # A program is called for every scene of a law, and each call has its own limit.
@@ -99,15 +106,22 @@ def laws(
     )
     start, total = time.perf_counter(), len(pairs) * len(request.configurations)
     progress = Progress(total)
-    with terminated_as_interrupted():
-        reports = run(request, progress.tell)
-    content = document(request, reports, time.perf_counter() - start)
+    finished = False
+    try:
+        run(request, progress.tell)
+        finished = True
+    except KeyboardInterrupt:
+        sys.stderr.write("\n")
+    reports = progress.reports
+    content = document(request, reports, time.perf_counter() - start, finished=finished)
     if out is not None:
         from reports.laws.publish import publish
 
         publish(out, content, reports, request)
     write_json(json, content)
     show(content)
+    if not finished:
+        raise KeyboardInterrupt  # nothing is lost; the command line says what happened
     return exit_code(content)
 
 
@@ -116,10 +130,12 @@ class Progress:
 
     def __init__(self, total: int) -> None:
         self._total, self._done = total, 0
+        self.reports: list[Any] = []
 
     def tell(self, report: Any, seconds: float) -> None:
         """Say that one law on one case is done."""
         self._done += 1
+        self.reports.append(report)
         line = f"[{self._done}/{self._total}] {report.law} on {report.case} {report.configuration} ({seconds:.1f} s)"
         if report.error is not None:
             sys.stderr.write(f"\r{line}: error: {report.error}\n")

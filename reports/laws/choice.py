@@ -49,6 +49,7 @@ DEFAULT: tuple[tuple[str, str], ...] = (
     ("unit_vectors", "normals/turned_to_the_viewer"),
     ("point_on_ray", "transforms/cube_translated"),
     ("light_in_stages", "several_lights/inverse_square"),
+    ("light_in_stages", "inverse_square/angle_95"),
     ("light_sees", "shadows/every_blocker"),
     ("camera_inverses", "cameras/ordinary"),
     ("camera_rays", "cameras/ordinary"),

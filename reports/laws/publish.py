@@ -39,7 +39,8 @@ def publish(folder: Path, content: dict[str, Any], reports: Sequence[LawReport],
     by_pair: dict[tuple[str, str], list[LawReport]] = {}
     for report in reports:
         by_pair.setdefault((report.law, report.case), []).append(report)
-    records = [_record(folder, pair, by_pair.get((pair.law, pair.case.name), []), request) for pair in request.pairs]
+    done = [pair for pair in request.pairs if (pair.law, pair.case.name) in by_pair]
+    records = [_record(folder, pair, by_pair[pair.law, pair.case.name], request) for pair in done]
     detail = assemble.coverage(records)
     faults = sorted({fault for name in content["configurations"] for fault in _faults(name, request)})
     save_results(
@@ -50,15 +51,15 @@ def publish(folder: Path, content: dict[str, Any], reports: Sequence[LawReport],
             "command": " ".join(["rayproof", *sys.argv[1:]]),
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
             "seconds": content["seconds"],
-            "finished": True,
-            "verdict": assemble.verdict(records, planned=len(records), tracer=False).value,
+            "finished": content["finished"],
+            "verdict": assemble.verdict(records, planned=len(request.pairs), tracer=False).value,
             "subject": request.subject.title,
             "faults": faults,
             "environment": {"python": sys.version.split()[0], "system": platform.platform(), "kind": "laws"},
             "configurations": content["configurations"],
             "references": {REFERENCE: {"version": version("rayproof"), "precision": "float64", "independent": False}},
             "absent": {},
-            "summary": assemble.case_ledger(records, planned=len(records)),
+            "summary": assemble.case_ledger(records, planned=len(request.pairs)),
             "checks": assemble.check_ledger(records),
             "coverage": {item: entry["cases"] for item, entry in detail.items()},
             "coverage_detail": detail,

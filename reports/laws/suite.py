@@ -39,9 +39,8 @@ class LawsRequest:
     keep: bool = False
 
 
-def run(request: LawsRequest, done: Callable[[LawReport, float], None]) -> list[LawReport]:
+def run(request: LawsRequest, done: Callable[[LawReport, float], None]) -> None:
     """Put every pair to the subject; `done` hears each report and its seconds as it comes."""
-    reports: list[LawReport] = []
     pool = Pool(jobs=request.jobs, timeout=request.timeout, copies={KIND: request.jobs}, target=serve_laws)
     try:
         for configuration in request.configurations:
@@ -60,7 +59,6 @@ def run(request: LawsRequest, done: Callable[[LawReport, float], None]) -> list[
                     report = reply.value or LawReport(
                         law=order.law, case=order.case, configuration=order.configuration, error=reply.error
                     )
-                    reports.append(report)
                     done(report, reply.seconds)
 
                 pool.submit(KIND, order, heard)
@@ -68,7 +66,6 @@ def run(request: LawsRequest, done: Callable[[LawReport, float], None]) -> list[
             pool.step()
     finally:
         pool.close()
-    return reports
 
 
 def verdict(report: LawReport) -> str:
@@ -128,11 +125,14 @@ def _alarm(report: LawReport, one: Any) -> dict[str, Any]:
     }
 
 
-def document(request: LawsRequest, reports: Sequence[LawReport], seconds: float) -> dict[str, Any]:
+def document(
+    request: LawsRequest, reports: Sequence[LawReport], seconds: float, *, finished: bool = True
+) -> dict[str, Any]:
     """Return what `--json` writes."""
     rows = summary(reports)
     return {
         "schema": 1,
+        "finished": finished,
         "subject": request.subject.title,
         "configurations": list(request.configurations),
         "stages": [str(stage) for stage in request.stages],
