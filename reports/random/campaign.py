@@ -1,6 +1,6 @@
 """`rayproof run random`: batches of random scenes through an ordinary run, and what their verdicts were worth."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -9,10 +9,13 @@ from rich.console import Console
 
 from cases.families import select
 from cases.random import FAMILY, counted
+from reports.audit.orders import LiarReport
+from reports.judge.oracle import ORACLE
+from reports.judge.outcomes import Outcome
 from reports.plain import as_json
 from reports.publish.atomic import write_text
 from reports.publish.results import load_results
-from reports.random.trials import example, trials
+from reports.random.trials import LIAR, example, lies, trials
 from reports.run.plan import DEFAULTS
 from reports.run.pool import Pool
 from reports.run.request import RunRequest
@@ -37,6 +40,7 @@ class Tally:
     undecidable: dict[str, list[str]] = field(default_factory=dict)
     uncertified: dict[str, str] = field(default_factory=dict)  # scene -> why nobody certified its verdicts
     trials: dict[str, int] = field(default_factory=dict)
+    liar: dict[str, int] = field(default_factory=dict)  # what it could spoil, in pixels of all stages
     folders: list[str] = field(default_factory=list)
     seconds: float = 0.0
 
@@ -65,6 +69,28 @@ class Tally:
             if number:
                 self.trials[one["tried"]] = self.trials.get(one["tried"], 0) + 1
 
+    def add_lies(self, reports: Sequence[LiarReport], errors: Sequence[str]) -> None:
+        """Add what a liar could hide from the judge: each scene with a lie that nobody saw is a wrong verdict."""
+        self.trials[LIAR] = self.trials.get(LIAR, 0) + len(reports)
+        self.uncertified |= {f"{LIAR} {number}": why for number, why in enumerate(errors)}
+        self.wrong += [
+            {
+                "case": report.case,
+                "configuration": LIAR,
+                "reference": ORACLE,
+                "stage": report.holes[0].removeprefix(f"{report.case}: ").partition(" ")[0],
+                "pixel": None,
+                "value": None,
+                "enclosure": None,
+                "verdict": Outcome.PASS.value,
+                "why": f"{report.unseen} of {report.pixels} values of all stages are spoiled unseen: {report.holes[0]}",
+            }
+            for report in reports
+            if report.unseen
+        ]
+        for kind in ("pixels", "unseen", "interval", "wide", "epsilon"):
+            self.liar[kind] = self.liar.get(kind, 0) + sum(getattr(report, kind) for report in reports)
+
     @property
     def share(self) -> float:
         """Return the share of scenes of which something could be decided and was not."""
@@ -89,6 +115,7 @@ class Tally:
                 "uncertified": self.uncertified,
             },
             "trials": self.trials,
+            "liar": self.liar,
             "folders": self.folders,
         }
 
@@ -114,6 +141,12 @@ def run(request: RunRequest, pool: Pool | None, *, count: int, seed: int) -> tup
         code = run_suite(_batch(request, folder, range(first, last + 1), seed, program), pool)
         folders.append(folder)
         tally.add(folder)
+        if code != INTERRUPTED:
+            console.print("a liar is loose on each tenth scene", soft_wrap=True)
+            try:
+                tally.add_lies(*lies(select(_names(seed, range(first, last + 1))), request))
+            except KeyboardInterrupt:
+                code = INTERRUPTED
         write_text(request.out / NAME, as_json(tally.as_json()) + "\n")
         if code == INTERRUPTED:
             return INTERRUPTED, tuple(folders)
@@ -125,9 +158,13 @@ def run(request: RunRequest, pool: Pool | None, *, count: int, seed: int) -> tup
     return 0 if tally.sound else FAILED, tuple(folders)
 
 
+def _names(seed: int, chosen: range) -> tuple[str, ...]:
+    return tuple(f"{FAMILY}/{seed}/{number}" for number in chosen)
+
+
 def _batch(request: RunRequest, folder: Path, chosen: range, seed: int, program: Subject | None) -> RunRequest:
     """Return the request for one batch of scenes."""
-    names = tuple(f"{FAMILY}/{seed}/{number}" for number in chosen)
+    names = _names(seed, chosen)
     tried = {case.name: trials(case, program) for case in select(names)} if request.subject.is_tracer else {}
     return replace(
         request,

@@ -2,19 +2,25 @@
 
 import shutil
 import subprocess
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
 from cases.case import Case
 from cases.random import numbers
 from cases.random.draws import Draws
+from reports.audit.orders import LiarOrder, LiarReport
 from reports.audit.planted import PlantedFault, tracer_faults
+from reports.audit.worker import serve_audit
 from reports.run.asked import ask
-from reports.run.request import Trial
+from reports.run.pool import Pool
+from reports.run.request import RunRequest, Trial
+from reports.run.worker import Reply
 from reports.subjects import PROGRAM, Subject
 from reports.subjects.choosing import chosen
 
-FAULT_EACH, PROGRAM_EACH = 10, 5  # scenes
+FAULT_EACH, PROGRAM_EACH = 10, 5  # scenes; the liar comes with the fault
+LIAR = "liar"
 SOURCE = Path(__file__).parents[2] / "examples" / "renderers" / "lecture.cpp"
 BUILDING = 300.0  # s that a compiler may take
 RENDERING, MEMORY = 120.0, 2**33  # s and bytes that the example may take for a scene
@@ -44,6 +50,33 @@ def trials(case: Case, program: Subject | None) -> tuple[Trial, ...]:
     if program is not None and numbers(case.name)[1] % PROGRAM_EACH == 0:
         found.append(Trial(name=PROGRAM, subject=program))
     return tuple(found)
+
+
+def lies(cases: Sequence[Case], request: RunRequest) -> tuple[list[LiarReport], list[str]]:
+    """Let a liar loose on each tenth scene; return what it could spoil unseen, and why it could not be asked.
+
+    A liar is no renderer: it asks the judge itself, again and again, which is why its verdict is not the run's.
+    """
+    chosen = [case for case in cases if numbers(case.name)[1] % FAULT_EACH == FAULT_EACH - 1]
+    reports: list[LiarReport] = []
+    errors: list[str] = []
+
+    def done(reply: Reply, name: str) -> None:
+        if reply.error is None:
+            reports.append(reply.value)
+        else:
+            errors.append(f"{LIAR}, {name}: {reply.error}")
+
+    pool = Pool(jobs=request.jobs, timeout=request.timeout, copies={"audit": request.jobs}, target=serve_audit)
+    try:
+        for case in chosen:
+            order = LiarOrder(case=case, epsilon=0.0)
+            pool.submit("audit", order, lambda reply, name=case.name: done(reply, name))
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+    return sorted(reports, key=lambda report: numbers(report.case)), errors
 
 
 def example(folder: Path) -> Subject | str:
