@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from cases.answers import Answers
-from cases.scene import Scene
+from cases.scene import Cube, Scene
 from cases.stages import Stage
 from reports.judge.channels import any_of
 from reports.judge.conditioning import Conditioning
@@ -86,13 +86,18 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
         depth[here] += g(HIT) * other
     flagged = np.zeros(c.hit.shape, dtype=bool)
     lights = []
+    # What a cube's other faces hide of a light begins at the face's own edges for who makes triangles of it.
+    cube = np.isin(
+        about.truth[Stage.OBJECT][..., 0], [n for n, one in enumerate(about.scene.shapes) if type(one) is Cube]
+    )
+    own = np.where(cube, edges.silhouette, np.inf)
     for index, lamp in enumerate(about.lamps):
         with np.errstate(invalid="ignore"):
             lit = _Lit(
                 distance=lamp.distance,
                 cosine=lamp.cosine,
                 shift=limits.position + g(HIT) * about.blocker * lamp.throw,
-                shadow=edges.shadow[..., index],
+                shadow=np.minimum(edges.shadow[..., index], own),
                 pixel=about.pixel,
                 undecided=(lamp.cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach),
             )

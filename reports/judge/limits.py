@@ -103,6 +103,9 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
     cosine = np.zeros((*c.hit.shape, len(scene.lights)))
     if Stage.IRRADIANCE in truth:
         irradiance, cosine = _light(scene, truth, g, all_position, all_normal)
+        # A triangle's normal is that of object space, and its plane that of the baked corners: between the horizons of
+        # the two a feeler that leaves along the normal meets the triangle itself, whoever traces it.
+        cosine = cosine + (gamma(BAKING, precision="float32") * c.baking)[..., np.newaxis]
         albedo = _albedo(scene, truth)
         per_radiance = albedo if scene.shading == "simplified" else albedo / math.pi
         whole[Stage.IRRADIANCE] = irradiance
