@@ -57,6 +57,10 @@ OF_A_RUN: dict[str, Kind] = {
     "coverage_detail": _OBJECT,
     "references": _MAYBE_OBJECT,
     "absent": _MAYBE_OBJECT,
+    "abstained": _MAYBE_OBJECT,
+    "examined": _MAYBE_OBJECT,
+    "common_factors": _all("a list of objects", _OBJECT),
+    "wrong_factors": _NAMES,
     "faults": _NAMES,
     "configurations": _NAMES,
     "subject": _TEXT,
@@ -75,7 +79,7 @@ OF_A_CASE: dict[str, Kind] = {
 OF_AN_ENTRY: dict[str, dict[str, Kind]] = {
     "checks": {
         **dict.fromkeys(("configuration", "reference", "stage", "reason", "finding"), _MAYBE_TEXT),
-        **dict.fromkeys(("end_to_end", "continued", "evidence"), _MAYBE_OBJECT),
+        **dict.fromkeys(("end_to_end", "continued", "evidence", "examined", "bias"), _MAYBE_OBJECT),
         "ratio": _MAYBE_RATIO,
     },
     "renders": {

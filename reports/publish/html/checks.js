@@ -37,7 +37,8 @@
   // The factors that groups of pixels share, the one that uses most of its limit first.
   function factors(title, bias) {
     if (!bias) return null;
-    const rows = (bias.groups || []).flatMap((group) => group.off.map((off, i) => ({ ...group, off, sees: group.sees[i], channel: "RGB"[i] })))
+    const groups = (Array.isArray(bias.groups) ? bias.groups : []).filter((group) => ["off", "sees", "lights"].every((key) => Array.isArray(group?.[key])));
+    const rows = groups.flatMap((group) => group.off.map((off, i) => ({ ...group, off, sees: group.sees[i], channel: "RGB"[i] })))
       .filter((row) => row.off !== null).sort((a, b) => Math.abs(b.off) / b.sees - Math.abs(a.off) / a.sees);
     return e("div", {}, e("h4", {}, title), e("p", { class: "muted" }, `Uses ${rayproof.short(bias.ratio, 3)} of its limit; sees factors from 1 \u00B1 ${rayproof.short(bias.sees, 3)} on.`),
       rows.length ? e("table", {},
