@@ -34,7 +34,9 @@ def camera_inverses(scene: Scene, ask: Ask) -> Iterator[Relation]:
 
     for name in ("view", "projection"):
         one, other = camera[name], camera[f"{name}_inverse"]
-        yield relation(f"{name} times its inverse", np.eye(4), other @ one, np.abs(other) @ np.abs(one))
+        # An inverse is right as a whole, not entry by entry (Higham 2002, section 14.1).
+        sizes = np.full((4, 4), (np.abs(other) @ np.abs(one)).max())
+        yield relation(f"{name} times its inverse", np.eye(4), other @ one, sizes)
     eye = np.array([[*scene.camera.eye, 1.0]])
     carried = eye @ camera["view"].T
     yield relation(

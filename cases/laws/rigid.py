@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from cases.changes import carried_by, has_triangles, moved
 from cases.laws import LAWS
 from cases.placement import compose, rotation, translation
@@ -24,3 +26,6 @@ def rigid(scene: Scene, ask: Ask) -> Iterator[Relation]:
     yield from related(
         ask, scene, changed, what="everything turned and moved", before=carried_by(MOTION), conditions=conditions
     )
+    # The same two images the other way round: what is too much in one of them may pass for an edge in the other.
+    back = carried_by(np.linalg.inv(np.asarray(MOTION)))
+    yield from related(ask, changed, scene, what="everything moved and turned back", before=back, conditions=conditions)

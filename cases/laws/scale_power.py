@@ -1,4 +1,4 @@
-"""A world four times as large and sixteen times as bright is the same to the last bit."""
+"""A world four times as large and sixteen times as bright is the same, nearly to the last bit."""
 
 from collections.abc import Iterator
 
@@ -16,8 +16,9 @@ FACTOR = 4.0
 def scale_power(scene: Scene, ask: Ask) -> Iterator[Relation]:
     """Scale all lengths by 4 and flux by 16: no digit changes, as far as formulas divide and multiply.
 
-    Proof: floating point has the same digits around 4 x as around x, and 1 / (16 r^2) and 16 Phi cancel. Where a
-    formula adds a length of its own, however small, they do not. Source: IEEE 754-2019, section 4.3.
+    Proof: floating point has the same digits around 4 x as around x, and 1 / (16 r^2) and 16 Phi cancel. Not to the
+    last bit: a renderer may take a shape's normal as it is where the matrix is the identity, and normalise it once more
+    where it is not; some u of the normal are then some of the light. Source: IEEE 754-2019, section 4.3.
     """
     motion = scaling(FACTOR, FACTOR, FACTOR)
     changed, before = moved(scene, motion, scale=FACTOR), carried_by(motion, scale=FACTOR)
