@@ -19,7 +19,8 @@ def mean_for_maximum() -> Iterator[None]:
 
     def wrong(stage: Any, ours: Any, theirs: Any, limit: Any) -> Any:
         ratio, error = right(stage, ours, theirs, limit)
-        return np.full_like(ratio, ratio[np.isfinite(ratio)].mean()), error
+        finite = ratio[np.isfinite(ratio)]
+        return np.full_like(ratio, finite.mean() if finite.size else np.inf), error
 
     with replaced(right, wrong):
         yield
