@@ -66,5 +66,9 @@ def edge_sentinels(oracle: FullOracle) -> Iterator[Sentinel]:
         yield sentinel(f"an edge seen from {word}", moved, Outcome.PASS, None)
     between = good | {Stage.DISTANCE: spoilt_at(good[Stage.DISTANCE], BORDER, HEIGHT + 0.4)}
     yield sentinel("neither side of an edge", between, Outcome.FAIL, Stage.DISTANCE)
+    # Of a program that answers nothing but radiance no earlier stage says what it should be.
+    for value in (1e30, 1.001 * float(good[Stage.RADIANCE][(*BORDER, 0)])):
+        bare: Answers = {Stage.RADIANCE: spoilt_at(good[Stage.RADIANCE], BORDER, value)}
+        yield sentinel(f"radiance alone, {value:.3g} at an edge", bare, Outcome.FAIL, Stage.RADIANCE)
     missed = good | {Stage.OBJECT: spoilt_at(good[Stage.OBJECT], BORDER, -1.0)}
     yield sentinel("nothing at an edge", missed, Outcome.FAIL, Stage.OBJECT)

@@ -1,11 +1,8 @@
 """The liar: found out wherever the judge looks, and only there."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from cases.case import Case
 from cases.stages import Stage
 from reports.audit import liar
 from reports.audit.orders import LiarOrder
@@ -13,23 +10,16 @@ from reports.judge import bench, measurement
 from reports.judge.sentinel import CASE
 
 
-@pytest.fixture(scope="module")
-def case() -> Case:
-    return replace(CASE, scene=replace(CASE.scene, lights=()))
+def test_before_an_honest_judge_nothing_hides_away_from_edges() -> None:
+    report = liar.work(LiarOrder(case=CASE, epsilon=0.0))
 
-
-def test_before_an_honest_judge_nothing_hides_away_from_edges(case: Case) -> None:
-    report = liar.work(LiarOrder(case=case, epsilon=0.0))
-
-    camera = case.scene.camera
-    assert report.pixels == 5 * camera.width * camera.height
+    camera = CASE.scene.camera
+    assert report.pixels == 9 * camera.width * camera.height
     assert report.unseen == 0
     assert report.holes == ()
 
 
-def test_a_judge_that_looks_at_half_of_an_image_lets_the_liar_spoil_the_other(
-    case: Case, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_judge_that_looks_at_half_of_an_image_lets_the_liar_spoil_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
     right = bench.ratios
 
     def blind(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray):
@@ -39,7 +29,7 @@ def test_a_judge_that_looks_at_half_of_an_image_lets_the_liar_spoil_the_other(
     monkeypatch.setattr(bench, "ratios", blind)
     monkeypatch.setattr(measurement, "ratios", blind)
 
-    report = liar.work(LiarOrder(case=case, epsilon=0.0))
+    report = liar.work(LiarOrder(case=CASE, epsilon=0.0))
 
     assert report.unseen > 100
     assert any("distance" in hole for hole in report.holes)
