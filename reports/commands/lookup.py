@@ -44,9 +44,12 @@ def scene_named(name: str) -> "Scene":
     if not name.endswith(".json"):
         return one_case(name).scene
     from cases.scene_json import load_scene
+    from reports.run.size import refuse_too_large
 
     with told_in_one_line():
-        return load_scene(Path(name))
+        scene = load_scene(Path(name))
+        refuse_too_large(scene, name)
+    return scene
 
 
 def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Configuration", ...]:

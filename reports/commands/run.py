@@ -203,9 +203,10 @@ def check_selectors(selectors: tuple[str, ...]) -> None:
     """Raise ValueError, LookupError or OSError for the first selector that names no case and no valid scene file."""
     from cases.families import select
     from cases.scene_json import load_scene
+    from reports.run.size import refuse_too_large
 
     for selector in selectors:
         if selector.endswith(".json"):
-            load_scene(Path(selector))
+            refuse_too_large(load_scene(Path(selector)), selector)
         else:
             select([selector])

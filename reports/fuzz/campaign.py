@@ -58,11 +58,11 @@ def fuzz(name: str, *, inputs: int, seconds: float, seed: int, out: Path | None 
     """
     target, chance, figures = TARGETS[name](), random.Random(f"{seed} {name}"), Figures()
     with _limited(), tempfile.TemporaryDirectory(prefix="rayproof-fuzz-") as place:
-        _read(target, Path(place), target.seeds[0], Figures())  # what it imports is opened now
+        read_once(target, Path(place), target.seeds[0], Figures())  # what it imports is opened now
         deadline = time.monotonic() + seconds
         while figures.inputs < inputs and time.monotonic() < deadline:
             content = mutated(chance.choice(target.seeds), chance)
-            wrong = _read(target, Path(place), content, figures)
+            wrong = read_once(target, Path(place), content, figures)
             figures.inputs += 1
             if wrong is not None:
                 kept = ""
@@ -75,7 +75,7 @@ def fuzz(name: str, *, inputs: int, seconds: float, seed: int, out: Path | None 
     return figures
 
 
-def _read(target: Target, place: Path, content: bytes, figures: Figures) -> str | None:
+def read_once(target: Target, place: Path, content: bytes, figures: Figures) -> str | None:
     """Return what a reader did that it must not do, in a line, or None."""
     folder = place / "folder"
     folder.mkdir()

@@ -54,7 +54,7 @@ def opened(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
         with closing(sqlite3.connect(path, timeout=WAIT)) as connection, connection:
             _prepare(connection, path)
             yield connection
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         raise HistoryError(f"{path}: cannot be used as a history: {error}") from None
 
 

@@ -49,8 +49,8 @@ def _panels(folder: Path, case: dict[str, Any]) -> list[np.ndarray] | None:
     checks.sort(key=rank)
     renders, _ = kept_images(folder, case) if checks else ({}, [])
     for check in checks:
-        ours = renders.get(f"tracer-{check['configuration']}", renders.get(check["configuration"], {}))
-        theirs = renders.get(check["reference"], {})
+        own = str(check.get("configuration"))
+        ours, theirs = renders.get(f"tracer-{own}", renders.get(own, {})), renders.get(str(check.get("reference")), {})
         stage = Stage(check["stage"])
         if stage in ours and stage in theirs and ours[stage].shape == theirs[stage].shape:
             return _shown(np.asarray(ours[stage], np.float64), np.asarray(theirs[stage], np.float64))

@@ -10,9 +10,11 @@ import numpy as np
 
 from cases.rounding import PRECISIONS
 from cases.scene import CLIPS, SHADINGS, Matrix, Scene
+from cases.scene_fields import shown
 from cases.scene_json import NAMES, SHAPES
 from cases.similarity import is_similarity
 from cases.stages import IMAGE_STAGES, Stage
+from reports.plain import number
 
 PROTOCOL = 1
 EPSILONS = ("shadow", "ray")
@@ -125,7 +127,7 @@ def _epsilons(given: Any) -> dict[str, Any]:
     if not isinstance(given, Mapping) or not set(given) <= set(EPSILONS):
         raise ValueError(f"epsilons must be an object with {' and '.join(EPSILONS)}, got {given!r}")
     for name, value in given.items():
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not math.isfinite(value) or value < 0:
-            raise ValueError(f"epsilons.{name} must be a length >= 0 m, got {value!r}")
+        length = None if isinstance(value, str) else number(value)  # JSON's whole numbers have no end
+        if length is None or not math.isfinite(length) or length < 0:
+            raise ValueError(f"epsilons.{name} must be a length >= 0 m, got {shown(value)}")
     return {f"{name}_epsilon": float(value) for name, value in given.items()}
