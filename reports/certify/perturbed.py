@@ -13,11 +13,18 @@ from cases.scene import IDENTITY, Matrix, Mesh, Scene, Shape, Sphere, Triangle, 
 
 
 def perturbed(
-    scene: Scene, generator: np.random.Generator, amount: float, *, unshared: bool, baked: bool = False
+    scene: Scene,
+    generator: np.random.Generator,
+    amount: float,
+    *,
+    unshared: bool,
+    baked: bool = False,
+    turned: bool = False,
 ) -> Scene:
     """Return a scene whose numbers are off by up to `amount` of the length of the vector that they belong to.
 
-    The camera's direction stays: its rays are perturbed by their image points. `unshared` moves the corners of each
+    The camera's direction stays, for who perturbs its rays by their image points, unless it is to be `turned` by what
+    the target's own rounding does. `unshared` moves the corners of each
     face by themselves, so that a mesh's faces part as much as its rounded vertices may let them; `baked` turns shapes
     by as much as rounding their corners in world space does.
     """
@@ -26,6 +33,8 @@ def perturbed(
     moved = _off(generator, view.eye, amount * (float(np.linalg.norm(view.eye)) + apart))
     shift = np.subtract(moved, view.eye)
     target = np.add(view.target, shift)
+    if turned:
+        target = np.asarray(_off(generator, view.target, amount * (_length(view.target) + apart)))
     return replace(
         scene,
         camera=replace(view, eye=moved, target=(float(target[0]), float(target[1]), float(target[2]))),

@@ -147,3 +147,19 @@ def test_a_scene_within_rounding_keeps_what_is_seen_and_has_other_numbers() -> N
     assert np.mean(other[Stage.OBJECT][..., 0] == TRUTH[Stage.OBJECT][..., 0]) > 0.98
     both = np.isfinite(other[Stage.DISTANCE]) & np.isfinite(TRUTH[Stage.DISTANCE])
     assert 0 < np.median(np.abs(other[Stage.DISTANCE][both] - TRUTH[Stage.DISTANCE][both])) < 1e-4
+
+
+def test_what_rounding_decides_is_undecidable_and_no_fault_of_the_judges() -> None:
+    # Two planes share four fifths of what is seen.
+    (case,) = select(["random/1/18"])
+    truth = ORACLE.render(case.scene, stages_of(case.scene))
+    answers = {
+        stage: image if stage is Stage.CAMERA else np.float64(np.float32(image)) for stage, image in truth.items()
+    }
+    ours, panel = candidate(answers), [witness(truth)]
+    judged = judge(case, ours, panel)
+
+    found = certified(judged, ours, panel)
+
+    assert Outcome.UNDECIDED in {check.outcome for check in judged.checks}
+    assert (found.wrong, found.undecided, found.undecidable) == ((), (), ("ours",))
