@@ -98,6 +98,9 @@ class Site:
 
     def __init__(self, folder: Path, *, cases: int, jobs: int) -> None:
         adopt_orphans()  # so that whatever a run leaves becomes a child of this process, and is seen
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+            # A shell starts what runs in the background so, and the runs would inherit it and be deaf to it.
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         self.folder, self.cases, self.jobs = folder, cases, jobs
         for name in ("scenes", "tmp", "kept", "home"):
             (folder / name).mkdir(parents=True)
