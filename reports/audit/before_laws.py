@@ -10,6 +10,7 @@ from typing import Any
 
 from cases.case import Case
 from cases.families import all_cases
+from cases.laws import LAWS
 from cases.relations import Relation
 from cases.stages import Stage
 from reports.audit.planted import PlantedFault
@@ -72,7 +73,7 @@ def meet(order: FaultOrder) -> FaultReport:
         broken = {one.stage for one in obey(asked, ask).alarms}
         words = f"{pair.law}, {pair.case.name}"
         staged = staged or (words if broken else None)
-        if Stage.RADIANCE in broken:
+        if Stage.RADIANCE in broken and not LAWS.about(pair.law).get("staged", False):
             image = words
             break
     changes = image or _changed(fault, ask, order.cases)

@@ -24,6 +24,7 @@ DEFAULT: tuple[tuple[str, str], ...] = (
     ("unseen", "behind/sphere"),
     ("unseen", "clipping/sphere_none"),
     ("scale", "transforms/sphere_sheared"),
+    ("scale", "shadows/every_blocker"),
     ("sphere_placed", "normals/offset_sphere"),
     ("cube_squares", "inside/cube"),
     ("symmetry", "transforms/cube_sheared"),
