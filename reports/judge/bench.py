@@ -11,7 +11,7 @@ from reports.judge.channels import all_of
 from reports.judge.examined import Kind
 from reports.judge.ground import Ground
 from reports.judge.light_sides import Held, Seen, held
-from reports.judge.measurement import Measurement, measure, ratios
+from reports.judge.measurement import Measurement, held_to, measure, ratios
 from reports.judge.oracle import ORACLE
 from reports.judge.parties import Candidate, Witness
 from reports.judge.sides import Sides, excused, excused_anyhow, sides, with_twins, with_what_is_behind
@@ -185,6 +185,12 @@ class Bench:
             edge = edge | near
             differ = near & ~good & ~(compared[0] <= 1)
             good = good | (self._near_or_beyond(stage, differ) if differ.any() else differ)
+        # A position's error is a share of how far away it is, wherever the world's origin lies.
+        size = self.ground.conditioning.distance if stage is Stage.POSITION else None
+        if limit is self.terms.limits.end_to_end.get(stage):
+            held = self.ground.once(("held", stage), (limit, theirs), lambda: held_to(stage, limit, theirs, size))
+        else:
+            held = held_to(stage, limit, theirs, size)
         return measure(
             stage,
             self._ours(stage),
@@ -196,8 +202,7 @@ class Bench:
             excused=good,
             interval=side.interval,
             window=self.terms.window,
-            # A position's error is a share of how far away it is, wherever the world's origin lies.
-            size=self.ground.conditioning.distance if stage is Stage.POSITION else None,
+            held=held,
             precision=self.candidate.precision,
             finite=self._finite(stage),
             compared=compared,

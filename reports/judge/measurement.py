@@ -142,7 +142,7 @@ def measure(
     precision: str,
     window: np.ndarray | None = None,
     interval: np.ndarray | None = None,
-    size: np.ndarray | None = None,
+    held: tuple[np.ndarray, np.ndarray] | None = None,
     finite: bool | None = None,
     compared: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Measurement:
@@ -150,8 +150,8 @@ def measure(
 
     `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides;
     `window` are those that only a party's own epsilon leaves undecided, `interval` those whose sides span no more than
-    an interval. `size` is what the limit is a share of, where that is not the value: (height, width). `finite` says
-    whether all of `ours` is, and `compared` what `ratios` says, if that is known.
+    an interval. `held` is what `held_to` says, `finite` whether all of `ours` is, and `compared` what `ratios` says, if
+    that is known.
     """
     ratio, wrong = compared or ratios(stage, ours, theirs, limit)
     forgiven, inside = edge & excused, ~edge
@@ -174,6 +174,7 @@ def measure(
     own, others = (tuple(map(float, image[row, column])) for image in (ours, theirs))
     errors, bounds = (np.atleast_1d(image[row, column]).tolist() for image in (wrong, limit))
     worst_error = _worst_channel(errors, bounds if len(bounds) == len(errors) else bounds * len(errors))
+    wide, bounded = held or held_to(stage, limit, theirs)
     return Measurement(
         worst_ratio=float(there),
         worst_inside=worst_inside,
@@ -197,13 +198,24 @@ def measure(
         kinds=kinds_of(
             ratio,
             forgiven,
-            wide=_wide(stage, limit, theirs, size),
-            bounded=all_of(np.isfinite(limit)) if limit.ndim == 3 else np.isfinite(limit),
+            wide=wide,
+            bounded=bounded,
             edge=edge,
             interval=interval,
             window=within,
         ),
     )
+
+
+def held_to(
+    stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where a limit is more than `WIDE` of the value, and where it is finite at all (height, width).
+
+    `size` is what it is a share of where that is not the value: (height, width).
+    """
+    bounded = all_of(np.isfinite(limit)) if limit.ndim == 3 else np.isfinite(limit)
+    return _wide(stage, limit, theirs, size), bounded
 
 
 def _wide(stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray | None) -> np.ndarray:
