@@ -5,13 +5,17 @@ import os
 import socket
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from cases.stages import Stage
 from reports.subjects.calls import Ended, call
 from reports.subjects.choosing import chosen
+from reports.subjects.program import candidate
 from reports.subjects.surroundings import Surroundings, reason_unconfined
+from tests.reports.subjects.conftest import SCENE, Writing
 
 REPORT = "import json, os; print(json.dumps(dict(os.environ)))"
 # Tries everything that docs/protocol.md says, and tells in JSON what it got.
@@ -136,3 +140,23 @@ def test_confined_a_program_ends_as_it_would(tmp_path: Path) -> None:
     assert "SIGABRT" in (crashed.problem or "")
     assert "confined" in (crashed.problem or "")
     assert left.problem is None  # ended with its namespace
+
+
+@confinable
+def test_confined_a_program_draws_what_it_would(program: Writing) -> None:
+    subject = program(
+        "import json, struct",
+        "camera = json.load(open(SCENE))['camera']",
+        "size = camera['width'], camera['height']",
+        "open(OUTPUT, 'wb').write(b'PF\\n%d %d\\n-1.0\\n' % size + bytes(12 * size[0] * size[1]))",
+    )
+
+    loose, confined = (
+        candidate(replace(subject, surroundings=Surroundings(confined=shut)), SCENE, case="a/b", samples=1)
+        for shut in (False, True)
+    )
+
+    assert (loose.error, confined.error) == (None, None)
+    assert loose.answers is not None
+    assert confined.answers is not None
+    assert set(confined.answers) == set(loose.answers) == {Stage.RADIANCE}
