@@ -72,6 +72,10 @@ class Radiance:
         """
         return FTINY * extent(scene)
 
+    def edge_epsilon(self, scene: Scene) -> float:
+        """Return how far [m] beyond a polygon's edge a point may count as inside, for the same reason."""
+        return FTINY * extent(scene)
+
     def notes(self, scene: Scene) -> list[str]:
         """Return in sentences where rtrace's answer is to another question than the one asked."""
         found = []

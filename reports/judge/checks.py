@@ -206,8 +206,11 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
     return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
 
 
-def account(checks: Sequence[Check], scene: Scene) -> None:
-    """Give every check its ledger; one that examined nothing of some pixels, or found one wrong, is no pass."""
+def account(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> None:
+    """Give every check its ledger; one that examined nothing of some pixels, or found one wrong, is no pass.
+
+    Too many intervals are an error of a case that was `tuned` to have fewer; any other they leave undecided.
+    """
     for check in checks:
         if check.examined is None:
             check.examined = unexamined(check.stage, scene.camera)
@@ -219,7 +222,7 @@ def account(checks: Sequence[Check], scene: Scene) -> None:
             check.outcome = Outcome.ERROR
             check.reason = f"{left.unexamined + left.wrong} of {left.pixels} pixels were held to nothing"
         elif left.interval > most:
-            check.outcome = Outcome.ERROR
+            check.outcome = Outcome.ERROR if tuned else Outcome.UNDECIDED
             check.reason = (
                 f"{left.interval} of {left.pixels} pixels are held to an interval only, which says too little of more "
                 f"than {most}"

@@ -6,7 +6,7 @@ So is one where rounding decides which of two surfaces is nearer, or on which si
 Everything else is interior and judged strictly.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from reports.judge.channels import any_of
 from reports.judge.conditioning import Conditioning
 from reports.judge.edges import Edges
 from reports.judge.limits import HIT, Limits, Roundoff
+from reports.judge.sides import widest_near
 from reports.judge.unrounded import Unrounded
 
 
@@ -159,3 +160,11 @@ def classify(
         flagged=before.flagged,
         notes=tuple(notes),
     )
+
+
+def farther(classes: Classes, edges: Edges, c: Conditioning, edge_epsilon: float) -> Classes:
+    """Return classes whose outlines reach farther by a length [m] on the surfaces that are seen within two pixels."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pixels = widest_near(np.where(c.hit, 1 / (c.distance * c.pixel_angle), 0.0))
+    reach = classes.reach + edge_epsilon * pixels
+    return replace(classes, reach=reach, outline=classes.outline | (edges.silhouette <= reach))

@@ -11,7 +11,7 @@ import numpy as np
 from cases.answers import Answers
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.classes import Classes, Unlit, classify, unlit
+from reports.judge.classes import Classes, Unlit, classify, farther, unlit
 from reports.judge.conditioning import Conditioning, condition
 from reports.judge.edges import Edges
 from reports.judge.limits import Limits, Roundoff, limits
@@ -92,6 +92,10 @@ class Ground:
         scene = _seen_beyond(self.scene, distance)
         stages = tuple(self.truth)
         return self.once(("beyond", distance), (), lambda: ground(scene, stages, self.oracle, known={}))
+
+    def outlined(self, classes: Classes, edge_epsilon: float) -> Classes:
+        """Return the classes for parties whose outlines may lie so much [m] farther out."""
+        return farther(classes, self.edges, self.conditioning, edge_epsilon)
 
     def classes(
         self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, light_epsilon: float = 0.0, *, key: tuple

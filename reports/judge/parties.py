@@ -27,6 +27,7 @@ class Candidate:
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
     light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
+    edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
     chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
 
     @property
@@ -53,6 +54,7 @@ class Witness:
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarse
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
     light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
+    edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
     cached: bool = False  # its images are those of an earlier run, kept by content
     by_matrices: bool = False  # its rays come by the inverse matrices (CAM-5)
 
@@ -93,6 +95,7 @@ def as_candidate(witness: Witness) -> Candidate:
         resolutions=witness.resolutions,
         ray_epsilon=witness.ray_epsilon,
         light_epsilon=witness.light_epsilon,
+        edge_epsilon=witness.edge_epsilon,
     )
 
 
@@ -109,5 +112,6 @@ def as_witness(candidate: Candidate) -> Witness:
         resolutions=candidate.resolutions,
         ray_epsilon=candidate.ray_epsilon,
         light_epsilon=candidate.light_epsilon,
+        edge_epsilon=candidate.edge_epsilon,
         by_matrices=candidate.by_matrices,
     )

@@ -43,7 +43,7 @@ def sum_up(
     candidates: Mapping[str, Candidate] | None,
 ) -> Judged:
     """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame."""
-    account(checks, case.scene)
+    account(checks, case.scene, tuned=case.tuned)
     outcome = case_outcome(checks, expectations)
     guilty = [check for check in checks if check.outcome is outcome and outcome is not Outcome.PASS]
     order = list(Stage)

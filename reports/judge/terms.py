@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from reports.judge.resolving import Coarseness
 from reports.judge.sides import widest_near
 
 AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
+Party = TypeVar("Party", Candidate, Witness)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 
 
@@ -56,7 +58,7 @@ class Terms:
     def rules(self) -> tuple:
         """Return what limits and classes depend on beside the ground."""
         epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
-        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon
+        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon, self._edge_epsilon
         return self.rounding, epsilon.tobytes(), near, self.candidate.chained
 
     @cached_property
@@ -110,13 +112,21 @@ class Terms:
     def _light_epsilon(self) -> float:
         return self.candidate.light_epsilon + self.witness.light_epsilon
 
+    @property
+    def _edge_epsilon(self) -> float:
+        return self.candidate.edge_epsilon + self.witness.edge_epsilon
+
     def _classes(self, shadow_epsilon: float | np.ndarray, *, blind: bool = True) -> Classes:
         """Return the classes for one epsilon; kept on the ground, since many parties round and step alike.
 
         `blind` says that what a party does not see before a light counts.
         """
         g, light_epsilon = max(self._roundoffs, key=lambda each: each(1)), self._light_epsilon if blind else 0.0
-        return self.ground.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
+        found = self.ground.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
+        if not self._edge_epsilon:
+            return found
+        key = "farther", self._edge_epsilon
+        return self.ground.once(key, (found,), lambda: self.ground.outlined(found, self._edge_epsilon))
 
     @cached_property
     def window(self) -> np.ndarray:
@@ -125,7 +135,12 @@ class Terms:
         epsilon = self.candidate.shadow_epsilon + self.witness.shadow_epsilon
         if self.scene.lights and (np.any(epsilon > 0) or self._light_epsilon > 0):
             unlit = self.classes.undecided & ~self._classes(0.0, blind=False).undecided
-        return self.near | (unlit & ~self.classes.outline)
+        outline = self.classes.outline
+        if self._edge_epsilon:
+            plain = replace(self, candidate=_sharp(self.candidate), witness=_sharp(self.witness)).classes.outline
+            unlit = (unlit | outline) & ~plain
+            return self.near | unlit
+        return self.near | (unlit & ~outline)
 
     def undecided_beyond(self, shadow_epsilon: float | np.ndarray) -> np.ndarray:
         """Return the pixels (height, width) that would be decided if the candidate's shadow epsilon were this [m]."""
@@ -215,3 +230,8 @@ def roundoff(party: Candidate | Witness) -> Roundoff:
     """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
     known = calibration(party.name)
     return Roundoff(party.precision, scale=known.factor, baked=known.baked_normals, placed=known.placed_corners)
+
+
+def _sharp(party: Party) -> Party:
+    """Return a party whose outlines are where they are."""
+    return replace(party, edge_epsilon=0.0)

@@ -63,6 +63,7 @@ def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str],
         resolutions={stage: one for stage, one in coarse.items() if one is not None},
         ray_epsilon=float(getattr(reference, "ray_epsilon", 0.0)),
         light_epsilon=float(getattr(reference, "light_epsilon", 0.0)),
+        edge_epsilon=float(beyond(scene)) if (beyond := _ability(reference, "edge_epsilon")) is not None else 0.0,
     )
 
 
@@ -96,6 +97,7 @@ def put_to_test(witness: Witness) -> Candidate:
         resolutions=witness.resolutions,
         ray_epsilon=witness.ray_epsilon,
         light_epsilon=witness.light_epsilon,
+        edge_epsilon=witness.edge_epsilon,
         chained=False,
     )
 

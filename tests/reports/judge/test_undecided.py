@@ -151,3 +151,24 @@ def test_who_does_not_see_the_end_of_a_feeler_is_excused_as_far_as_that_and_no_f
     assert end.pixels.sum() > 200
     found = {check.outcome for check in result.checks if (check.reference, check.stage) == ("second", Stage.VISIBILITY)}
     assert found == {outcome}
+
+
+@pytest.mark.parametrize(("epsilon", "outcome"), [(0.03, Outcome.PASS), (1e-6, Outcome.REFERENCE_SUSPECT)], ids=str)
+def test_outlines_reach_as_far_as_a_reference_declares_and_the_pixels_are_counted(epsilon, outcome):
+    truth = truth_of(TWINS)
+    objects = truth[Stage.OBJECT].copy()
+    before = np.roll(objects, 1, axis=1)
+    margin = ORACLE.edges(TWINS.scene).silhouette
+    row, column = np.argwhere((before[..., 0] != objects[..., 0]) & (margin > 1e-3) & (margin < 0.3))[0]
+    objects[row, column] = before[row, column]
+    other = replace(
+        witness(answered(TWINS, truth, Stage.OBJECT, objects), name="second", precision="float32"), edge_epsilon=epsilon
+    )
+    case = replace(TWINS, least_interior=0, most_edge=0.99)
+
+    result = judge_case(case, [candidate(rounded(truth))], [witness(truth), other], ORACLE, {})
+
+    check = next(one for one in result.checks if (one.reference, one.stage) == ("second", Stage.OBJECT))
+    assert check.outcome is outcome
+    assert check.end_to_end is not None
+    assert (check.end_to_end.in_window > 0) == (outcome is Outcome.PASS)
