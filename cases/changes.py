@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cases.relations import Map
-from cases.scene import IDENTITY, Camera, Matrix, Mesh, PointLight, Rgb, Scene, Shape, Sphere, Triangle, Vector
+from cases.scene import IDENTITY, Camera, Cube, Matrix, Mesh, PointLight, Rgb, Scene, Shape, Sphere, Triangle, Vector
 from cases.stages import Stage
 
 BLACK: Rgb = (0.0, 0.0, 0.0)
@@ -183,3 +183,29 @@ def rewound(shape: Shape) -> Shape:
         a, b, c = shape.vertices
         return replace(shape, vertices=(a, c, b))
     return shape
+
+
+CLOSE = 1e-5  # of plane equations: far more than rounding leaves between two that are one
+
+
+def planes(shape: Shape) -> np.ndarray:
+    """Return the planes (n, 4) that hold a shape's flat sides: unit normals, turned to one side, and offsets [m]."""
+    if isinstance(shape, Sphere | Mesh | Triangle):
+        return np.zeros((0, 4))
+    local = np.array([(0.0, 0.0, 1.0, 0.0)])
+    if isinstance(shape, Cube):
+        local = np.array([(*axis, half) for axis in np.eye(3) for half in (-0.5, 0.5)])
+    found = local @ np.linalg.inv(np.asarray(shape.to_world))
+    found /= np.linalg.norm(found[:, :3], axis=1, keepdims=True)
+    first = np.take_along_axis(found, np.argmax(np.abs(found[:, :3]) > 0.5, axis=1)[:, np.newaxis], axis=1)
+    return found * np.sign(first)
+
+
+def coincide(scene: Scene) -> bool:
+    """Say whether flat sides of two shapes lie in one plane, where either may be the nearest."""
+    sides = [planes(shape) for shape in scene.shapes]
+    return any(
+        np.abs(one[:, np.newaxis] - other[np.newaxis]).max(axis=-1).min(initial=1.0) < CLOSE
+        for index, one in enumerate(sides)
+        for other in sides[:index]
+    )
