@@ -34,4 +34,5 @@ def read_pfm(content: bytes, *, width: int, height: int) -> np.ndarray:
     if len(pixels) != width * height * 12:
         raise ValueError(f"it holds {len(pixels)} bytes of pixels, not {width * height * 12}")
     image = np.frombuffer(pixels, dtype="<f4" if scale < 0 else ">f4").reshape(height, width, 3)
-    return image[::-1].astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN like others
+        return image[::-1].astype(np.float64)
