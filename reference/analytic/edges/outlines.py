@@ -10,7 +10,7 @@ import numpy as np
 from reference.analytic.edges.borders import Borders
 from reference.analytic.edges.bounds import reach
 from reference.analytic.edges.screens import Screens
-from reference.analytic.edges.sheets import FARTHEST, metric
+from reference.analytic.edges.sheets import farthest, metric
 from reference.analytic.edges.sights import Sight
 from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.pencils import FEW, bundles
@@ -36,7 +36,7 @@ def edge_distances(sight: Sight, borders: Borders, counted: np.ndarray, screens:
 
     distances, margins = np.full(len(sight.directions), np.inf), np.zeros(len(sight.directions))
     if len(starts) > FEW:
-        distances, margins = sight.caps(FARTHEST if len(starts) < MANY else FARTHEST_OF_MANY)
+        distances, margins = sight.caps(farthest(sight.steps) if len(starts) < MANY else FARTHEST_OF_MANY)
     for rays, edges in bundles(sight.directions, np.stack([starts, ends], axis=1), margins):
         part = sight[rays]
         _, near = part.linear(planes[edges])
@@ -68,7 +68,7 @@ def ellipsoid_distances(sight: Sight, surface: Ellipsoid, screens: Screens) -> n
     gradient = 2 * (steps @ metric(start, along)[:, :, np.newaxis])[:, :, 0]
     bend = 2 * np.linalg.norm(metric(start, steps) @ steps.transpose(0, 2, 1), axis=(1, 2))
     if offset.any() and sheet.bend.any():
-        radius = np.minimum(sheet.radius, FARTHEST)
+        radius = np.minimum(sheet.radius, farthest(sight.steps))
         bent_offset = metric(start, offset)
         with np.errstate(all="ignore"):
             swing = sheet.bend * radius

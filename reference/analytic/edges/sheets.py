@@ -14,7 +14,8 @@ from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.vectors import cross, dot, length
 from reference.analytic.views import View
 
-FARTHEST = 8.0  # px: no curved surface is followed farther than this
+FARTHEST = 8.0  # px: no curved surface is followed farther than this,
+NARROW = 1e-4  # rad: or than this, where pixels are so small that rounding moves edges by many of them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +42,14 @@ class Sheet:
         """Return a lower bound [px] of the distance to where both sheets have the same depth, shape (N,)."""
         slope = length(self.gradient - other.gradient)
         return reach(self.value - other.value, slope, self.bend + other.bend, np.minimum(self.radius, other.radius))
+
+
+def farthest(steps: np.ndarray) -> float:
+    """Return how far [px] curved surfaces are followed where the direction changes by `steps` (2, 3) a pixel.
+
+    Bounds hold whatever it is; the farther, the larger the second derivatives that they allow for.
+    """
+    return max(FARTHEST, NARROW / float(np.linalg.norm(steps)))
 
 
 def no_sheet(count: int) -> Sheet:
@@ -94,7 +103,7 @@ def ellipsoid_sheet(view: View, directions: np.ndarray, surface: Ellipsoid, inve
     chord, chord_gradient, chord_bend = outline(start, along, steps)
     slope = length(chord_gradient)
     # Where Q has fallen by no more than half, its square root is smooth, with these derivatives.
-    radius = reach(chord / 2, slope, chord_bend, np.full(len(chord), FARTHEST))
+    radius = reach(chord / 2, slope, chord_bend, np.full(len(chord), farthest(np.stack([view.across, view.down]))))
     with np.errstate(all="ignore"):
         least = np.sqrt(chord / 2)
         root_bend = chord_bend / (2 * least) + (slope + chord_bend * radius) ** 2 / (4 * least**3)
