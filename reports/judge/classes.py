@@ -72,7 +72,7 @@ class _Lit:
     shift: np.ndarray  # m: how far rounding moves a shadow across the light
     shadow: np.ndarray  # px to the nearest shadow's edge
     pixel: np.ndarray  # m that a pixel spans
-    undecided: np.ndarray  # bool: the terminator is too near
+    undecided: np.ndarray  # bool: the terminator or the seen face's own edge is too near
 
 
 def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
@@ -87,20 +87,23 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
         depth[here] += g(HIT) * other
     flagged = np.zeros(c.hit.shape, dtype=bool)
     lights = []
-    # What a cube's other faces hide of a light begins at the face's own edges for who makes triangles of it.
+    # What a cube's other faces hide of a light begins at the face's own edges for who makes triangles of it. Rounding
+    # alone can sink a hit so far that they do; an epsilon lifts it off the cube or leaves the cube's faces out.
     cube = np.isin(
         about.truth[Stage.OBJECT][..., 0], [n for n, one in enumerate(about.scene.shapes) if type(one) is Cube]
     )
     own = np.where(cube, edges.silhouette, np.inf)
     for index, lamp in enumerate(about.lamps):
-        with np.errstate(invalid="ignore"):
+        shift = limits.position + g(HIT) * about.blocker * lamp.throw
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sunk = np.isfinite(own) & (own <= shift / lamp.cosine / about.pixel)
             lit = _Lit(
                 distance=lamp.distance,
                 cosine=lamp.cosine,
-                shift=limits.position + g(HIT) * about.blocker * lamp.throw,
-                shadow=np.minimum(edges.shadow[..., index], own),
+                shift=shift,
+                shadow=edges.shadow[..., index],
                 pixel=about.pixel,
-                undecided=(lamp.cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach),
+                undecided=(lamp.cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach) | sunk,
             )
         lights.append(lit)
         flagged |= c.hit & (lamp.distance <= 4 * limits.position)
