@@ -4,7 +4,12 @@ A fault in the mesh loader, in a ledger or in the journal makes every renderer a
 `reports.judge.sentinels` guards the judge likewise.
 """
 
+import errno
+import tempfile
 from collections.abc import Callable
+
+# The machine has run out of something: that says nothing about the harness.
+EXHAUSTED = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM}
 
 
 class BrokenHarnessError(RuntimeError):
@@ -16,6 +21,7 @@ def stand_guards() -> None:
 
     Raises:
         BrokenHarnessError: one got a wrong answer; nothing that the harness says can be believed.
+        OSError: no guard could be asked, because the disk is full, for example.
 
     """
     from reference import REFERENCES
@@ -46,7 +52,13 @@ def stand_guards() -> None:
             guard()
         except BrokenHarnessError:
             raise
+        except OSError as fall:
+            if fall.errno in EXHAUSTED:
+                raise OSError(fall.errno, fall.strerror, fall.filename or tempfile.gettempdir()) from fall
+            raise BrokenHarnessError(_fell(fall)) from fall
         except Exception as fall:  # whatever comes of a broken harness
-            raise BrokenHarnessError(
-                f"the harness is broken: it fell over a known question: {type(fall).__name__}: {fall}"
-            ) from fall
+            raise BrokenHarnessError(_fell(fall)) from fall
+
+
+def _fell(fall: Exception) -> str:
+    return f"the harness is broken: it fell over a known question: {type(fall).__name__}: {fall}"

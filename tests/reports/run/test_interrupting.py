@@ -125,7 +125,8 @@ def test_a_full_disk_is_one_line_and_resuming_is_exact(tmp_path: Path) -> None:
 
     assert full.returncode == 3, error
     assert error.count("\n") == 1
-    assert error.startswith(f"rayproof: {tmp_path / 'out'}")
+    # Before the results folder fills, what the guards of the harness write for themselves does.
+    assert error.startswith(f"rayproof: {tmp_path}")
     assert "--resume goes on" in error
     again = started_run(tmp_path, "--no-cache", "--resume")
     out, error = again.communicate(timeout=200)
