@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from reports.ownership import abandoned, acquired
+from reports.run.stopping import put_off
 
 PREFIX = "rayproof-"
 
@@ -28,14 +29,18 @@ class Scratch:
 @contextmanager
 def scratch() -> Iterator[None]:
     """Have this process's temporary files in a folder of their own for the body; sweep what killed ones left."""
-    sweep(Path(tempfile.gettempdir()))
-    before, own = tempfile.tempdir, Scratch()
-    tempfile.tempdir = str(own.folder)
+    with put_off():  # to find the folder for temporary files a file is written there
+        sweep(Path(tempfile.gettempdir()))
+    before, own = tempfile.tempdir, None
     try:
+        with put_off():  # from here on a folder is there, and is known
+            own = Scratch()
+        tempfile.tempdir = str(own.folder)
         yield
     finally:
         tempfile.tempdir = before
-        own.remove()
+        if own is not None:
+            own.remove()
 
 
 def sweep(folder: Path) -> None:

@@ -2,7 +2,10 @@
 
 import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -31,3 +34,22 @@ class Stopping:
     def _stop(self, number: int, frame: FrameType | None) -> None:
         self.told = True
         raise KeyboardInterrupt
+
+
+@contextmanager
+def put_off() -> Iterator[None]:
+    """Call the handlers of the signals that came during the block only after it."""
+    heard: list[tuple[Any, int, Any]] = []
+    before: dict[signal.Signals, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # handlers run in no other
+        before = {number: signal.getsignal(number) for number in SIGNALS}
+        before = {number: handler for number, handler in before.items() if callable(handler)}
+        for number, handler in before.items():
+            signal.signal(number, lambda number, frame, handler=handler: heard.append((handler, number, frame)))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for handler, number, frame in heard:
+            handler(number, frame)

@@ -17,6 +17,7 @@ from typing import Any
 from reports.parent_death import end_with_parent
 from reports.run.channel import Channel, channels
 from reports.run.scratch import Scratch
+from reports.run.stopping import put_off
 
 # A fork would share the JIT compilers' state and threads.
 CONTEXT = multiprocessing.get_context("spawn")
@@ -82,19 +83,21 @@ def started(kind: str, target: Callable[[str, Any], None]) -> WorkerProcess:
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Put off Ctrl-C, for this process and what it starts meanwhile.
+    """Put off being told to stop, for this process, and Ctrl-C for what it starts meanwhile.
 
-    It goes to the whole process group, and only the main process decides what it means; a worker that heard it while
-    it loads would print what it was about.
+    Ctrl-C goes to the whole process group, and only the main process decides what it means; a worker that heard it
+    while it loads would print what it was about. So would one whose parent gave up between starting it and telling it
+    what to do. A blocked signal alone does not prevent that, because another thread may still take it.
     """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    with put_off():
+        if not hasattr(signal, "pthread_sigmask"):
+            yield
+            return
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _work_in(target: Callable[[str, Any], None], folder: str, kind: str, connection: Channel, parent: int) -> None:
