@@ -1,6 +1,7 @@
 """Meshes are equal by all that they are, wherever they came from, and by nothing less."""
 
 from dataclasses import is_dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,7 +48,7 @@ def test_a_tiny_vertex_is_no_face():
     assert with_vertex != with_face
 
 
-def a_scene(number, whole=int):
+def a_scene(number: Any, whole: Any = int) -> Scene:
     """Return a scene of every class, all of its numbers passed through `number`."""
 
     def three(x, y, z):
