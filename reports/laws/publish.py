@@ -183,9 +183,11 @@ def _check(report: LawReport, stage: str, outcome: Outcome, why: str, judged: Ju
 def _renders(folder: Path, name: str, reports: Sequence[LawReport], request: LawsRequest) -> list[dict[str, Any]]:
     """Write the images of the subject and what the law says of them; return the record's renders."""
     found = []
-    chosen = next((one for one in reports if one.alarms and one.exhibit), None)
-    chosen = chosen or next(one for one in reports if one.exhibit)
-    assert chosen.exhibit is not None
+    # Of numbers that are no stage's image, such as a matrix or one pixel's sum, there is nothing to show.
+    shown = [one for one in reports if one.exhibit and one.exhibit.measured]
+    chosen = next((one for one in shown if one.alarms), next(iter(shown), None))
+    if chosen is None or chosen.exhibit is None:
+        return []
     lights = len(chosen.exhibit.changed.lights)
     renderer = request.subject.renderer(chosen.configuration)
     both = ((renderer, chosen.configuration, chosen.exhibit.measured), (REFERENCE, None, chosen.exhibit.expected))
