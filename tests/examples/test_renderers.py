@@ -20,6 +20,7 @@ from reports.judge.parties import Witness
 from reports.judge.summing_up import Judged
 from reports.run.supported import count_what_is_supported
 from reports.subjects import PROGRAM, Subject
+from reports.subjects.handing_over import hand_over
 from reports.subjects.program import ask_capabilities, candidate
 
 RENDERERS = Path(__file__).parents[2] / "examples" / "renderers"
@@ -47,6 +48,11 @@ def lecture(tmp_path_factory: pytest.TempPathFactory) -> Subject:
 
 
 @pytest.fixture(scope="module")
+def mistaken(tmp_path_factory: pytest.TempPathFactory) -> Subject:
+    return built(tmp_path_factory.mktemp("mistaken"), RENDERERS / "mistaken.cpp")
+
+
+@pytest.fixture(scope="module")
 def twin(tmp_path_factory: pytest.TempPathFactory) -> Subject:
     return built(tmp_path_factory.mktemp("twin"), RENDERERS / "lecture.cpp", "-DPLANTED_BUG")
 
@@ -59,6 +65,25 @@ def short_of_pi(tmp_path_factory: pytest.TempPathFactory) -> Subject:
     assert source.count("1 / PI)") == 1
     (folder / "lecture.cpp").write_text(source.replace("1 / PI)", "1 / 3.1415)"))
     return built(folder, folder / "lecture.cpp", f"-I{RENDERERS}")
+
+
+# Few cases that between them show every mistake of the switched example.
+TELLING = {
+    "cameras/banked",
+    "cameras/slanted_up",
+    "clipping/sphere_depth",
+    "clipping/sphere_shell",
+    "inside/one_sided_sphere",
+    "inside/sphere_in_cube",
+    "nearest/lit_crowd",
+    "normals/turned_to_the_viewer",
+    "random_scenes/seed_1",
+    "several_lights/simplified",
+    "sidedness/square_lit_from_behind",
+    "shadows/behind_the_light",
+    "transforms/sphere_sheared",
+    "transforms/triangle_mirrored",
+}
 
 
 def judged(subject: Subject, case: Case) -> Judged:
@@ -79,6 +104,30 @@ def test_the_example_passes_on_a_case_of_every_family(lecture: Subject, case: Ca
     found = judged(lecture, case)
 
     assert (found.outcome, found.reason) == (Outcome.PASS, "")
+
+
+def test_every_switch_is_wrong_somewhere_and_none_is_wrong_without_it(mistaken: Subject, tmp_path: Path) -> None:
+    program = mistaken.command[0]
+    listed = subprocess.run([program, "--mistakes"], check=True, capture_output=True, text=True).stdout.splitlines()
+    names = [line.split("\t")[0] for line in listed]
+    scenes = [hand_over(case.scene, folder(tmp_path, case.name)) for case in all_cases() if case.name in TELLING]
+
+    def image(scene: Path, *words: str) -> bytes:
+        subprocess.run([program, *words, scene, tmp_path / "image.exr"], check=True, timeout=20)
+        return (tmp_path / "image.exr").read_bytes()
+
+    right = {scene: image(scene) for scene in scenes}
+    unseen = [name for name in names if all(image(one, "--mistake", name) == right[one] for one in scenes)]
+
+    assert len(names) >= 60
+    assert sum(line.split("\t")[1] == "U" for line in listed) >= 15
+    assert unseen == []
+
+
+def folder(tmp_path: Path, name: str) -> Path:
+    made = tmp_path / name.replace("/", "-")
+    made.mkdir()
+    return made
 
 
 @pytest.mark.parametrize("shape", ["sphere", "cube", "square", "plane", "triangle", "mesh"])
