@@ -18,7 +18,7 @@ from reports.judge.ground import Ground
 from reports.judge.measurement import ratios
 from reports.judge.oracle import ORACLE
 from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness, as_candidate
+from reports.judge.parties import Candidate, Witness
 
 Side = Literal["with", "against"]
 
@@ -50,12 +50,12 @@ class Contradictions:
         failing &= ~bench.terms.classes.edge(stage)
         if not failing.any():
             return {}
-        told = as_candidate(self.witnesses[ORACLE])
         found: dict[str, Side] = {}
         for name, witness in self.witnesses.items():
             if name == ORACLE or not witness.independent or stage not in witness.answers:
                 continue
-            against_it = _differs(self.ground, told, witness, stage, value)[failing]
+            # What was continued from the candidate's stages is off by as much as these are.
+            against_it = _differs(self.ground, candidate, witness, stage, value)[failing]
             from_us = _differs(self.ground, candidate, witness, stage, ours)[failing]
             if against_it.all() and not from_us.any():
                 found[name] = "with"

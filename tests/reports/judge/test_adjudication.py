@@ -247,3 +247,15 @@ def test_witnesses_that_the_oracle_does_not_contradict_excuse_nothing():
     assert failed.end_to_end is not None
     assert failed.end_to_end.worst_ratio <= 1
     assert failed.evidence["with"] == {}
+
+
+def test_what_the_oracle_continued_from_rounded_stages_is_contradicted_by_no_exact_witness():
+    # Irradiance is off within its limit, and exitance is exact all the same: it was not made of that irradiance.
+    ours = rounded(truth())
+    ours[Stage.IRRADIANCE] = ours[Stage.IRRADIANCE] * (1 + 2.0**-21)
+
+    found = judge_case(CASE, [candidate(ours)], [witness(truth()), witness(truth(), name="certified")], ORACLE, {})
+
+    failed = [check for check in found.checks if check.outcome not in (Outcome.PASS, Outcome.UNSUPPORTED)]
+    assert {(check.stage, check.outcome) for check in failed} == {(Stage.EXITANCE, Outcome.FAIL)}
+    assert found.outcome is Outcome.FAIL
