@@ -2,7 +2,7 @@
 
 A point seen at p is eye + D(p) / w(p). For a flat surface w is linear in p: w = n.D / n.(point - eye). For an ellipsoid
 it is a root of |start w + d(p)|^2 = w^2 in unit-sphere space, where d is linear in p: with c = |start|^2 - 1 and
-b = start.d, w = (-b +- sqrt(Q)) / c, and Q, a quadratic in p, is the outline's own equation.
+b = start.d, w = (-b +- sqrt(Q)) / c = |d|^2 / (-b -+ sqrt(Q)), and Q, a quadratic in p, is the outline's own equation.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from reference.analytic.vectors import cross, dot, length
 from reference.analytic.views import View
 
 FARTHEST = 8.0  # px: no curved surface is followed farther than this,
-NARROW = 1e-4  # rad: or than this, where pixels are so small that rounding moves edges by many of them
+NARROW = 1e-2  # rad: or than this, where pixels are so small that rounding moves edges by many of them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,10 +107,30 @@ def ellipsoid_sheet(view: View, directions: np.ndarray, surface: Ellipsoid, inve
     with np.errstate(all="ignore"):
         least = np.sqrt(chord / 2)
         root_bend = chord_bend / (2 * least) + (slope + chord_bend * radius) ** 2 / (4 * least**3)
-        sign = np.sign(power * inverse_depths + along @ start)[:, np.newaxis]
-        gradient = (sign * chord_gradient / (2 * np.sqrt(chord)[:, np.newaxis]) - steps @ start) / power
-    bend = root_bend / np.abs(power)
-    return Sheet(value=inverse_depths, gradient=gradient, bend=bend, radius=radius)
+        sign = np.sign(power * inverse_depths + along @ start)
+        root_gradient = chord_gradient / (2 * np.sqrt(chord)[:, np.newaxis])
+        gradient = (sign[:, np.newaxis] * root_gradient - steps @ start) / power
+        bend = root_bend / np.abs(power)
+        # The root farther from the line's start, as |d|^2 / (|b| + sqrt(Q)): where the eye is on the ellipsoid, c is 0.
+        far = sign * (along @ start) > 0
+        below = np.abs(along @ start) + np.sqrt(chord)
+        below_gradient = sign[:, np.newaxis] * (steps @ start) + root_gradient
+        steepest = np.linalg.norm(steps @ start) + (slope + chord_bend * radius) / (2 * least)
+        shorter = np.minimum(radius, below / (2 * steepest))
+        above, step = dot(along, along), np.linalg.norm(steps)
+        reaching = length(along) + step * shorter
+        lowest = below - steepest * shorter
+        far_gradient = 2 * along @ steps.T / below[:, np.newaxis]
+        far_gradient = -sign[:, np.newaxis] * (far_gradient - (above / below**2)[:, np.newaxis] * below_gradient)
+        far_bend = 2 * step**2 / lowest + 4 * reaching * step * steepest / lowest**2
+        far_bend += reaching**2 * (root_bend / lowest**2 + 2 * steepest**2 / lowest**3)
+        far &= ~(bend <= far_bend)
+    return Sheet(
+        value=inverse_depths,
+        gradient=np.where(far[:, np.newaxis], far_gradient, gradient),
+        bend=np.where(far, far_bend, bend),
+        radius=np.where(far, shorter, radius),
+    )
 
 
 def outline(start: np.ndarray, along: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
