@@ -5,6 +5,7 @@ parallel ray outside its slab, however the other slabs are met; a plane, a squar
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from cases.case import Case
 from cases.covering import covering
@@ -41,13 +42,23 @@ FLAT: tuple[Shape, ...] = (
 )
 
 
+# The same boxes, each turned by half a turn about its own z axis without a rounding: in object space a component of 0
+# comes out as -0.
+TURNED: tuple[Shape, ...] = tuple(
+    replace(cube, to_world=compose(cube.to_world, scaling(-1.0, -1.0, 1.0))) for cube in CUBES
+)
+
+
 @CASE_FAMILIES.register("parallel_rays")
 def parallel_rays() -> Iterator[Case]:
-    """Yield boxes beside the axis, then flat shapes along it."""
-    for name, shapes, stresses, more, least_interior in (
+    """Yield boxes beside the axis, then flat shapes along it, then the boxes turned by half a turn."""
+    flat = "A floor, a square and a triangle that the middle rays run along."
+    questions = (
         ("cubes", (WALL, *CUBES), "Upright boxes beside the axis: parallel rays outside a slab.", (), 3500),
-        ("flat", FLAT, "A floor, a square and a triangle that the middle rays run along.", ("HIT-5", "HIT-8"), 1500),
-    ):
+        ("flat", FLAT, flat, ("HIT-5", "HIT-8"), 1500),
+        ("cubes_turned", (WALL, *TURNED), "The boxes after half a turn: a component of 0 becomes -0.", (), 3500),
+    )
+    for name, shapes, stresses, more, least_interior in questions:
         scene = Scene(camera=CAMERA, shapes=shapes, lights=(LIGHT,))
         yield Case(
             name=f"parallel_rays/{name}",

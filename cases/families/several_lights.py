@@ -1,6 +1,7 @@
 """Several lights at once: light adds, a blocked light adds pure black, and a light below the floor adds nothing."""
 
 from collections.abc import Iterator
+from math import cos, sin
 
 from cases.case import Case
 from cases.covering import covering
@@ -21,12 +22,33 @@ SHAPES: tuple[Shape, ...] = (
 )
 PLACES = ((2.3, -1.7, 3.1), (-2.2, -1.1, 2.6), (0.4, 2.4, 3.6), (0.3, -0.4, -2.5))  # m; the last is below the floor
 COLORS = ((1.0, 0.25, 0.1), (0.2, 0.9, 0.3), (0.1, 0.3, 0.8), (0.5, 0.6, 0.7))
+EIGHT = 8  # lights
 POWER = {"inverse_square": 380.0, "simplified": 0.8}  # W, and the light's RGB
+
+
+def eight() -> Case:
+    """Return eight lights about the shapes: so many that a renderer may take them in a loop."""
+    around = tuple((2.4 * cos(0.8 * k), 2.4 * sin(0.8 * k), 2.2 + 0.25 * k) for k in range(EIGHT))
+    lights = tuple(
+        PointLight(position=place, flux=(90.0 + 15.0 * k, 200.0 - 20.0 * k, 60.0 + 20.0 * (k % 3)))
+        for k, place in enumerate(around)
+    )
+    camera = camera_around((0.0, 0.0, 0.1), distance=6.0, azimuth=-72, elevation=34, width=56, height=42, fovy=40)
+    scene = Scene(camera=camera, shapes=SHAPES, lights=lights)
+    return Case(
+        name="several_lights/eight",
+        scene=scene,
+        stresses="Eight lights, each of another colour, brightness and height: none may be lost or taken twice.",
+        covers=covering(scene, "LIT-3", "LIT-4"),
+        least_interior=800,
+        most_edge=0.2,
+    )
 
 
 @CASE_FAMILIES.register("several_lights")
 def several_lights() -> Iterator[Case]:
-    """Yield three lights and one below the floor, under both shading models; then two lights in one place."""
+    """Yield three lights and one below the floor, under both shading models; two in one place; eight."""
+    yield eight()
     camera = camera_around((0.0, 0.0, 0.1), distance=6.0, azimuth=-72, elevation=34, width=96, height=72, fovy=40)
     for shading in SHADINGS:
         lights = tuple(
