@@ -13,9 +13,10 @@ from reference.radiance.refusals import refusal
 from reference.radiance.stages import image, single
 from reference.radiance.tracing import World
 
-# Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, their product
-# with cosine and solid angle, the product of the two. White and the light that irradiance is read off by are exact.
-PAINTED, WHITENED = 4, 2
+# Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, the product of
+# cosine and solid angle, that with the material, and that with the light. White, by which irradiance is read off, is
+# exact, and so is a product with it.
+PAINTED, WHITENED = 5, 2
 
 
 @REFERENCES.register("radiance", independent=True)
