@@ -69,7 +69,8 @@ class _Lit:
 
     distance: np.ndarray  # m
     cosine: np.ndarray  # |n.l|
-    shift: np.ndarray  # m: how far rounding moves a shadow across the light
+    shift: np.ndarray  # m: how far rounding moves a shadow across the light, and its receiver off its surface
+    slide: np.ndarray  # m: how far rounding moves the hit over its surface
     shadow: np.ndarray  # px to the nearest shadow's edge
     pixel: np.ndarray  # m that a pixel spans
     undecided: np.ndarray  # bool: the terminator or the seen face's own edge is too near
@@ -94,13 +95,14 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     )
     own = np.where(cube, edges.silhouette, np.inf)
     for index, lamp in enumerate(about.lamps):
-        shift = limits.position + g(HIT) * about.blocker * lamp.throw
+        shift = limits.lifted + g(HIT) * about.blocker * lamp.throw
         with np.errstate(divide="ignore", invalid="ignore"):
-            sunk = np.isfinite(own) & (own <= shift / lamp.cosine / about.pixel)
+            sunk = np.isfinite(own) & (own <= (shift / lamp.cosine + limits.position) / about.pixel)
             lit = _Lit(
                 distance=lamp.distance,
                 cosine=lamp.cosine,
                 shift=shift,
+                slide=limits.position,
                 shadow=edges.shadow[..., index],
                 pixel=about.pixel,
                 undecided=(lamp.cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach) | sunk,
@@ -146,7 +148,7 @@ def classify(
         touching = edges.gap <= before.depth + 2 * shadow_epsilon / c.cosine
         for index, one in enumerate(before.lights):
             with np.errstate(divide="ignore", invalid="ignore"):
-                shift = (one.shift + 2 * shadow_epsilon) / one.cosine
+                shift = (one.shift + 2 * shadow_epsilon) / one.cosine + one.slide
                 near = np.isfinite(one.shadow) & (one.shadow <= shift / one.pixel)
             light[..., index] = c.hit & (near | one.undecided | touching)
         for end, error in zip(edges.light_ends, before.ends, strict=True):

@@ -28,6 +28,7 @@ class Conditioning:
     hit: np.ndarray  # bool
     pixel_angle: np.ndarray  # rad per pixel, the smaller of the two image directions
     ray: np.ndarray  # rad: direction error per roundoff
+    axial: np.ndarray  # cosine of the ray's angle to the view's axis
     cosine: np.ndarray  # |n.d|; 1 on a miss
     distance: np.ndarray  # m; 0 on a miss
     surface: np.ndarray  # m: error of the surface along its normal, per roundoff
@@ -58,17 +59,25 @@ def basis_condition(camera: Camera) -> float:
 
 
 def ray_condition(camera: Camera) -> float:
-    """Return the direction error per unit roundoff [rad]: the axes, tan(alpha), and the pixel's coordinates."""
+    """Return the direction error per unit roundoff [rad]: the axes, tan(alpha), and the pixel's coordinates.
+
+    F + a R + b U is off by 1 + |a| + |b| times the axes' error, and so turned by sqrt(3) times it at most, however wide
+    the view: its own length is sqrt(1 + a^2 + b^2).
+    """
     reach = math.tan(camera.alpha) * max(1.0, camera.aspect)
     tangent = camera.alpha / (math.sin(camera.alpha) * math.cos(camera.alpha))
-    return basis_condition(camera) * (1 + reach) + (1 + tangent) * min(reach, 1.0)
+    return basis_condition(camera) * min(1 + reach, 2.0) + (1 + tangent) * min(reach, 1.0)
+
+
+def off_axis(camera: Camera, directions: np.ndarray) -> np.ndarray:
+    """Return the cosine of the angle between rays and the view's axis, shape (height, width)."""
+    forward = np.subtract(camera.target, camera.eye, dtype=np.float64)
+    return np.clip(directions @ (forward / np.linalg.norm(forward)), 0.0, 1.0)
 
 
 def pixel_angle(camera: Camera, directions: np.ndarray) -> np.ndarray:
     """Return the smaller angle between neighbouring pixels' rays [rad], shape (height, width)."""
-    forward = np.subtract(camera.target, camera.eye, dtype=np.float64)
-    cosine = np.clip(directions @ (forward / np.linalg.norm(forward)), 0.0, 1.0)
-    return 2 * math.tan(camera.alpha) / camera.height * cosine**2
+    return 2 * math.tan(camera.alpha) / camera.height * off_axis(camera, directions) ** 2
 
 
 def condition(scene: Scene, truth: Answers) -> Conditioning:
@@ -91,6 +100,7 @@ def condition(scene: Scene, truth: Answers) -> Conditioning:
         hit=hit,
         pixel_angle=pixel_angle(scene.camera, directions),
         ray=np.full(shape, ray_condition(scene.camera)),
+        axial=off_axis(scene.camera, directions),
         cosine=cosine,
         distance=distance,
         **fields,

@@ -56,7 +56,9 @@ class Ground:
                 continued={stage: mine.continued[stage] + theirs.continued[stage] for stage in mine.continued},
                 end_to_end={stage: mine.end_to_end[stage] + theirs.end_to_end[stage] for stage in mine.end_to_end},
                 cosine=mine.cosine + theirs.cosine,
+                relative=mine.relative + theirs.relative,
                 position=mine.position + theirs.position,
+                lifted=mine.lifted + theirs.lifted,
             )
         return self._limits[key]
 

@@ -16,7 +16,7 @@ from cases.answers import Answers
 from cases.rounding import gamma
 from cases.scene import Scene
 from cases.stages import Stage
-from reports.judge.channels import length
+from reports.judge.channels import dot, length
 from reports.judge.conditioning import Conditioning
 
 RAY = 16  # axes 8 (difference, two normalisations, cross product), combination 4, normalisation 4
@@ -52,7 +52,9 @@ class Limits:
     continued: dict[Stage, np.ndarray]
     end_to_end: dict[Stage, np.ndarray]
     cosine: np.ndarray  # (height, width, lights): error of dot(N, L); below it a light's side is undecided
+    relative: np.ndarray  # (height, width, lights): error of cos / r^2, of a light straight above
     position: np.ndarray  # m, end to end
+    lifted: np.ndarray  # m: of it, what is across the surface
 
 
 class Roundoff:
@@ -82,7 +84,8 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
     c = conditioning
     ray = g(RAY) * c.ray
     if by_matrices:
-        ray = ray + g(MATRICES) * (1 + float(np.linalg.norm(scene.camera.eye)) / scene.camera.near)
+        # The point on the near plane is farther away than near by as much as the ray is off the axis.
+        ray = ray + g(MATRICES) * (1 + float(np.linalg.norm(scene.camera.eye)) / scene.camera.near * c.axial)
     eye = float(np.linalg.norm(scene.camera.eye))
     distance = g(HIT) * c.along_ray
     point = g(POINT) * (eye + c.distance)
@@ -100,18 +103,30 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
     for each in (own, whole):
         for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
             each[stage] = np.where(c.hit, each[stage], 0.0)
-    cosine = np.zeros((*c.hit.shape, len(scene.lights)))
+    # Off the surface a hit is by less than along it, where its ray's error moves it: that slide turns no flat surface
+    # away from a light, and what it turns a curved one is in the normal's error.
+    lifted = np.where(c.hit, g(HIT) * (c.surface + c.distance * c.cosine) + point, 0.0)
+    cosine = relative = np.zeros((*c.hit.shape, len(scene.lights)))
     if Stage.IRRADIANCE in truth:
-        irradiance, cosine = _light(scene, truth, g, all_position, all_normal)
+        irradiance, relative = _light(scene, truth, g, all_position, all_normal)
+        cosine = _turned(scene, truth, g, lifted, all_position, all_normal)
         # A triangle's normal is that of object space, and its plane that of the baked corners: between the horizons of
         # the two a feeler that leaves along the normal meets the triangle itself, whoever traces it.
-        cosine = cosine + (gamma(BAKING, precision="float32") * c.baking)[..., np.newaxis]
+        baked = (gamma(BAKING, precision="float32") * c.baking)[..., np.newaxis]
+        cosine, relative = cosine + baked, relative + baked
         albedo = _albedo(scene, truth)
         per_radiance = albedo if scene.shading == "simplified" else albedo / math.pi
         whole[Stage.IRRADIANCE] = irradiance
         whole[Stage.EXITANCE] = albedo * irradiance + g(3) * truth[Stage.EXITANCE]
         whole[Stage.RADIANCE] = per_radiance * irradiance + g(7) * truth[Stage.RADIANCE]
-    return Limits(continued=own, end_to_end=whole, cosine=cosine, position=np.where(c.hit, all_position, 0.0))
+    return Limits(
+        continued=own,
+        end_to_end=whole,
+        cosine=cosine,
+        relative=relative,
+        position=np.where(c.hit, all_position, 0.0),
+        lifted=lifted,
+    )
 
 
 def continued_position_limit(scene: Scene, given: Answers, roundoffs: Sequence[Roundoff]) -> np.ndarray:
@@ -129,9 +144,9 @@ def continued_light_limit(scene: Scene, stage: Stage, given: Answers, value: np.
 
 
 def _light(scene: Scene, answers: Answers, g: Roundoff, position_error, normal_error) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limit of irradiance (height, width, 3) and of each light's cosine (height, width, lights)."""
+    """Return the limit of irradiance (height, width, 3) and of each light's cos / r^2 (height, width, lights)."""
     position = answers[Stage.POSITION]
-    limit, cosine = np.zeros((*position.shape[:2], 3)), np.zeros((*position.shape[:2], len(scene.lights)))
+    limit, each_relative = np.zeros((*position.shape[:2], 3)), np.zeros((*position.shape[:2], len(scene.lights)))
     # cos / r^2 changes three times as fast with position as cos does.
     power = 3 if scene.shading == "inverse_square" else 1
     for index, light in enumerate(scene.lights):
@@ -143,9 +158,30 @@ def _light(scene: Scene, answers: Answers, g: Roundoff, position_error, normal_e
             each = np.asarray(light.flux) * answers[Stage.VISIBILITY][..., index : index + 1]
             if scene.shading == "inverse_square":
                 each = each / (4 * math.pi * r[..., np.newaxis] ** 2)
-            cosine[..., index] = relative
+            each_relative[..., index] = relative
             limit += np.nan_to_num(each * relative[..., np.newaxis], nan=0.0, posinf=0.0)
-    return limit, cosine
+    return limit, each_relative
+
+
+def _turned(
+    scene: Scene,
+    answers: Answers,
+    g: Roundoff,
+    lifted: np.ndarray,
+    position_error: np.ndarray,
+    normal_error: np.ndarray,
+) -> np.ndarray:
+    """Return the error of each light's cosine (height, width, lights)."""
+    position, normal = answers[Stage.POSITION], answers[Stage.NORMAL]
+    errors = np.zeros((*position.shape[:2], len(scene.lights)))
+    for index, light in enumerate(scene.lights):
+        place = np.asarray(light.position, dtype=np.float64)
+        r = length(place - position)
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            cosine = np.abs(dot(place - position, normal)) / r
+            errors[..., index] = g(LIGHT) + g(2) * (np.linalg.norm(place) + r) / r
+            errors[..., index] += (lifted + cosine * position_error) / r + normal_error
+    return errors
 
 
 def _albedo(scene: Scene, truth: Answers) -> np.ndarray:

@@ -97,11 +97,18 @@ class Terms:
             whole[stage] = whole[stage] + sum(one.step(stage, truth[stage]) for one in self._coarseness)
         # The oracle continues from what the candidate's output kept of its positions and normals.
         moved, turned = (self._coarseness[0].step(stage, truth[stage]) for stage in (Stage.POSITION, Stage.NORMAL))
-        cosine = rounding.cosine.copy()
+        coarse = np.zeros_like(rounding.cosine)
         for index, light in enumerate(self.scene.lights):
             r = length(np.asarray(light.position) - truth[Stage.POSITION])
-            cosine[..., index] += np.divide(moved, r, out=np.zeros_like(r), where=r > 0) + turned
-        return replace(rounding, end_to_end=whole, cosine=cosine, position=rounding.position + moved)
+            coarse[..., index] = np.divide(moved, r, out=np.zeros_like(r), where=r > 0) + turned
+        return replace(
+            rounding,
+            end_to_end=whole,
+            cosine=rounding.cosine + coarse,
+            relative=rounding.relative + coarse,
+            position=rounding.position + moved,
+            lifted=rounding.lifted + moved,
+        )
 
     @cached_property
     def classes(self) -> Classes:
@@ -163,7 +170,7 @@ class Terms:
         """Return what is known of the lights at some pixels, where the candidate has `values` (pixels, 3) of light."""
         classes, scene, truth = self.classes, self.scene, self.truth
         outline = classes.outline[rows, columns][:, np.newaxis]
-        relative = self.limits.cosine
+        relative = self.limits.relative
         # At an outline another surface may be seen, whose error is met nearby: the largest holds.
         widest = self.ground.once(("relative",), (relative,), lambda: self._widest(relative))
         r = [length(np.asarray(light.position) - truth[Stage.POSITION][rows, columns]) for light in scene.lights]
