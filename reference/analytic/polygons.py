@@ -5,6 +5,7 @@ that two faces share is taken in the same order by both, so that rounding cannot
 of corners come first: the error is a few roundings of the distance, relative to the edge's length.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +14,8 @@ import numpy as np
 from reference.analytic.ends import Ends
 from reference.analytic.pencils import bundles
 from reference.analytic.vectors import cross, dot
+
+BLOCK = 1 << 17  # faces or edges that are looked at together: what is made of them for one apex takes 100 MB at most
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,9 +31,9 @@ class Polygons:
         """Return the faces' normals by winding, of any length, shape (faces, 3)."""
         return cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, -1] - self.corners[:, 0])
 
-    def edge_normals(self, apex: np.ndarray) -> np.ndarray:
-        """Return the normals of the planes through the apex and each edge, shape (faces, corners, 3)."""
-        start, end = self.corners, np.roll(self.corners, -1, axis=1)
+    def edge_normals(self, apex: np.ndarray, block: slice) -> np.ndarray:
+        """Return the normals of the planes through the apex and each edge of some faces, shape (faces, corners, 3)."""
+        start, end = self.corners[block], np.roll(self.corners[block], -1, axis=1)
         swap = later(start, end)[..., np.newaxis]
         lesser, greater = np.where(swap, end, start), np.where(swap, start, end)
         return cross(lesser - apex, greater - lesser) * np.where(swap, -1.0, 1.0)
@@ -38,22 +41,23 @@ class Polygons:
     def meetings(self, apex: np.ndarray, directions: np.ndarray):
         """Yield (rays, faces, t (rays, faces)): t of apex + t directions on each face, NaN where it is missed.
 
-        Pairs that are not yielded miss.
+        Pairs that are not yielded miss. A ray may be yielded more than once, each time with later faces.
         """
-        edges, normals = self.edge_normals(apex), self.normals
-        heights = dot(self.corners[:, 0] - apex, normals)
-        for rays, faces in bundles(directions, self.corners - apex):
-            # Not a matrix product: both faces of an edge must round alike, wherever they stand in memory.
-            x, y, z = (directions[rays, axis, np.newaxis] for axis in range(3))
-            least = greatest = np.zeros(0)
-            for corner, normal in enumerate(np.moveaxis(edges[faces], 1, 0)):
-                volume = x * normal[:, 0] + y * normal[:, 1] + z * normal[:, 2]
-                least = np.minimum(least, volume) if corner else volume
-                greatest = np.maximum(greatest, volume) if corner else volume
-            inside = (least >= 0) | (greatest <= 0) if self.closed else (least > 0) | (greatest < 0)
-            with np.errstate(all="ignore"):
-                crossing = heights[faces] / (directions[rays] @ normals[faces].T)
-            yield rays, faces, np.where(inside, crossing, np.nan)
+        for block in blocks(len(self.corners)):
+            corners, edges, normals = self.corners[block], self.edge_normals(apex, block), self.normals[block]
+            heights = dot(corners[:, 0] - apex, normals)
+            for rays, faces in bundles(directions, corners - apex):
+                # Not a matrix product: both faces of an edge must round alike, wherever they stand in memory.
+                x, y, z = (directions[rays, axis, np.newaxis] for axis in range(3))
+                least = greatest = np.zeros(0)
+                for corner, normal in enumerate(np.moveaxis(edges[faces], 1, 0)):
+                    volume = x * normal[:, 0] + y * normal[:, 1] + z * normal[:, 2]
+                    least = np.minimum(least, volume) if corner else volume
+                    greatest = np.maximum(greatest, volume) if corner else volume
+                inside = (least >= 0) | (greatest <= 0) if self.closed else (least > 0) | (greatest < 0)
+                with np.errstate(all="ignore"):
+                    crossing = heights[faces] / (directions[rays] @ normals[faces].T)
+                yield rays, faces + block.start, np.where(inside, crossing, np.nan)
 
     def first(
         self,
@@ -74,8 +78,9 @@ class Polygons:
                 inside &= self.numbers[faces] == only[rays, np.newaxis]
             crossing = np.where(inside, crossing, np.inf)
             best = crossing.argmin(axis=1)
-            nearest[rays] = crossing[np.arange(len(rays)), best]
-            number[rays] = self.numbers[faces[best]]
+            found = crossing[np.arange(len(rays)), best]
+            nearer = found < nearest[rays]
+            nearest[rays[nearer]], number[rays[nearer]] = found[nearer], self.numbers[faces[best[nearer]]]
         return nearest, number
 
     def blocks(
@@ -95,8 +100,14 @@ class Polygons:
             if len(ray):
                 met = faces[face]
                 between[ray, face] = ~ends[rays[ray]].lie_in(self.normals[met], self.corners[met, 0])
-            blocked[rays] = between.any(axis=1)
+            blocked[rays] |= between.any(axis=1)
         return blocked
+
+
+def blocks(count: int) -> Iterator[slice]:
+    """Yield slices of at most `BLOCK` that cover `count` faces or edges."""
+    for start in range(0, count, BLOCK):
+        yield slice(start, min(start + BLOCK, count))
 
 
 def later(start: np.ndarray, end: np.ndarray) -> np.ndarray:

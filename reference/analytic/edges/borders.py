@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from cases.scene import Shape
-from reference.analytic.polygons import Polygons, later
+from reference.analytic.polygons import Polygons, blocks
 from reference.analytic.surfaces import surface_of
 from reference.analytic.vectors import cross, dot
 
@@ -25,12 +25,18 @@ class Borders:
 
         Where an edge's two faces lie on its two sides, what the surface covers goes on across the edge.
         """
-        normals = cross(self.starts - apex, self.ends - self.starts)
-        corners = self.hulls.shape[1]
-        one = dot(self.hulls[:, 2] - apex, normals)
-        other = dot(self.hulls[:, (corners + 2) // 2] - apex, normals)
+        return np.concatenate(
+            [np.zeros(0, dtype=bool), *(self._outlines(apex, some) for some in blocks(len(self.shared)))]
+        )
+
+    def _outlines(self, apex: np.ndarray, some: slice) -> np.ndarray:
+        starts, hulls = self.starts[some], self.hulls[some]
+        normals = cross(starts - apex, self.ends[some] - starts)
+        corners = hulls.shape[1]
+        one = dot(hulls[:, 2] - apex, normals)
+        other = dot(hulls[:, (corners + 2) // 2] - apex, normals)
         covers_both_sides = (np.minimum(one, other) < 0) & (np.maximum(one, other) > 0)
-        return ~(self.shared & covers_both_sides)
+        return ~(self.shared[some] & covers_both_sides)
 
 
 @lru_cache(maxsize=64)
@@ -44,25 +50,36 @@ def borders_of(shape: Shape) -> Borders:
     surface = surface_of(shape)
     if not isinstance(surface, Polygons):
         raise TypeError(f"{type(shape).__name__} has no edges")
-    starts, ends = surface.corners, np.roll(surface.corners, -1, axis=1)
-    faces, count = starts.shape[:2]
+    faces, count = surface.corners.shape[:2]
     if faces == 0:
         nothing = np.zeros((0, 3))
         return Borders(starts=nothing, ends=nothing, hulls=np.zeros((0, 4, 3)), shared=np.zeros(0, dtype=bool))
-    # The corners of the face that are not the edge's own, for every face and edge.
-    rest = np.stack([np.roll(surface.corners, -step, axis=1) for step in range(2, count)], axis=2)
-    starts, ends, rest = starts.reshape(-1, 3), ends.reshape(-1, 3), rest.reshape(-1, count - 2, 3)
-    swap = later(starts, ends)[:, np.newaxis]
-    keys = np.concatenate([np.where(swap, ends, starts), np.where(swap, starts, ends)], axis=1) + 0.0
-    _, group, sizes = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    points = _numbered(surface.corners.reshape(-1, 3)).reshape(faces, count)
+    following = np.roll(points, -1, axis=1)
+    keys = np.minimum(points, following) * (faces * count) + np.maximum(points, following)
+    del points, following
+    _, group, sizes = np.unique(keys, return_inverse=True, return_counts=True)
+    del keys
     order = np.argsort(group.ravel(), kind="stable")
     shared = sizes[group.ravel()[order]] == 2
     pairs = order[shared].reshape(-1, 2)
     alone = order[~shared]
     first, second = np.concatenate([pairs[:, 0], alone]), np.concatenate([pairs[:, 1], alone])
-    return Borders(
-        starts=starts[first],
-        ends=ends[first],
-        hulls=np.concatenate([starts[first, np.newaxis], ends[first, np.newaxis], rest[first], rest[second]], axis=1),
-        shared=np.arange(len(first)) < len(pairs),
-    )
+    # The edge's own two corners, then those of both faces that are not the edge's own.
+    places = [(first, 0), (first, 1), *((half, step) for half in (first, second) for step in range(2, count))]
+    hulls = np.empty((len(first), len(places), 3))
+    for place, (half, step) in enumerate(places):
+        hulls[:, place] = surface.corners[half // count, (half % count + step) % count]
+    return Borders(starts=hulls[:, 0], ends=hulls[:, 1], hulls=hulls, shared=np.arange(len(first)) < len(pairs))
+
+
+def _numbered(points: np.ndarray) -> np.ndarray:
+    """Return a number for each of the points (N, 3), the same for equal ones, in lexicographic order, shape (N,)."""
+    order = np.lexsort((points[:, 2], points[:, 1], points[:, 0]))
+    new = np.zeros(len(points), dtype=bool)
+    for axis in range(3):
+        along = points[order, axis]
+        new[1:] |= along[1:] != along[:-1]
+    numbers = np.empty(len(points), dtype=np.int64)
+    numbers[order] = np.cumsum(new)
+    return numbers

@@ -14,6 +14,7 @@ from reference.analytic.edges.sheets import farthest, metric
 from reference.analytic.edges.sights import Sight
 from reference.analytic.ellipsoids import Ellipsoid
 from reference.analytic.pencils import FEW, bundles
+from reference.analytic.polygons import blocks
 from reference.analytic.vectors import cross, dot, length
 
 # With this many edges hardly a pixel of theirs is farther than that from the nearest, and looking farther is slow.
@@ -26,6 +27,19 @@ def edge_distances(sight: Sight, borders: Borders, counted: np.ndarray, screens:
 
     With many edges, those farther than a few pixels are not looked at, and that distance is returned instead.
     """
+    distances, margins = np.full(len(sight.directions), np.inf), np.zeros(len(sight.directions))
+    many = int(np.count_nonzero(counted))
+    if many > FEW:
+        distances, margins = sight.caps(farthest(sight.steps) if many < MANY else FARTHEST_OF_MANY)
+    for some in blocks(len(counted)):
+        _near_edges(sight, borders, some.start + np.flatnonzero(counted[some]), screens, distances, margins)
+    return distances
+
+
+def _near_edges(
+    sight: Sight, borders: Borders, counted: np.ndarray, screens: Screens, distances: np.ndarray, margins: np.ndarray
+) -> None:
+    """Lower `distances` (N,) to those of some edges, by their numbers; `margins` (N,) say how far is looked."""
     starts, ends = borders.starts[counted] - sight.apex, borders.ends[counted] - sight.apex
     hulls = borders.hulls[counted]
     planes = cross(starts, ends - starts)
@@ -33,10 +47,6 @@ def edge_distances(sight: Sight, borders: Borders, counted: np.ndarray, screens:
     spread = planes.any(axis=1)
     starts, ends, hulls, planes = starts[spread], ends[spread], hulls[spread], planes[spread]
     from_start, from_end = cross(planes, starts), cross(ends, planes)
-
-    distances, margins = np.full(len(sight.directions), np.inf), np.zeros(len(sight.directions))
-    if len(starts) > FEW:
-        distances, margins = sight.caps(farthest(sight.steps) if len(starts) < MANY else FARTHEST_OF_MANY)
     for rays, edges in bundles(sight.directions, np.stack([starts, ends], axis=1), margins):
         part = sight[rays]
         _, near = part.linear(planes[edges])
@@ -49,7 +59,6 @@ def edge_distances(sight: Sight, borders: Borders, counted: np.ndarray, screens:
         left = np.flatnonzero((near < distances[rays, np.newaxis]).any(axis=0))
         near = np.where(screens.hides_hulls(rays, hulls[edges[left]]), np.inf, near[:, left])
         distances[rays] = np.minimum(distances[rays], near.min(axis=1, initial=np.inf))
-    return distances
 
 
 def ellipsoid_distances(sight: Sight, surface: Ellipsoid, screens: Screens) -> np.ndarray:
