@@ -2,18 +2,21 @@
 
 import errno
 import os
+import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from reports.commands.lookup import Repeated, configurations, references_named
 from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from reports.plain import legible
 
 if TYPE_CHECKING:
     from reports.subjects import Subject
     from reports.subjects.surroundings import Surroundings
 
 TRACER = "tracer"
+USUAL_LIMIT = 120.0  # s, for one render or one judgement
 MOST_MEMORY = 2.0**33  # GiB; a process's limits are numbers of 63 bits
 
 
@@ -23,7 +26,7 @@ def run(
     resume: bool = False,
     require: Repeated = (),
     jobs: int | None = None,
-    timeout: float = 120.0,
+    timeout: float | None = None,
     configuration: Repeated = (),
     formula: Repeated = (),
     subject: str = "tracer",
@@ -33,6 +36,7 @@ def run(
     cache: bool = True,
     full: bool = False,
     single_file: bool = False,
+    dry_run: bool = False,
     history: Path | None = None,
     json: Path | None = None,
     count: int | None = None,
@@ -56,7 +60,8 @@ def run(
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
-        Seconds that one render or one judgement may take; with --subject, one render of it.
+        Seconds that one render or one judgement may take; with --subject, one render of it. Default: 120, and more
+        where a case is estimated to take longer for its size.
     configuration
         A tracer configuration, such as float32/triangle=signed_areas. Repeatable. Default: the suite's own list.
     formula
@@ -79,6 +84,8 @@ def run(
         references' in one compact file, without loss; of any other everything.
     single_file
         Also write report.html: the whole report in one file.
+    dry_run
+        Do nothing; print the plan and about how much time, memory and disk it takes.
     history
         Keep errors and times in this SQLite file, and say what became worse; `rayproof history` shows it.
     json
@@ -90,7 +97,7 @@ def run(
         With `random`: another seed draws other scenes. Default: 1.
 
     """
-    if not timeout > 0:
+    if timeout is not None and not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     if jobs is not None and jobs < 1:
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
@@ -101,11 +108,15 @@ def run(
         raise UsageError(
             "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
         )
+    if dry_run and numbers is not None:
+        raise UsageError("--dry-run says what cases and scene files take; random scenes are drawn as they are run")
+    patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
     from reports.run.early import early_workers
     from reports.run.scratch import scratch
 
-    with scratch(), early_workers(jobs=count, timeout=timeout) if subject == TRACER else nullcontext() as pool:
+    early = subject == TRACER and not dry_run
+    with scratch(), early_workers(jobs=count, timeout=timeout) if early else nullcontext() as pool:
         required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
         references_named(required)
         from reports.run.panel import panel
@@ -118,14 +129,15 @@ def run(
             surroundings = Surroundings(variables=env, confined=confine)
             tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
             panel(required, tested)
-            own(out)
-            if history is not None:
+            if not dry_run:
+                own(out)
+            if history is not None and not dry_run:
                 from reports.history.database import opened
 
                 writable_folder(history.parent)
                 with opened(history, create=True):
                     pass  # it is one, and can be written
-            if json is not None:
+            if json is not None and not dry_run:
                 writable_folder(json.parent)
                 if json.is_dir():
                     raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(json))
@@ -138,11 +150,19 @@ def run(
             cached=cache,
             jobs=count,
             timeout=timeout,
+            patient=patient,
             configurations=tuple(one.name for one in chosen),
             json=json,
             full=full,
             history=history,
         )
+        if dry_run:
+            from reports.run.dry import plan_in_words
+
+            with told_in_one_line():
+                lines = plan_in_words(request)
+            sys.stdout.writelines(f"{legible(line)}\n" for line in lines)
+            return 0
         try:
             if numbers is not None:
                 from reports.random.campaign import run as run_random

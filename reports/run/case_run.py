@@ -13,13 +13,17 @@ from reports.run.orders import GuardTask, JudgeTask, RecallTask, ReferenceTask, 
 from reports.run.plan import PlannedCase
 from reports.run.pool import Pool
 from reports.run.reproducing import reproduce
+from reports.run.size import is_large
 from reports.run.unjudged import unjudged
 from reports.run.worker import Reply
 from reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
 
 
 class CaseRun:
-    """Collect a case's renders and have them judged; `finished` gets the record."""
+    """Collect a case's renders and have them judged; `finished` gets the record.
+
+    Each render, and the judgement, may take `seconds`, where that is more than the pool's own limit.
+    """
 
     def __init__(
         self,
@@ -33,6 +37,7 @@ class CaseRun:
         memory: Memory | None = None,
         full: bool = False,
         certified: bool = False,
+        seconds: float | None = None,
         finished: Callable[["CaseRun", dict[str, Any]], None],
     ) -> None:
         self.planned = planned
@@ -48,6 +53,7 @@ class CaseRun:
         self._notes: tuple[str, ...] = ()
         self._full = full
         self._certified = certified
+        self._limit, self._large = seconds, is_large(planned.case.scene)
         # Candidate -> who renders it: what is under test, and then those who are only tried.
         self._asked = dict.fromkeys(planned.configurations, subject)
         self._asked |= {trial.name: trial.subject for trial in planned.trials}
@@ -61,7 +67,7 @@ class CaseRun:
         for name, subject in self._asked.items():
             kind, task = self._task(name, subject)
             # Before what others are asked: all else waits for the one under test, which has one worker.
-            self._pool.submit(kind, task, lambda reply, name=name: self._traced(name, reply), first=True)
+            self._submit(kind, task, lambda reply, name=name: self._traced(name, reply), first=True)
 
     def _compare(self) -> None:
         """Take up what was found of these very answers before, or have them judged."""
@@ -78,7 +84,7 @@ class CaseRun:
             self._ask(self._references)
         else:
             task = RecallTask(names=self._references, task=self._reference_task)
-            self._pool.submit(RECALLING, task, self._recalled)
+            self._submit(RECALLING, task, self._recalled)
 
     @property
     def _reference_task(self) -> ReferenceTask:
@@ -94,15 +100,23 @@ class CaseRun:
 
     def _ask(self, references: tuple[str, ...]) -> None:
         for name in references:
-            self._pool.submit(
+            self._submit(
                 f"reference:{name}", self._reference_task, lambda reply, name=name: self._referred(name, reply)
             )
+
+    def _submit(self, kind: str, task: Any, done: Callable[[Reply], None], *, first: bool = False) -> None:
+        seconds = self._limit
+        if seconds is not None and kind == PROGRAM:  # its own limit ends it, with a reason; it may be called twice
+            seconds = 3 * seconds
+        self._pool.submit(kind, task, done, first=first, seconds=seconds, large=self._large)
 
     def _task(self, configuration: str, subject: Subject) -> tuple[str, TracerTask | SubjectTask]:
         """Return the kind of worker that renders for a subject, and its task."""
         case = self.planned.case
         if subject.is_tracer:
             return TRACER, TracerTask(scene=case.scene, configuration=configuration, samples=case.samples)
+        if self._limit is not None:
+            subject = replace(subject, seconds=max(subject.seconds, self._limit))
         task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject)
         return subject.name if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}", task
 
@@ -160,7 +174,7 @@ class CaseRun:
                 trials=tuple(self._candidates[trial.name] for trial in self.planned.trials),
             )
             # Judged before anything else is rendered: finished cases leave memory.
-            self._pool.submit(JUDGE, task, self._judged, first=True)
+            self._submit(JUDGE, task, self._judged, first=True)
 
     @property
     def _everybody(self) -> tuple[tuple[Candidate, ...], tuple[Witness, ...]]:

@@ -3,6 +3,8 @@
 A worker that dies or overruns its deadline costs the task that it had, if it had one; it is replaced when the next task
 of its kind comes. What it left in its folder for temporary files goes with it. The deadline is that of handing over the
 task and of taking back the reply as well: nobody waits for a worker that was stopped in the middle of either.
+
+A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
 """
 
 import contextlib
@@ -24,11 +26,21 @@ ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its 
 class _Worker:
     process: WorkerProcess
     done: Callable[[Reply], None] | None = None
+    limit: float = 0.0  # s that its task may take
     deadline: float = 0.0
     started: float = 0.0
+    large: bool = False  # whether its task is
 
 
-_Waiting = tuple[str, Any, Callable[[Reply], None]]  # the kind of worker, its task, who gets the reply
+@dataclass(kw_only=True)
+class _Waiting:
+    """A task that no worker has yet."""
+
+    kind: str
+    task: Any
+    done: Callable[[Reply], None]  # who gets the reply
+    seconds: float | None
+    large: bool
 
 
 class Pool:
@@ -56,9 +68,28 @@ class Pool:
         self._urgent: deque[_Waiting] = deque()
         self._waiting: deque[_Waiting] = deque()
 
-    def submit(self, kind: str, task: Any, done: Callable[[Reply], None], *, first: bool = False) -> None:
-        """Queue a task for a worker of `kind`; `done` gets its reply. All `first` ones go, in turn, before others."""
-        (self._urgent if first else self._waiting).append((kind, task, done))
+    def submit(
+        self,
+        kind: str,
+        task: Any,
+        done: Callable[[Reply], None],
+        *,
+        first: bool = False,
+        seconds: float | None = None,
+        large: bool = False,
+    ) -> None:
+        """Queue a task for a worker of `kind`; `done` gets its reply. All `first` ones go, in turn, before others.
+
+        It may take `seconds`, if that is more than the pool's limit. A `large` one waits until no other large one runs.
+        """
+        queue = self._urgent if first else self._waiting
+        queue.append(_Waiting(kind=kind, task=task, done=done, seconds=seconds, large=large))
+
+    @property
+    def busy(self) -> dict[str, float]:
+        """Return the kinds of the workers that have a task, and for how long [s] they have had it."""
+        now = time.monotonic()
+        return {kind: now - worker.started for (kind, _), worker in self._busy().items()}
 
     def prepare(self, kind: str, task: Any = None) -> None:
         """Start a worker of `kind` before its first task, which then finds its imports made.
@@ -89,7 +120,7 @@ class Pool:
             if worker.process.connection.fileno() in ready:
                 self._exchange(place, worker)
             if worker.done is not None and time.monotonic() >= worker.deadline:
-                self._lose(place, worker, f"no answer within {self._limit(place[0]):g} s; stopped")
+                self._lose(place, worker, f"no answer within {worker.limit:g} s; stopped")
 
     @staticmethod
     def _ready(busy: Mapping[tuple[str, int], _Worker]) -> set[int]:
@@ -129,18 +160,20 @@ class Pool:
     def _start_from(self, queue: deque[_Waiting]) -> None:
         postponed: list[_Waiting] = []
         while queue and len(self._busy()) < self._jobs:
-            kind, task, done = queue.popleft()
-            place = self._free_place(kind)
-            if place is None:
-                postponed.append((kind, task, done))
+            one = queue.popleft()
+            place = self._free_place(one.kind)
+            if place is None or (one.large and any(worker.large for worker in self._busy().values())):
+                postponed.append(one)
                 continue
             self._bury(place)
             worker = self._workers.get(place) or self._spawn(place)
-            worker.done = done
+            worker.done = one.done
+            worker.large = one.large
+            worker.limit = max(self._limit(one.kind), one.seconds or 0.0)
             worker.started = time.monotonic()
-            worker.deadline = worker.started + self._limit(kind)
+            worker.deadline = worker.started + worker.limit
             try:
-                worker.process.connection.post(task)
+                worker.process.connection.post(one.task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
         queue.extendleft(reversed(postponed))
@@ -166,6 +199,8 @@ class Pool:
             return
         if whole and worker.done is not None:
             done, worker.done = worker.done, None
+            if worker.large:  # what it has learnt and freed is of no use to anybody, and stays in its memory
+                self._forget(place, worker)
             done(reply)
 
     def _bury(self, place: tuple[str, int]) -> None:
@@ -176,9 +211,12 @@ class Pool:
 
     def _lose(self, place: tuple[str, int], worker: _Worker, why: str) -> None:
         """Answer a lost worker's task with an error and forget the worker."""
-        del self._workers[place]
-        worker.process.end()
-        worker.process.clean_up()
+        self._forget(place, worker)
         done, worker.done = worker.done, None
         if done is not None:
             done(Reply(value=None, error=why, trace=None, seconds=time.monotonic() - worker.started))
+
+    def _forget(self, place: tuple[str, int], worker: _Worker) -> None:
+        del self._workers[place]
+        worker.process.end()
+        worker.process.clean_up()

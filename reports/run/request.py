@@ -36,5 +36,6 @@ class RunRequest:
     cached: bool = True  # take references' renders from the cache
     history: Path | None = None  # where to keep what was found, for `rayproof history`
     full: bool = False  # keep every renderer's images of every case, as EXR
+    patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     certified: bool = False  # hold the verdicts themselves against certified arithmetic
     trials: Mapping[str, tuple[Trial, ...]] = field(default_factory=dict)  # case -> who else is judged on it

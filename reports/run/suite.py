@@ -69,7 +69,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
         console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True)
     subject = request.subject
     names = request.configurations if subject.is_tracer else (subject.name,)
-    planned = plan(_cases(request.selectors), names, subject)
+    planned = plan(cases_of(request.selectors), names, subject)
     planned = tuple(replace(one, trials=request.trials.get(one.case.name, ())) for one in planned)
     heard = panel(request.require, subject)
     request.out.mkdir(parents=True, exist_ok=True)
@@ -122,7 +122,7 @@ def _remember(request: RunRequest, results: dict[str, Any], console: Console) ->
         return []
 
 
-def _cases(selectors: tuple[str, ...]) -> tuple[Case, ...]:
+def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
     """Return the selected cases; a selector that ends in .json is a scene file."""
     files = tuple(selector for selector in selectors if selector.endswith(".json"))
     names = tuple(selector for selector in selectors if selector not in files)

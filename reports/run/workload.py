@@ -16,6 +16,7 @@ from reports.run.plan import PlannedCase, record_key
 from reports.run.pool import Pool
 from reports.run.progress import CaseProgress
 from reports.run.request import RunRequest
+from reports.run.size import deadline
 
 # Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
 # to judge for the other processors, so few pixels that what they were answered, up to 2 KB each, is small in memory.
@@ -75,6 +76,7 @@ def render_and_judge(
                         memory=memory,
                         full=request.full,
                         certified=request.certified,
+                        seconds=_patience(request, one, references),
                         finished=finished,
                     )
                     case_run.start()
@@ -87,6 +89,13 @@ def render_and_judge(
         finally:
             pool.close()
     return [records[one.case.name] for one in planned if one.case.name in records], interrupted
+
+
+def _patience(request: RunRequest, planned: PlannedCase, references: tuple[str, ...]) -> float | None:
+    """Return how long each task of a case may take, or None where the user said."""
+    if not request.patient:
+        return None
+    return deadline(planned.case, candidates=len(planned.configurations), references=len(references))
 
 
 def has_room(pixels: Collection[int]) -> bool:

@@ -75,7 +75,19 @@ REQUEST = RunRequest(
 )
 # Which cases, how a run goes about them, where to: none of it is part of what is found of a case. Configurations are
 # each a candidate of their own, by name and answers; trials are their planned case's.
-HOW = ("selectors", "out", "resume", "jobs", "timeout", "json", "cached", "history", "configurations", "trials")
+HOW = (
+    "selectors",
+    "out",
+    "resume",
+    "jobs",
+    "timeout",
+    "json",
+    "cached",
+    "history",
+    "configurations",
+    "trials",
+    "patient",
+)
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
 TOLD_BY_IDENTITY = ("name", "command", "capabilities", "surroundings", "seconds", "memory")
 # Other values of what cannot be guessed from the value that is there.

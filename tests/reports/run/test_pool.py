@@ -209,3 +209,38 @@ def test_workers_end_with_a_parent_that_is_killed_and_the_next_start_sweeps_its_
     with scratch():
         assert not left.exists()
     assert [path.name for path in tmp_path.iterdir()] == [f"{PREFIX}unmarked"]
+
+
+def test_a_task_that_is_given_longer_has_longer():
+    pool = Pool(jobs=1, timeout=1.0, target=obey)
+    heard: list[Reply] = []
+    pool.submit("a", "nap", heard.append, seconds=30.0)
+    pool.submit("a", "hang", heard.append, seconds=0.5)
+    try:
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+
+    assert heard[0].error is None
+    assert "1 s" in (heard[1].error or "")
+
+
+def test_large_tasks_run_one_at_a_time_and_their_workers_end_with_them():
+    pool = Pool(jobs=3, timeout=30.0, target=obey)
+    heard: list[Reply] = []
+    for kind in ("a", "b", "a"):
+        pool.submit(kind, "pid", heard.append, large=True)
+    most = 0
+    try:
+        while not pool.idle:
+            pool.start()
+            most = max(most, len(pool.busy))
+            pool.step()
+    finally:
+        pool.close()
+
+    assert most == 1
+    pids = [reply.value for reply in heard]
+    assert len(set(pids)) == 3
+    assert not any(psutil.pid_exists(pid) for pid in pids)

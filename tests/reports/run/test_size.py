@@ -1,11 +1,17 @@
-"""A scene that no machine could hold is refused before anything starts, in one line with its numbers."""
+"""What a scene takes is told before anything starts, and what no machine could hold is refused in one line."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from cases.case import Case
+from cases.families import select
+from cases.scene import Mesh
 from reports.cli import main
+from reports.run.size import USUAL_LIMIT, deadline, estimate
 
 CAMERA = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 40, "near": 1, "far": 9}
 
@@ -16,7 +22,7 @@ def test_an_image_beyond_all_memory_is_refused(
 ) -> None:
     scene = tmp_path / "large.json"
     shapes = [{"type": "sphere", "albedo": [0.5, 0.5, 0.5]}]
-    # A million on a side: 330 TB, so that the machine of the test does not matter.
+    # A million on a side: thousands of terabytes, so that the machine of the test does not matter.
     scene.write_text(json.dumps({"camera": CAMERA | {"width": 10**6, "height": 10**6}, "shapes": shapes}))
     out = [str(tmp_path / "image.exr")] if command == "render" else ["--out", str(tmp_path / "report")]
 
@@ -24,5 +30,57 @@ def test_an_image_beyond_all_memory_is_refused(
 
     said = capsys.readouterr().err
     assert code == 2
-    assert said.startswith(f"rayproof: {scene}: 1000000 x 1000000 px and its meshes take 330000 GB of memory at least")
+    assert said.startswith(f"rayproof: {scene}: 1000000 x 1000000 px and its meshes take about 5000000 GB of memory")
     assert said.count("\n") == 1
+
+
+@pytest.fixture
+def small() -> Case:
+    return select(["shadows/*"])[0]
+
+
+def larger(case: Case, how: str) -> Case:
+    scene = case.scene
+    if how == "pixels":
+        camera = replace(scene.camera, width=100 * scene.camera.width, height=100 * scene.camera.height)
+        return replace(case, scene=replace(scene, camera=camera))
+    if how == "lights":
+        return replace(case, scene=replace(scene, lights=1000 * scene.lights))
+    corners = np.eye(3, dtype=np.float32)
+    mesh = Mesh(albedo=(0.5, 0.5, 0.5), vertices=corners, faces=np.tile(np.arange(3, dtype=np.int32), (2_000_000, 1)))
+    return replace(case, scene=replace(scene, shapes=(*scene.shapes, mesh)))
+
+
+@pytest.mark.parametrize("how", ["pixels", "lights", "triangles"])
+def test_more_of_anything_is_estimated_to_take_more(small: Case, how: str) -> None:
+    before = estimate(small, candidates=2, references=5)
+    after = estimate(larger(small, how), candidates=2, references=5)
+
+    assert after.seconds > before.seconds
+    assert after.longest > before.longest
+    assert after.memory > before.memory
+    # What a mesh is made of is not kept once more.
+    assert after.disk > before.disk or how == "triangles"
+
+
+def test_deadlines_grow_with_what_is_estimated(small: Case) -> None:
+    assert deadline(small, candidates=2, references=5) == USUAL_LIMIT
+    # A 4096 x 4096 image takes scalar Mitsuba more than the usual limit.
+    camera = replace(small.scene.camera, width=4096, height=4096)
+    large = replace(small, scene=replace(small.scene, camera=camera))
+    assert deadline(large, candidates=2, references=5) > 8 * USUAL_LIMIT
+
+
+def test_a_dry_run_prints_the_plan_and_does_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "report"
+
+    code = main(["run", "primitives/sphere", "--dry-run", "--out", str(out), "--jobs", "2"])
+
+    lines = capsys.readouterr().out.splitlines()
+    assert code == 0
+    assert lines[0].startswith("plan: 1 cases, ")
+    assert any(line.startswith("largest case: primitives/sphere, ") for line in lines)
+    for what in ("time", "memory", "disk"):
+        assert any(line.startswith(f"estimated {what}: ") for line in lines)
+    assert lines[-1] == "deadline: 120 s for one render or one judgement"
+    assert not out.exists()

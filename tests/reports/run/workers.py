@@ -27,12 +27,17 @@ def obey(kind: str, connection: Channel) -> None:
             os._exit(3)
         if task == "hang":
             time.sleep(60)
+        if task == "nap":
+            time.sleep(2)
         if task == "stop":
             os.kill(os.getpid(), signal.SIGSTOP)
         if task == "stop amid the reply":
             packed = pickle.dumps(Reply(value=bytes(2**23), error=None, trace=None, seconds=0.0))
             connection._end.sendall(LENGTH.pack(len(packed)) + packed[: len(packed) // 2])
             os.kill(os.getpid(), signal.SIGSTOP)
+        if task == "pid":
+            connection.send(Reply(value=os.getpid(), error=None, trace=None, seconds=0.0))
+            continue
         if isinstance(task, bytes):
             connection.send(Reply(value=task, error=None, trace=None, seconds=0.0))
             continue
