@@ -90,7 +90,8 @@ def laws(
         pairs = chosen(selectors, everything=all)
         wanted = configurations(configuration, formula)
         surroundings = Surroundings(variables=env, confined=confine)
-        tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
+        # No reference is asked here, so that the oracle may be under test as well.
+        tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings, before_oracle=False)
     shout(sorted({fault for one in wanted for fault in one.faults}))
     names = tuple(one.name for one in wanted) or USUAL
     # A program is called for every scene of a law, and each call has its own limit.

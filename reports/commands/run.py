@@ -206,7 +206,9 @@ def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tu
     return count, seed
 
 
-def under_test(subject: str, *, seconds: float, memory: float, surroundings: "Surroundings") -> "Subject":
+def under_test(
+    subject: str, *, seconds: float, memory: float, surroundings: "Surroundings", before_oracle: bool = True
+) -> "Subject":
     """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test."""
     from reports.run.asked import ask
     from reports.subjects import THE_TRACER
@@ -216,7 +218,14 @@ def under_test(subject: str, *, seconds: float, memory: float, surroundings: "Su
         if surroundings.variables or surroundings.confined:
             raise ValueError("--env and --confine are for a program under test: --subject 'exec:COMMAND'")
         return THE_TRACER
-    return chosen(subject, seconds=seconds, memory=int(memory * 2**30), ask=ask, surroundings=surroundings)
+    return chosen(
+        subject,
+        seconds=seconds,
+        memory=int(memory * 2**30),
+        ask=ask,
+        surroundings=surroundings,
+        before_oracle=before_oracle,
+    )
 
 
 def check_selectors(selectors: tuple[str, ...]) -> None:

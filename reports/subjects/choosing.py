@@ -23,8 +23,11 @@ def chosen(
     memory: int,
     ask: Callable[[Subject], Capabilities],
     surroundings: Surroundings | None = None,
+    before_oracle: bool = True,
 ) -> Subject:
     """Return the subject that `text` names; `ask` puts `--capabilities` to a program.
+
+    `before_oracle` says that it will be judged by the oracle, which nobody can be before himself.
 
     Raises:
         LookupError: no reference is called so; the message lists what is known.
@@ -42,7 +45,7 @@ def chosen(
         raise LookupError(
             f"--subject: no renderer is called {text!r}; known: {', '.join(REFERENCES)}, or {PREFIX}COMMAND"
         )
-    if text == ORACLE:
+    if text == ORACLE and before_oracle:
         raise ValueError(
             f"--subject {ORACLE}: it draws the edges and limits by which everyone is judged, so that nothing could "
             "contradict it here; `rayproof run --subject double_double` holds it against 31 digits"

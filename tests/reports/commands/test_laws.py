@@ -94,3 +94,13 @@ def test_bad_usage_is_one_line(arguments: list[str], named: str, capsys: pytest.
     told = capsys.readouterr().err.strip().splitlines()
     assert len(told) == 1
     assert named in told[0]
+
+
+def test_the_oracle_may_be_held_against_itself(tmp_path: Path) -> None:
+    file = tmp_path / "laws.json"
+
+    code = main(["laws", "mirror", "several_lights/inverse_square", "--subject", "analytic", "--json", str(file)])
+
+    content = json.loads(file.read_text())
+    assert (code, content["subject"], content["alarms"]) == (0, "analytic", 0)
+    assert content["relations"] > 0
