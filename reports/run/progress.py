@@ -1,6 +1,7 @@
 """Progress: a bar on a terminal, a plain line per case elsewhere, a table with the worst first at the end."""
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -11,6 +12,7 @@ from rich.text import Text
 from reports.judge.outcomes import Outcome
 from reports.plain import at_worst, legible
 from reports.publish.headline import ratio_of
+from reports.run.kinds import JUDGE, RECALLING, TRACING
 
 COLOURS = {
     Outcome.PASS: "green",
@@ -22,6 +24,11 @@ COLOURS = {
     Outcome.ERROR: "red",
     Outcome.FAIL: "bold red",
 }
+
+
+# s without a word before a log says what is being done: where that has changed, and where it has not
+SOON, NOW_AND_THEN = 5.0, 20.0
+DOING = {JUDGE: "judging", TRACING: "tracing", RECALLING: "looking up what is kept"}
 
 
 class CaseProgress:
@@ -40,6 +47,7 @@ class CaseProgress:
         self._task = self._bar.add_task("cases", total=total)
         self._total = total
         self._done = 0
+        self._told: tuple[float, frozenset[str]] = (time.monotonic(), frozenset())  # when last, and what
 
     def __enter__(self) -> "CaseProgress":
         self._bar.start()
@@ -48,9 +56,26 @@ class CaseProgress:
     def __exit__(self, *_: object) -> None:
         self._bar.stop()
 
+    def working(self, cases: Collection[str], busy: Mapping[str, float]) -> None:
+        """Tell what is being done of which cases, and for how long [s]; called about once a second.
+
+        A log has a line of it where it changes, and now and then, once a case has taken some time.
+        """
+        doing = ", ".join(f"{_in_words(kind)} {seconds:.0f} s" for kind, seconds in busy.items() if seconds >= 1)
+        if not doing:
+            return
+        text = legible(f"{next(iter(cases), '')}: {doing}" if len(cases) == 1 else doing)
+        self._bar.update(self._task, description=text)
+        now, what = time.monotonic(), frozenset(busy)
+        waited = now - self._told[0]
+        if not self._console.is_terminal and waited > (SOON if what != self._told[1] else NOW_AND_THEN):
+            self._told = now, what
+            self._console.print(f"[{self._done}/{self._total}] {text}", soft_wrap=True, highlight=False)
+
     def finished(self, record: Mapping[str, Any], *, again: bool) -> None:
         """Tell of one more finished case; `again` says that it was taken up from an earlier run."""
         self._done += 1
+        self._told = time.monotonic(), self._told[1]
         outcome = Outcome(record["verdict"])
         self._bar.update(self._task, completed=self._done, description=legible(record["name"]))
         if not self._console.is_terminal or outcome is not Outcome.PASS:
@@ -58,6 +83,11 @@ class CaseProgress:
             line = f"[{self._done}/{self._total}] {outcome.value} {record['name']} ({how}) {record['reason']}".rstrip()
             style = COLOURS[outcome] if self._console.is_terminal else None
             self._console.print(legible(line), style=style, soft_wrap=not self._console.is_terminal)
+
+
+def _in_words(kind: str) -> str:
+    """Return what a kind of worker does."""
+    return DOING.get(kind) or kind.removeprefix("reference:").removeprefix("subject:")
 
 
 def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Table:

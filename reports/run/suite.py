@@ -2,6 +2,7 @@
 
 import shutil
 import time
+from contextlib import ExitStack
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -84,12 +85,13 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     console.print(line, soft_wrap=True)
     start, started = time.perf_counter(), datetime.now(UTC)
     pool = pool or workers(request)
-    with Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
+    with ExitStack() as shown, Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
         records, interrupted = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
         results = results_document(planned, records, heard, faults, started, subject)
         results["finished"] = not interrupted
         if drawing.pending:
             save_results(request.out, results)  # before anybody waits for a picture
+            shown.enter_context(console.status("drawing"))
     results["seconds"] = round(time.perf_counter() - start, 3)
     worse = _remember(request, results, console)
     _publish(request, results, drawing.reason, console)

@@ -83,6 +83,7 @@ def render_and_judge(
                 pool.start()
                 if memory is not None:
                     memory.prepare()
+                progress.working(under_way, pool.busy)
                 pool.step()
         except KeyboardInterrupt:
             interrupted = True
