@@ -19,6 +19,7 @@ from reports.publish.picture_shapes import surface
 SIZE = (600, 450)  # px
 COLOURS = 160  # of a picture's palette
 MOST_NORMALS = 50
+MOST_LIGHTS = 64  # that are drawn: a thousand balls hide what they light, and take as long as all else
 NO_ERROR = 1e-16  # drawn where no pixel has an error at all, which has no logarithm
 
 
@@ -65,10 +66,26 @@ def _fill(plotter: Any, scene: Scene, *, ours: Any, theirs: Any, stage: str | No
     if hits is not None:
         shown = None if errors is None else hits.of(errors)
         _add_hits(plotter, points, hits.normals, shown, title_of(colored) if colored else "", extent)
-    for light in scene.lights:
-        bulb = pyvista.Sphere(radius=0.02 * extent, center=light.position)
-        _add(plotter, bulb, color="#f5b700", lighting=False)
+    if scene.lights:
+        _add(plotter, bulbs(light_places(scene), 0.02 * extent), color="#f5b700", lighting=False)
     aim(plotter, scene.camera, focus, extent)
+
+
+def light_places(scene: Scene) -> list[np.ndarray]:
+    """Return where the lights are that are drawn [m]: of many at most `MOST_LIGHTS`, evenly spaced in their list."""
+    numbers = np.linspace(0, len(scene.lights) - 1, min(len(scene.lights), MOST_LIGHTS)).astype(int)
+    return [np.asarray(scene.lights[number].position, dtype=np.float64) for number in numbers]
+
+
+def bulbs(places: list[np.ndarray], radius: float, *, around: int = 30) -> Any:
+    """Return one mesh of balls at places, with `around` corners of an equator."""
+    import pyvista
+
+    balls = [
+        pyvista.Sphere(radius=radius, center=place, theta_resolution=around, phi_resolution=max(8, 2 * around // 3))
+        for place in places
+    ]
+    return pyvista.merge(balls) if len(balls) > 1 else balls[0]
 
 
 def _log_errors(ours: Any, theirs: Any, stage: Stage) -> np.ndarray:

@@ -8,17 +8,18 @@ from cases.baking import world_triangles
 from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 
 ROUND = 48  # corners of a sphere's equator
+MOST_TRIANGLES = 100_000  # of a mesh: hardly more than a picture has pixels
 
 
 def surface(shape: Shape, *, patch: np.ndarray | None, margin: float = 0.0, around: int = ROUND) -> Any:
     """Return `shape` in world space; of an infinite plane the part around the world points `patch`, or None.
 
-    `around` is the number of corners of a sphere's equator.
+    `around` is the number of corners of a sphere's equator. A mesh of more than `MOST_TRIANGLES` is thinned.
     """
     import pyvista
 
     if isinstance(shape, Triangle | Mesh):
-        corners = world_triangles(shape)
+        corners = thinned(world_triangles(shape), MOST_TRIANGLES)
         faces = np.arange(corners.size // 3).reshape(-1, 3)
         return pyvista.PolyData.from_regular_faces(corners.reshape(-1, 3).astype(np.float64), faces)
     if isinstance(shape, Sphere):
@@ -36,6 +37,31 @@ def surface(shape: Shape, *, patch: np.ndarray | None, margin: float = 0.0, arou
     else:
         return None
     return mesh.transform(np.asarray(shape.to_world, dtype=np.float64), inplace=False)
+
+
+def thinned(corners: np.ndarray, most: int) -> np.ndarray:
+    """Return triangles (faces, 3, 3) that look like the given ones, where these are more than about `most`.
+
+    Corners in one cell of a grid become the first of them, and triangles of which two corners do so are left out. Where
+    hardly any is left, for all are smaller than a cell and lie apart, some of them stand for all.
+    """
+    if len(corners) <= most:
+        return corners
+    points = corners.reshape(-1, 3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    cells = max(2, int((most / 6) ** 0.5))  # along the longest side: a surface meets about three times its square
+    scale = cells / (float((high - low).max()) or 1.0)
+    places = np.zeros(len(points), dtype=np.int64)
+    for axis in range(3):
+        places = places * (cells + 1) + ((points[:, axis] - low[axis]) * scale).astype(np.int64)
+    _, first, number = np.unique(places, return_index=True, return_inverse=True)
+    faces = number.reshape(-1, 3)
+    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
+    if len(faces) < most // 100:
+        return corners[:: -(-len(corners) // most)]
+    ordered = np.sort(faces, axis=1)
+    once = np.unique((ordered[:, 0] * len(first) + ordered[:, 1]) * len(first) + ordered[:, 2], return_index=True)[1]
+    return points[first[faces[np.sort(once)]]]
 
 
 def _plane_patch(shape: Plane, patch: np.ndarray, margin: float) -> Any:

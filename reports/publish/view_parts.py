@@ -14,7 +14,7 @@ from cases.scene import Scene, Sphere
 from cases.stages import Stage
 from reports.publish.picture_hits import Hits
 from reports.publish.picture_places import few, frustum, ray_ends
-from reports.publish.picture_scene import MOST_NORMALS
+from reports.publish.picture_scene import MOST_LIGHTS, MOST_NORMALS, bulbs, light_places
 from reports.publish.picture_shapes import surface
 
 MOST_TRIANGLES = 3600  # of all shapes of a view
@@ -55,10 +55,9 @@ def parts(scene: Scene, hits: Hits | None, answers: Any, theirs: Any, frame: Fra
         segments, tick = frustum(scene.camera, frame.size)
         yield _lines("camera", "camera", np.concatenate([segments, tick]), frame, color="#1d4e89", line_width=2)
     lights = [np.asarray(light.position, dtype=np.float64) for light in scene.lights]
-    if bulbs := [light for light in lights if _near(light, frame)]:
-        yield Part(
-            name="lights", layer="lights", mesh=_bulbs(bulbs, frame), style={"color": "#f5b700", "lighting": False}
-        )
+    if drawn := [frame.inside(light)[0] for light in light_places(scene) if _near(light, frame)]:
+        balls = bulbs(drawn, 0.015, around=12)
+        yield Part(name="lights", layer="lights", mesh=balls, style={"color": "#f5b700", "lighting": False})
     if hits is not None:
         yield from _measured(hits, answers, theirs, eye, lights, frame)
     yield from _hands(len(lights))
@@ -129,10 +128,11 @@ def _feelers(hits: Hits, answers: Any, lights: list[np.ndarray], frame: Frame) -
         return
     some = few(np.arange(len(hits.points)), RAYS)
     visible = hits.of(answers[Stage.VISIBILITY])[some] > 0
-    pairs = [(hits.points[one], light) for one in some for light in lights]
-    arrived = visible[:, : len(lights)].reshape(-1)
-    if len(arrived) != len(pairs):
+    shown = np.linspace(0, len(lights) - 1, min(len(lights), MOST_LIGHTS)).astype(int)
+    if visible.shape[1] < len(lights):
         return
+    pairs = [(hits.points[one], lights[light]) for one in some for light in shown]
+    arrived = visible[:, shown].reshape(-1)
     for name, wanted, color in (("lit", True, "#0072b2"), ("blocked", False, "#d55e00")):
         chosen = [pair for pair, arrives in zip(pairs, arrived, strict=True) if bool(arrives) is wanted]
         if chosen:
@@ -175,13 +175,3 @@ def _lines(name: str, layer: str, ends: np.ndarray, frame: Frame, **style: Any) 
 
     mesh = pyvista.line_segments_from_points(frame.inside(ends))
     return Part(name=name, layer=layer, mesh=mesh, style=style, plain=True)
-
-
-def _bulbs(lights: list[np.ndarray], frame: Frame) -> Any:
-    import pyvista
-
-    balls = [
-        pyvista.Sphere(radius=0.015, center=frame.inside(light)[0], theta_resolution=12, phi_resolution=8)
-        for light in lights
-    ]
-    return pyvista.merge(balls) if len(balls) > 1 else balls[0]
