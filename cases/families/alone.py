@@ -39,13 +39,13 @@ def alone() -> Iterator[Case]:
             name=f"alone/{name}",
             scene=scene,
             stresses=stresses,
-            covers=covering(scene, "LIT-4"),
+            covers=covering(scene),
             least_interior=1500,
             most_edge=0.1,
             expectations=tuple(_black(channel) for channel in range(3)),
         )
     above: Camera = camera_around(
-        (0.0, 0.2, 0.2), distance=5.5, azimuth=80, elevation=52, width=64, height=48, fovy=36
+        (0.0, 0.2, 0.2), distance=2.1, azimuth=80, elevation=52, width=64, height=48, fovy=92
     )  # fmt: skip
     valley = Mesh(albedo=ALBEDO, vertices=VALLEY, faces=SLOPES)
     low = PointLight(position=(0.3, -3.4, 2.1), flux=FLUX)
@@ -54,7 +54,7 @@ def alone() -> Iterator[Case]:
         name="alone/concave_mesh",
         scene=scene,
         stresses="A valley, the light low behind its higher slope: half of it lies in its own shadow.",
-        covers=covering(scene, "LIT-4"),
+        covers=covering(scene),
         least_interior=800,
         most_edge=0.1,
     )

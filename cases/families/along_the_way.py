@@ -48,7 +48,7 @@ def along_the_way() -> Iterator[Case]:
             name=f"along_the_way/{name}",
             scene=scene,
             stresses=stresses,
-            covers=covering(scene, "LIT-4", "HIT-8"),
+            covers=covering(scene),
             least_interior=1200,
             most_edge=0.1,
         )

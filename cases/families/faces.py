@@ -90,7 +90,7 @@ def faces() -> Iterator[Case]:
             name=f"faces/{name}",
             scene=scene,
             stresses=named[name],
-            covers=covering(scene, "LIT-4"),
+            covers=covering(scene),
             least_interior=least_interior,
             most_edge=0.2,
         )

@@ -48,7 +48,7 @@ def walls() -> Iterator[Case]:
             name=f"walls/{name}",
             scene=scene,
             stresses=f"Walls that face the camera a few roundings before and behind the {name} plane.",
-            covers=covering(scene, "HIT-2", "HIT-8"),
+            covers=covering(scene, "HIT-2"),
             least_interior=500,
             most_edge=0.2,
         )

@@ -5,7 +5,7 @@ import os
 import sys
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from reports.commands.lookup import Repeated, configurations, references_named
 from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
@@ -35,6 +35,7 @@ def run(
     confine: bool = False,
     cache: bool = True,
     full: bool = False,
+    paths: Literal["covering", "all"] = "covering",
     single_file: bool = False,
     dry_run: bool = False,
     history: Path | None = None,
@@ -82,6 +83,9 @@ def run(
     full
         Keep every renderer's images of every case, as EXR. Default: of a case that passed ours and the independent
         references' in one compact file, without loss; of any other everything.
+    paths
+        By which of its other ways the tracer renders a case too, to be held against the judged answer: each of them
+        on a few cases of the default suite, or all of them on every case (`rayproof paths` lists them).
     single_file
         Also write report.html: the whole report in one file.
     dry_run
@@ -104,6 +108,8 @@ def run(
     if not 0 < memory < MOST_MEMORY:
         raise UsageError(f"--memory must be positive and below {MOST_MEMORY:g}, got {memory} GiB")
     numbers = drawn(selectors, count, seed)
+    if subject != TRACER and paths == "all":
+        raise UsageError("--paths are the tracer's own, and --subject puts another renderer under test")
     if subject != TRACER and (configuration or formula):
         raise UsageError(
             "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
@@ -154,6 +160,7 @@ def run(
             configurations=tuple(one.name for one in chosen),
             json=json,
             full=full,
+            all_routes=paths == "all",
             history=history,
         )
         if dry_run:

@@ -72,7 +72,7 @@ OF_A_CASE: dict[str, Kind] = {
     **dict.fromkeys(("stage", "item", "reason", "stresses", "reproduce"), _MAYBE_TEXT),
     **dict.fromkeys(("picture", "view", "thumbnail", "pixels", "scene"), _PATH),
     **dict.fromkeys(("seconds", "judge_seconds"), _SECONDS),
-    **dict.fromkeys(("checks", "renders", "unsupported", "expectations", "notes"), _LIST),
+    **dict.fromkeys(("checks", "renders", "unsupported", "expectations", "notes", "consistency"), _LIST),
     "covers": _NAMES,
     "adjudication": _MAYBE_OBJECT,
 }

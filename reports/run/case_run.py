@@ -7,6 +7,8 @@ from typing import Any
 
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
+from reports.paths.choice import asked
+from reports.paths.verdict import held_together
 from reports.run.kinds import JUDGE, RECALLING, UNDER_TEST
 from reports.run.memory import Memory
 from reports.run.orders import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
@@ -51,6 +53,7 @@ class CaseRun:
         self._key: str | None = None
         self._damaged: dict[str, str] = {}  # what is told of references whose kept render was damaged
         self._notes: tuple[str, ...] = ()
+        self._consistency: dict[str, list[dict[str, Any]]] = {}  # by configuration
         self._full = full
         self._certified = certified
         self._limit, self._large = seconds, is_large(planned.case.scene)
@@ -114,7 +117,9 @@ class CaseRun:
         """Return the kind of worker that renders for a subject, and its task."""
         case = self.planned.case
         if subject.is_tracer:
-            return TRACER, TracerTask(scene=case.scene, configuration=configuration, samples=case.samples)
+            routes = asked(self.planned.routes, configuration)
+            task = TracerTask(scene=case.scene, configuration=configuration, samples=case.samples, routes=routes)
+            return TRACER, task
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
         task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject)
@@ -123,9 +128,11 @@ class CaseRun:
     def _traced(self, name: str, reply: Reply) -> None:
         subject = self._asked[name]
         if reply.error is None:
-            self._candidates[name], versions, *notes = reply.value
+            self._candidates[name], versions, *more = reply.value
             if subject == self._subject:
-                self._notes = notes[0] if notes else ()
+                self._notes = more[0] if more else ()
+            if len(more) > 1:
+                self._consistency[name] = more[1]
             self.versions |= versions
         else:
             self._candidates[name] = Candidate(
@@ -212,5 +219,6 @@ class CaseRun:
     def _finish(self, record: dict[str, Any]) -> None:
         for render in record["renders"]:
             render["seconds"] = round(self._seconds.get(render["renderer"], 0.0), 4)
+        held_together(record, [one for name in self._asked for one in self._consistency.get(name, ())])
         record["seconds"] = round(sum(self._seconds.values()) + record["judge_seconds"], 4)
         self._finished(self, record)

@@ -11,11 +11,12 @@ from reports.subjects import THE_TRACER, Subject
 
 @dataclass(frozen=True, kw_only=True)
 class TracerTask:
-    """Render a scene by one configuration; the answer is a Candidate."""
+    """Render a scene by one configuration; the answer is what `reports.run.trace_task.trace` returns."""
 
     scene: Scene
     configuration: str
     samples: int
+    routes: tuple[str, ...] = ()  # other ways in which to render it, to be held against the answer
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 from cases.case import Case
 from reports.cache.digests import Key, code, machine
+from reports.paths.choice import routes_of
 from reports.run.demands import Demands
 from reports.run.request import Trial
 from reports.subjects import THE_TRACER, Subject
@@ -34,6 +35,7 @@ class PlannedCase:
     case: Case
     configurations: tuple[str, ...]
     trials: tuple[Trial, ...] = ()
+    routes: tuple[str, ...] = ()  # other ways in which the tracer renders it too (`reports.paths`)
 
 
 @lru_cache(maxsize=1)
@@ -60,11 +62,15 @@ def alternatives() -> dict[str, frozenset[str]]:
 
 
 def plan(
-    cases: tuple[Case, ...], configurations: tuple[str, ...], subject: Subject = THE_TRACER
+    cases: tuple[Case, ...],
+    configurations: tuple[str, ...],
+    subject: Subject = THE_TRACER,
+    *,
+    all_routes: bool = False,
 ) -> tuple[PlannedCase, ...]:
     """Return every case with its configurations; `configurations`, if any, replace the default suite's.
 
-    Another subject than the tracer has no configurations, only its name.
+    Another subject than the tracer has no configurations, only its name, and no routes.
 
     Raises:
         LookupError, ValueError: a configuration names something unknown.
@@ -76,12 +82,18 @@ def plan(
         return tuple(PlannedCase(case=case, configurations=(subject.name,)) for case in cases)
     if configurations:
         names = tuple(dict.fromkeys(Configuration.parse(name).name for name in configurations))
-        return tuple(PlannedCase(case=case, configurations=names) for case in cases)
+        return tuple(
+            PlannedCase(case=case, configurations=names, routes=routes_of(case.name, everything=True))
+            if all_routes
+            else PlannedCase(case=case, configurations=names)
+            for case in cases
+        )
     return tuple(
         PlannedCase(
             case=case,
             configurations=DEFAULTS
             + tuple(name for name, items in sorted(alternatives().items()) if items & set(case.covers)),
+            routes=routes_of(case.name, everything=all_routes),
         )
         for case in cases
     )
@@ -93,6 +105,7 @@ class RecordKey(Key):
 
     case: Case
     configurations: tuple[str, ...]
+    routes: tuple[str, ...]
     demands: Demands
 
 
@@ -101,6 +114,7 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
     return RecordKey(
         case=planned.case,
         configurations=(*planned.configurations, *(trial.title for trial in planned.trials)),
+        routes=planned.routes,
         demands=demands,
         code=code(CODE),
         machine=machine(),

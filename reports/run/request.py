@@ -38,4 +38,5 @@ class RunRequest:
     full: bool = False  # keep every renderer's images of every case, as EXR
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     certified: bool = False  # hold the verdicts themselves against certified arithmetic
+    all_routes: bool = False  # render every case by every route of the tracer, not by a choice that meets them all
     trials: Mapping[str, tuple[Trial, ...]] = field(default_factory=dict)  # case -> who else is judged on it

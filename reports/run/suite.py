@@ -70,7 +70,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
         console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True)
     subject = request.subject
     names = request.configurations if subject.is_tracer else (subject.name,)
-    planned = plan(cases_of(request.selectors), names, subject)
+    planned = plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes)
     planned = tuple(replace(one, trials=request.trials.get(one.case.name, ())) for one in planned)
     heard = panel(request.require, subject)
     request.out.mkdir(parents=True, exist_ok=True)

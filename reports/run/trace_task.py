@@ -1,5 +1,8 @@
 """The tracer's task: render a scene by one configuration."""
 
+from typing import Any
+
+from cases.answers import Answers
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate
 from reports.judge.supersampled import finer
@@ -17,8 +20,8 @@ def prepare() -> None:
         formula.load()
 
 
-def trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
-    """Return what the tracer answered, and the versions of what computed it."""
+def trace(task: TracerTask) -> tuple[Candidate, dict[str, str], tuple[str, ...], list[dict[str, Any]]]:
+    """Return what the tracer answered, the versions of what computed it, no notes, and how its other routes compare."""
     configuration = Configuration.parse(task.configuration)
     answers = render(task.scene, stages_of(task.scene), configuration)
     fine = None
@@ -32,4 +35,14 @@ def trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
         answers=answers,
         fine=fine,
     )
-    return candidate, versions()
+    return candidate, versions(), (), _consistency(task, configuration, answers)
+
+
+def _consistency(task: TracerTask, configuration: Configuration, answers: Answers) -> list[dict[str, Any]]:
+    if not task.routes:
+        return []
+    from reports.paths.routes import compare, suiting
+
+    return [
+        compare(route, task.scene, configuration, answers) for route in suiting(task.routes, task.scene, configuration)
+    ]

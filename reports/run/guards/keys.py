@@ -74,7 +74,7 @@ REQUEST = RunRequest(
     selectors=(), out=Path("out"), resume=True, require=(), jobs=1, timeout=60.0, configurations=(), json=None
 )
 # Which cases, how a run goes about them, where to: none of it is part of what is found of a case. Configurations are
-# each a candidate of their own, by name and answers; trials are their planned case's.
+# each a candidate of their own, by name and answers; trials and routes are their planned case's.
 HOW = (
     "selectors",
     "out",
@@ -87,6 +87,7 @@ HOW = (
     "configurations",
     "trials",
     "patient",
+    "all_routes",
 )
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
 TOLD_BY_IDENTITY = ("name", "command", "capabilities", "surroundings", "seconds", "memory")
@@ -105,6 +106,8 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("PlannedCase", "trials"): (Trial(name="float32"),),
     ("RunRequest", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),
+    ("PlannedCase", "routes"): ("numbers",),
+    ("RecordKey", "routes"): ("numbers",),
     ("Demands", "identity"): ("another program",),
     ("Demands", "require"): ("analytic",),
     ("JudgementKey", "notes"): ("it says so",),

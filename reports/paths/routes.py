@@ -1,0 +1,221 @@
+"""Other ways in which the tracer renders a scene, each beside the way by which a run judges it.
+
+A run renders all stages in kernels of their own (`tracer.parameters.Stages`), and its answers are held against the
+references. What else renders a scene is held against those answers here: to the last bit where the arithmetic is the
+same operation by operation, else within a limit that counts the roundings which may differ. Who agrees with a judged
+answer is judged with it; nobody is adjudicated, since every reference would side with what it was compared with.
+"""
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.rounding import gamma
+from cases.scene import Scene
+from cases.stages import IMAGE_STAGES, Stage
+from reports.judge.supersampled import box_mean, finer
+from tracer.configuration import Configuration
+from tracer.frames import Frames
+from tracer.plan import Plan, plan
+from tracer.render import render
+
+# Literals fold: a division by one becomes a product with its reciprocal, a product or a root of two is the host's. It
+# concerns three roundings of a normal and three of light, each of which is another one on either side.
+FOLDED = 2 * (3 + 3)
+SIDE = 2  # samples across a pixel, where there are several: a power of two, so that their places are the same numbers
+EQUAL = "to the last bit"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """One stage's image by one route beside the same image by another."""
+
+    stage: Stage
+    image: np.ndarray  # by the route
+    beside: np.ndarray  # by the other one
+    limit: np.ndarray | None  # of the difference; None: no bit may differ
+
+
+@dataclass(frozen=True, kw_only=True)
+class Route:
+    """A way of rendering; `compare` yields its images beside those that it is held against."""
+
+    name: str
+    what: str
+    beside: str  # what it is held against
+    how: str
+    compare: Callable[[Scene, Configuration, Answers], Iterator[Compared]]
+    suits: Callable[[Scene, Configuration], bool] = lambda scene, configuration: True
+
+
+def _full_light(scene: Scene, answers: Answers) -> np.ndarray:
+    """Return the radiance of each pixel if every light that it sees stood in its zenith, (height, width, 3)."""
+    albedo = np.array([shape.albedo for shape in scene.shapes] or [(0.0, 0.0, 0.0)])
+    hit = answers[Stage.OBJECT][..., 0].astype(int)
+    leaving = np.where((hit >= 0)[..., np.newaxis], albedo[np.clip(hit, 0, None)], 0.0)
+    total = np.zeros(leaving.shape)
+    for number, light in enumerate(scene.lights):
+        seen = answers[Stage.VISIBILITY][..., number : number + 1]
+        if scene.shading == "simplified":
+            total += seen * np.array(light.flux)
+            continue
+        away = np.asarray(light.position) - answers[Stage.POSITION]
+        with np.errstate(divide="ignore"):
+            total += seen * np.array(light.flux) / (4 * math.pi**2 * np.sum(away**2, axis=-1, keepdims=True))
+    return leaving * total
+
+
+def _radiance(
+    scene: Scene, configuration: Configuration, *, samples: int = 1, chosen: Plan | None = None
+) -> np.ndarray:
+    return render(scene, (Stage.RADIANCE,), configuration, samples=samples, chosen=chosen)[Stage.RADIANCE]
+
+
+def _numbers(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+    image = _radiance(scene, configuration)
+    yield Compared(stage=Stage.RADIANCE, image=image, beside=answers[Stage.RADIANCE], limit=None)
+
+
+def _frames(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+    limit = gamma(FOLDED, precision=configuration.precision) * _full_light(scene, answers)
+    image = Frames(scene, configuration).pixels().astype(np.float64)
+    yield Compared(stage=Stage.RADIANCE, image=image, beside=answers[Stage.RADIANCE], limit=limit)
+
+
+def _samples(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+    large = finer(scene, SIDE)
+    beside = box_mean(render(large, IMAGE_STAGES, configuration)[Stage.RADIANCE], SIDE)
+    yield Compared(stage=Stage.RADIANCE, image=_radiance(scene, configuration, samples=SIDE), beside=beside, limit=None)
+
+
+def _frames_of_samples(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+    large = render(finer(scene, SIDE), IMAGE_STAGES, configuration)
+    # Added up one by one and divided by how many there are, in the working precision.
+    roundings = FOLDED + SIDE * SIDE + 1
+    limit = gamma(roundings, precision=configuration.precision) * box_mean(_full_light(scene, large), SIDE)
+    image = Frames(scene, configuration, samples=SIDE).pixels().astype(np.float64)
+    yield Compared(stage=Stage.RADIANCE, image=image, beside=box_mean(large[Stage.RADIANCE], SIDE), limit=limit)
+
+
+def _by_plan(change: Mapping[str, Any]) -> Callable[[Scene, Configuration, Answers], Iterator[Compared]]:
+    def compare(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+        chosen = replace(plan(scene, configuration), **change)
+        images = render(scene, IMAGE_STAGES, configuration, chosen=chosen)
+        for stage in IMAGE_STAGES:
+            yield Compared(stage=stage, image=images[stage], beside=answers[stage], limit=None)
+
+    return compare
+
+
+def _unrolled(scene: Scene, configuration: Configuration) -> bool:
+    return not plan(scene, configuration).trees
+
+
+def _in_trees(scene: Scene, configuration: Configuration) -> bool:
+    return bool(plan(scene, configuration).trees)
+
+
+def _turned_alike(scene: Scene, configuration: Configuration) -> bool:
+    """Say whether a larger tile turns its triangles as a smaller one does.
+
+    The rays of a narrow tile turn as the one in its middle, which is another ray in a tile of another size; t then
+    moves by a rounding now and then. Views of 90 degrees and more turn each ray by itself.
+    """
+    trees = plan(scene, configuration).trees
+    return bool(trees) and ("triangle" not in trees or scene.camera.fovy >= 90)
+
+
+def _tile(columns: int, rows: int, suits: Callable[[Scene, Configuration], bool]) -> Route:
+    return Route(
+        name=f"tiles of {columns} x {rows}",
+        what=f"a lane takes {columns} x {rows} samples, and one kernel does all: what images of 2^17 samples take",
+        beside="stages, by the plan that the scene chooses",
+        how=EQUAL,
+        compare=_by_plan({"columns": columns, "rows": rows, "split": False}),
+        suits=suits,
+    )
+
+
+JUDGED = "the stages that the references judged"
+FOLDING = f"radiance within gamma({FOLDED}) of full light: the roundings of literals that are folded"
+ROUTES: Mapping[str, Route] = {
+    route.name: route
+    for route in (
+        Route(
+            name="numbers",
+            what="one fused kernel, the scene's numbers in memory: `rayproof render`",
+            beside=JUDGED,
+            how=EQUAL,
+            compare=_numbers,
+        ),
+        Route(
+            name="frames",
+            what="one frozen kernel, the scene's numbers as literals in its code: `rayproof bench`",
+            beside=JUDGED,
+            how=FOLDING,
+            compare=_frames,
+        ),
+        Route(
+            name="samples",
+            what=f"{SIDE} x {SIDE} samples a pixel, and their mean",
+            beside="stages of the image that many times as wide and high",
+            how=EQUAL,
+            compare=_samples,
+        ),
+        Route(
+            name="frames of samples",
+            what=f"{SIDE} x {SIDE} samples a pixel, one after the other in a loop of the frozen kernel",
+            beside="stages of the image that many times as wide and high",
+            how=f"radiance within gamma({FOLDED + SIDE * SIDE + 1}) of full light: literals, the sum and the mean",
+            compare=_frames_of_samples,
+        ),
+        _tile(8, 1, _unrolled),
+        _tile(4, 1, _unrolled),
+        _tile(4, 4, _turned_alike),
+        _tile(4, 2, _turned_alike),
+        _tile(2, 2, _in_trees),
+    )
+}
+
+
+def compare(route: str, scene: Scene, configuration: Configuration, answers: Answers) -> dict[str, Any]:
+    """Return what `consistency` of a record says of one route: the first stage that differs by more than its limit.
+
+    `worst` is the largest difference as a multiple of the limit; where no bit may differ, 0 or inf. `differ` counts
+    the pixels beyond it, `pixels` those of all stages.
+    """
+    by = ROUTES[route]
+    entry: dict[str, Any] = {"path": route, "configuration": configuration.name, "with": by.beside, "how": by.how}
+    pixels, worst, first = 0, 0.0, None
+    for one in by.compare(scene, configuration, answers):
+        ratio = _ratios(one)
+        pixels += ratio.size
+        worst = max(worst, float(ratio.max(initial=0.0)))
+        beyond = ratio > 1
+        if first is None and beyond.any():
+            row, column = (int(at) for at in np.unravel_index(int(ratio.argmax()), ratio.shape))
+            first = {"stage": one.stage.value, "differ": int(beyond.sum()), "pixel": [column, row]}
+    failed = {"stage": None, "differ": 0, "pixel": None} if first is None else first
+    return entry | {"pixels": pixels, "worst": worst, "verdict": "pass" if first is None else "fail"} | failed
+
+
+def _ratios(one: Compared) -> np.ndarray:
+    """Return each pixel's difference over its limit, (height, width)."""
+    if one.image.shape != one.beside.shape:
+        return np.full(one.beside.shape[:2], math.inf)
+    same = (one.image == one.beside) | (np.isnan(one.image) & np.isnan(one.beside))
+    if one.limit is None:
+        return np.where(same.all(axis=-1), 0.0, math.inf)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        ratio = np.abs(one.image - one.beside) / one.limit
+    # What is no number agrees with nothing but itself.
+    return np.where(same, 0.0, np.where(np.isnan(ratio), math.inf, ratio)).max(axis=-1)
+
+
+def suiting(routes: Collection[str], scene: Scene, configuration: Configuration) -> tuple[str, ...]:
+    """Return those of the routes that a scene can take, in the order of `ROUTES`."""
+    return tuple(name for name, route in ROUTES.items() if name in routes and route.suits(scene, configuration))

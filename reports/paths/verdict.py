@@ -1,0 +1,27 @@
+"""What routes that differ mean for a case: it fails, at the first stage that differs."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from reports.judge.outcomes import Outcome
+
+# A failure, an error and a suspicion stand: they were found by those who know what is right.
+STANDS = (Outcome.FAIL, Outcome.ERROR, Outcome.REFERENCE_SUSPECT)
+
+
+def held_together(record: dict[str, Any], consistency: Sequence[dict[str, Any]]) -> None:
+    """Put into a case's record how its routes compare; one that differs fails the case."""
+    record["consistency"] = list(consistency)
+    failed = [entry for entry in consistency if entry["verdict"] == Outcome.FAIL]
+    if failed and Outcome(record["verdict"]) not in STANDS:
+        first = failed[0]
+        record |= {"verdict": Outcome.FAIL.value, "stage": first["stage"], "item": None, "reason": sentence(first)}
+
+
+def sentence(entry: dict[str, Any]) -> str:
+    """Return in words where a route differs."""
+    column, row = entry["pixel"]
+    return (
+        f"{entry['configuration']} by {entry['path']}: {entry['stage']} differs from {entry['with']} in "
+        f"{entry['differ']} pixels, most in ({column}, {row}); {entry['how']}"
+    )
