@@ -5,11 +5,16 @@ moved by a few units of its roundoff, and so is each point that it computes. An 
 gives for a scene that near is one that rounding can bring about. The trials share nothing with the judge's edges.
 """
 
+import math
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from cases.rounding import UNIT_ROUNDOFF
 from cases.scene import IDENTITY, Matrix, Mesh, Scene, Shape, Sphere, Triangle, Vector
+
+CORNERS = 4  # roundings of a corner to float32, as limits of a light's cosine count them: two corners from either side
 
 
 def perturbed(
@@ -20,13 +25,15 @@ def perturbed(
     unshared: bool,
     baked: bool = False,
     turned: bool = False,
+    corners: float = 0.0,
 ) -> Scene:
     """Return a scene whose numbers are off by up to `amount` of the length of the vector that they belong to.
 
     The camera's direction stays, for who perturbs its rays by their image points, unless it is to be `turned` by what
     the target's own rounding does. `unshared` moves the corners of each
     face by themselves, so that a mesh's faces part as much as its rounded vertices may let them; `baked` turns shapes
-    by as much as rounding their corners in world space does.
+    by as much as rounding their corners in world space does. Where triangles are placed by a matrix, their corners are
+    off by `corners` of their size at least. A negative `amount` moves everything the other way.
     """
     view = scene.camera
     apart = float(np.linalg.norm(np.subtract(view.target, view.eye)))
@@ -38,12 +45,30 @@ def perturbed(
     return replace(
         scene,
         camera=replace(view, eye=moved, target=(float(target[0]), float(target[1]), float(target[2]))),
-        shapes=tuple(_shape(shape, generator, amount, unshared=unshared, baked=baked) for shape in scene.shapes),
+        shapes=tuple(
+            _shape(shape, generator, _more(shape, amount, corners), unshared=unshared, baked=baked)
+            for shape in scene.shapes
+        ),
         lights=tuple(
             replace(light, position=_off(generator, light.position, amount * (_length(light.position) + apart)))
             for light in scene.lights
         ),
     )
+
+
+def horizons(scene: Scene) -> Iterator[Scene]:
+    """Yield scenes of which only the corners of placed triangles are rounded to float32 otherwise."""
+    for seed in range(4):
+        for way in (1.0, -1.0):
+            generator = np.random.default_rng(seed)
+            amount = way * UNIT_ROUNDOFF["float64"]
+            yield perturbed(scene, generator, amount, unshared=False, corners=CORNERS * UNIT_ROUNDOFF["float32"])
+
+
+def _more(shape: Shape, amount: float, corners: float) -> float:
+    """Return by how much a shape is off."""
+    placed = isinstance(shape, Triangle | Mesh) and shape.to_world != IDENTITY
+    return math.copysign(max(abs(amount), corners), amount) if placed else amount
 
 
 def _length(vector: Vector) -> float:

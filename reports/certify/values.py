@@ -11,7 +11,7 @@ from cases.scene import Scene
 from cases.stages import IMAGE_STAGES, Stage
 from reference.certified import Certified
 from reference.certified.continuing import continued
-from reports.certify.perturbed import perturbed
+from reports.certify.perturbed import horizons, perturbed
 from reports.judge.bench import GEOMETRY
 from reports.judge.calibration import calibration
 from reports.judge.channels import all_of, any_of, largest
@@ -27,6 +27,7 @@ AMOUNTS = (2.0, 8.0, 32.0)  # units of roundoff by which a scene is perturbed; l
 TRIALS = 6  # scenes an amount
 SLACK = 2.0  # limits: analytic's own error is in the judge's, and not in this comparison
 JUMP = 10.0  # limits between the answers of scenes within rounding: more is a jump, and no error that grows
+RARE = 8  # times as many, of what is still wrong: an answer that few of the scenes within rounding have
 MOST = 40  # pixels of a renderer that are asked about in perturbed scenes
 
 Pixel = tuple[int, int]  # column, row
@@ -57,11 +58,11 @@ class Nearby:
     baked: bool
     samples: dict[Stage, np.ndarray] = field(default_factory=dict)
 
-    def more(self, amount: float, truth: dict[Stage, np.ndarray]) -> None:
+    def more(self, amount: float, truth: dict[Stage, np.ndarray], *, batch: int = 0) -> None:
         """Add the trials of one amount; the scene as it is comes first of all, with the answers `truth`."""
         if not self.samples:
             self.samples = {stage: truth[stage][np.newaxis] for stage in self.stages}
-        generator = np.random.default_rng(int(amount))
+        generator = np.random.default_rng(int(amount) + 1000 * batch)
         for number in range(TRIALS):
             scene = perturbed(self.scene, generator, amount * self.roundoff, unshared=number % 2 == 1, baked=self.baked)
             shift = np.minimum(self.reach * amount / AMOUNTS[-1] * 2, 0.75)[:, np.newaxis]
@@ -142,34 +143,63 @@ class Held:
         """
         if not pixels or not self.stages:
             return {}
-        columns, rows = np.array(pixels).T
+        left, tied = self._left(np.array(pixels), [(amount, 0) for amount in AMOUNTS], strictly=strictly)
+        doubtful = np.flatnonzero(np.any(list(left.values()), axis=0))
+        if len(doubtful):
+            # Of all these pixels few are left, of which so many scenes may be asked that a rare one is among them.
+            rare = [(amount, batch) for batch in range(RARE) for amount in AMOUNTS[1:]]
+            again, also = self._left(np.array(pixels)[doubtful], rare, strictly=strictly)
+            for stage, mask in left.items():
+                mask[doubtful] &= again[stage]
+            tied[doubtful] |= also | self._on_the_horizon(np.array(pixels)[doubtful])
+        return {
+            pixels[i]: tuple(stage for stage in self.stages if left[stage][i])
+            for i in doubtful
+            if not tied[i] and any(mask[i] for mask in left.values())
+        }
+
+    def _left(
+        self, pixels: np.ndarray, amounts: list[tuple[float, int]], *, strictly: bool
+    ) -> tuple[dict[Stage, np.ndarray], np.ndarray]:
+        """Return of pixels (n, 2) by stage which values (n,) no scene has, and which pixels stay tied in some."""
+        columns, rows = pixels.T
         left = {stage: self.over[stage][rows, columns] for stage in self.stages}
         truth = {stage: self.truth[stage][rows, columns] for stage in self.stages}
         near = Nearby(
             scene=self.ground.scene,
             stages=self.stages,
-            points=np.stack([columns, rows], axis=-1) + 0.5,
+            points=pixels + 0.5,
             reach=self.terms.classes.reach[rows, columns],
             roundoff=UNIT_ROUNDOFF[self.party.precision],
             baked=calibration(self.party.name).baked_normals,
         )
-        for amount in AMOUNTS:
+        for amount, batch in amounts:
             if not any(mask.any() for mask in left.values()):
                 break
-            near.more(amount, truth)
+            near.more(amount, truth, batch=batch)
             for stage, mask in left.items():
                 like = self._like(stage, near, rows, columns)
                 if strictly:
                     like &= ~self._steady(stage, near, rows, columns) | (self.ratio(stage)[rows, columns] <= SLACK)
                 left[stage] = mask & ~like
-        doubtful = np.flatnonzero(np.any(list(left.values()), axis=0))
         tied = np.any([np.isnan(samples).any(axis=(0, 2)) for samples in near.samples.values()], axis=0)
-        ties = {pixels[i] for i in doubtful if tied[i]}
-        return {
-            pixels[i]: tuple(stage for stage in self.stages if left[stage][i])
-            for i in doubtful
-            if pixels[i] not in ties
-        }
+        return left, tied
+
+    def _on_the_horizon(self, pixels: np.ndarray) -> np.ndarray:
+        """Return which pixels (n, 2) see a light or not by how a triangle's corners are rounded to float32.
+
+        Its normal is that of object space and its plane that of these corners. Between the horizons of the two a light
+        is above one and below the other, whoever asks and however precisely.
+        """
+        if Stage.VISIBILITY not in self.stages:
+            return np.zeros(len(pixels), dtype=bool)
+        columns, rows = pixels.T
+        found = np.zeros(len(pixels), dtype=bool)
+        for near in horizons(self.ground.scene):
+            seen = CERTIFIED.at(near, (Stage.OBJECT, Stage.VISIBILITY), pixels + 0.5, exactly=False)
+            same = all_of(seen[Stage.OBJECT] == self.truth[Stage.OBJECT][rows, columns])
+            found |= same & any_of(seen[Stage.VISIBILITY] != self.truth[Stage.VISIBILITY][rows, columns])
+        return found
 
     def _steady(self, stage: Stage, near: Nearby, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Return where (n,) no trial changes what is seen, what lights it, or jumps to another side's value."""

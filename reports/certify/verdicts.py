@@ -16,13 +16,14 @@ from cases.rounding import UNIT_ROUNDOFF
 from cases.stages import Stage
 from reference.certified.cameras import camera_answer
 from reference.certified.continuing import continued
-from reports.certify.perturbed import perturbed
+from reports.certify.perturbed import CORNERS, perturbed
 from reports.certify.values import CERTIFIED, Held, Pixel, certified_answers
 from reports.judge import camera
+from reports.judge.bench import GEOMETRY
 from reports.judge.bias import bias
 from reports.judge.checks import Check
 from reports.judge.ground import Ground, ground
-from reports.judge.limits import Roundoff
+from reports.judge.limits import MATRICES, RAY, Roundoff
 from reports.judge.measurement import Measurement, jsonable, ratios
 from reports.judge.oracle import ORACLE, FullOracle, stages_of
 from reports.judge.outcomes import Outcome, worst
@@ -34,8 +35,10 @@ UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})
 MOST_NAMED = 3  # wrong verdicts a renderer and case that are listed with their pixel
 SAMPLE = 24  # pixels by which a scene is called decidable
 STEADY = 0.5  # the share of them that must be the same in every scene within rounding
-TRIALS = 4
+TRIALS = 4  # pairs of scenes
 CONSPIRING = 32  # roundings by which these scenes differ: limits count 16, all one way, and what is drawn seldom is
+
+BAKED = CORNERS * UNIT_ROUNDOFF["float32"]  # of its size, by which a triangle's corner is off for everybody
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +63,7 @@ class Certified:
     wrong: tuple[WrongVerdict, ...] = ()
     undecided: tuple[str, ...] = ()  # configurations whose verdict is that nothing could be judged, though it can be
     undecidable: tuple[str, ...] = ()  # the same where rounding decides most of what is seen
+    abstained: tuple[str, ...] = ()  # references that left checks undecided by what they declare not to see
     why: str | None = None  # why nothing was certified
     seconds: float = 0.0
 
@@ -77,6 +81,7 @@ class Inquest:
     truth: dict[Stage, np.ndarray]
     held: dict[str, Held] = field(default_factory=dict)
     known: dict[tuple[str, bool, Pixel], tuple[Stage, ...]] = field(default_factory=dict)
+    shares: dict[tuple[str, bool, bool], float] = field(default_factory=dict)
 
     def of(self, party: Candidate) -> Held:
         """Return a party's values, held against certified ones."""
@@ -93,6 +98,24 @@ class Inquest:
         found = self.of(party).wrong(new, strictly=strictly)
         self.known |= {(*key, pixel): found.get(pixel, ()) for pixel in new}
         return {pixel: self.known[*key, pixel] for pixel in pixels if self.known[*key, pixel]}
+
+    def decidable(self, candidate: Candidate, check: Check, witnesses: Sequence[Witness]) -> bool:
+        """Return whether most of what a check asks about is the same in every scene within rounding.
+
+        A check is no more decidable than the coarser of its two parties.
+        """
+        witness = next((witness for witness in witnesses if witness.name == check.reference), None)
+        other = witness.precision if witness is not None else "float64"
+        precision = max((candidate.precision, other), key=lambda precision: UNIT_ROUNDOFF[precision])
+        by_matrices = candidate.by_matrices or (witness is not None and witness.by_matrices)
+        key = precision, check.stage not in GEOMETRY, by_matrices
+        if key not in self.shares:
+            # Where which of several surfaces is hit is a tie, something is.
+            rows, columns = np.nonzero(~(self.truth[Stage.OBJECT][..., 0] < 0))
+            chosen = np.unique(np.linspace(0, len(rows) - 1, SAMPLE).astype(int)) if len(rows) else []
+            pixels = np.stack([columns, rows], axis=-1)[chosen]
+            self.shares[key] = steady(self, pixels, *key) if len(pixels) else 0.0
+        return self.shares[key] >= STEADY
 
     def report(self, party: str, check: Check | None, stage: Stage, pixel: Pixel | None, verdict: Outcome, why: str):
         """Return a wrong verdict with value and enclosure at the pixel."""
@@ -128,8 +151,8 @@ def certify(
     base = ground(scene, stages, oracle, known=known)
     inquest = Inquest(case=judged.case, base=base, truth=truth)
     wrong: list[WrongVerdict] = []
-    open_: list[str] = []
-    precisions: set[str] = set()
+    decided: dict[str, bool] = {}  # of whom checks are undecided: whether one of them could be decided
+    abstained: set[str] = set()
     for candidate in candidates:
         checks = [check for check in judged.checks if check.configuration == candidate.name]
         outcome = worst([check.outcome for check in checks])
@@ -140,19 +163,19 @@ def certify(
         else:
             wrong += _passed(inquest, candidate, outcome)
         found = [check for check in checks if check.outcome in UNMEASURED]
+        abstained |= {check.reference for check in found if check.abstains}
+        found = [check for check in found if not check.abstains]
         if found:
-            open_.append(candidate.name)
-            # A check is no more decidable than the coarser of its two parties.
-            precisions |= {_coarser(candidate, check, witnesses) for check in found}
+            decided[candidate.name] = any(inquest.decidable(candidate, check, witnesses) for check in found)
     for witness in witnesses:
         checks = [check for check in judged.checks if check.outcome in ACCUSING and _blamed(check) == witness.name]
         if checks and witness.error is None:
             wrong += _accused(inquest, as_candidate(witness), checks)
-    decidable = any(_decidable(inquest, precision) for precision in precisions)
     return Certified(
         wrong=tuple(wrong),
-        undecided=tuple(open_) if decidable else (),
-        undecidable=() if decidable else tuple(open_),
+        undecided=tuple(name for name, decidable in decided.items() if decidable),
+        undecidable=tuple(name for name, decidable in decided.items() if not decidable),
+        abstained=tuple(sorted(abstained)),
     )
 
 
@@ -276,37 +299,24 @@ def _camera_ratio(inquest: Inquest, party: Candidate) -> float:
     return camera.compared(mine, camera_answer(view), view, Roundoff(party.precision)).ratio
 
 
-def _coarser(candidate: Candidate, check: Check, witnesses: Sequence[Witness]) -> str:
-    """Return the coarser precision of a check's two parties."""
-    other = next((witness.precision for witness in witnesses if witness.name == check.reference), "float64")
-    return max((candidate.precision, other), key=lambda precision: UNIT_ROUNDOFF[precision])
+def steady(inquest: Inquest, pixels: np.ndarray, precision: str, lit: bool, by_matrices: bool) -> float:
+    """Return the share of pixels (n, 2) whose discrete answers no perturbation of CONSPIRING roundings changes.
 
-
-def _decidable(inquest: Inquest, precision: str) -> bool:
-    """Return whether most of what is seen is the same in every scene within rounding of a precision.
-
-    Of up to SAMPLE pixels that hit something, spread over the image, object and visible lights are certified in
-    perturbed scenes; a scene is decidable if at least STEADY of them keep both in all.
+    `lit` says that the lights count. Scenes come in pairs of opposite ones, so that no tie stays on one side by chance.
+    `by_matrices` moves the pixels' centres by what CAM-5's matrices lose where the near plane is close to the eye.
     """
-    hit = ~(inquest.truth[Stage.OBJECT][..., 0] < 0)  # where which of several surfaces is hit is a tie, something is
-    rows, columns = np.nonzero(hit)
-    if not len(rows):
-        return False
-    chosen = np.unique(np.linspace(0, len(rows) - 1, SAMPLE).astype(int))
-    pixels = np.stack([columns, rows], axis=-1)[chosen]
-    return steady(inquest, pixels, precision) >= STEADY
-
-
-def steady(inquest: Inquest, pixels: np.ndarray, precision: str) -> float:
-    """Return the share of pixels (n, 2) whose discrete answers no perturbation of CONSPIRING roundings changes."""
-    scene = inquest.base.scene
-    stages = tuple(stage for stage in (Stage.OBJECT, Stage.VISIBILITY) if stage in inquest.truth)
-    generator, same = np.random.default_rng(16), np.ones(len(pixels), dtype=bool)
+    scene, truth, conditioning = inquest.base.scene, inquest.truth, inquest.base.conditioning
+    stages = tuple(stage for stage in (Stage.OBJECT, Stage.VISIBILITY)[: 1 + lit] if stage in truth)
+    amount, same = CONSPIRING * UNIT_ROUNDOFF[precision], np.ones(len(pixels), dtype=bool)
+    columns, rows = pixels.T
+    eye = float(np.linalg.norm(scene.camera.eye)) / scene.camera.near * by_matrices
+    reach = amount * MATRICES / RAY * eye * (conditioning.axial / conditioning.pixel_angle)[rows, columns]
     for number in range(TRIALS):
-        amount = CONSPIRING * UNIT_ROUNDOFF[precision]
-        near = perturbed(scene, generator, amount, unshared=number % 2 == 1, turned=True)
-        found = CERTIFIED.at(near, stages, pixels + 0.5, exactly=False)
-        for stage in stages:
-            before = inquest.truth[stage][pixels[:, 1], pixels[:, 0]]
-            same &= (found[stage] == before).all(axis=1)
+        for way in (1, -1):
+            generator = np.random.default_rng(number)
+            near = perturbed(scene, generator, way * amount, unshared=number % 2 == 1, turned=True, corners=BAKED)
+            points = pixels + 0.5 + way * reach[:, np.newaxis] * generator.uniform(-1, 1, pixels.shape)
+            found = CERTIFIED.at(near, stages, points, exactly=False)
+            for stage in stages:
+                same &= (found[stage] == truth[stage][rows, columns]).all(axis=1)
     return float(same.mean())

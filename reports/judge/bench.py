@@ -62,10 +62,9 @@ class Bench:
         if stage in LIGHT:
             return self._lit(stage, differ)
         find = excused_anyhow if Stage.OBJECT not in self.candidate.answers else excused
-        return Held(
-            good=find(stage, self.candidate.answers, self._sides, limit, edge.shape, continued=continued),
-            interval=none,
-        )
+        objects = self.ground.truth[Stage.OBJECT][..., 0]
+        good = find(stage, self.candidate.answers, self._sides, limit, objects, continued=continued)
+        return Held(good=good, interval=none)
 
     def _lit(self, stage: Stage, where: np.ndarray) -> Held:
         """Return which pixels of `where` have a value of light that some object and some choice of lights gives."""

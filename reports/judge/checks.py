@@ -53,6 +53,7 @@ class Check:
     known: str | None = None  # the checked-in finding that explains it
     suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
     steps: str = ""  # what the parties' coarse outputs add to the limit, in words
+    abstains: bool = False  # undecided only because the reference declares not to see there, or did not answer
     why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
     examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
 

@@ -163,6 +163,7 @@ def _checks(
         elif witness.error is not None:
             why_not = f"{witness.name} abstains: {witness.error}"
             checks.append(unmeasured(candidate, witness, stage, abstention(witness), why_not))
+            checks[-1].abstains = True
         elif stage in misshapen[candidate.name]:
             checks.append(unmeasured(candidate, witness, stage, Outcome.FAIL, misshapen[candidate.name][stage]))
         elif stage not in candidate.answers:

@@ -121,15 +121,37 @@ def _widest_of_five(image: np.ndarray, *, axis: int) -> np.ndarray:
     return found
 
 
+def widest_of(
+    objects: np.ndarray, image: np.ndarray, own: np.ndarray, rows: np.ndarray, columns: np.ndarray
+) -> np.ndarray:
+    """Return at some pixels the largest value within two pixels where `objects` (height, width) is their `own` (n,).
+
+    Where nothing nearby is, the largest of anything.
+    """
+    found = widest_near(image)[rows, columns]
+    for index in np.unique(own):
+        here = np.flatnonzero(own == index)
+        same = widest_near(np.where(objects == index, image, 0.0))[rows[here], columns[here]]
+        found[here] = np.where(same > 0, same, found[here])
+    return found
+
+
 def excused(
-    stage: Stage, ours: Answers, around: Sides, limit: np.ndarray, shape: tuple[int, int], *, continued: bool
+    stage: Stage,
+    ours: Answers,
+    around: Sides,
+    limit: np.ndarray,
+    objects: np.ndarray,
+    *,
+    continued: bool,
 ) -> np.ndarray:
     """Return the pixels (height, width) whose value at `stage` is a side's: same object, value among that object's.
 
-    End to end "among" means within the samples' range, since a distance changes fast towards an outline. Continued
-    from the tracer's own position a normal has no such freedom: it must be one of the samples'.
+    `objects` (height, width) is the shape that the oracle sees. End to end "among" means within the samples' range,
+    since a distance changes fast towards an outline. Continued from the tracer's own position a normal has no such
+    freedom: it must be one of the samples'.
     """
-    good = np.zeros(shape, dtype=bool)
+    good = np.zeros(objects.shape, dtype=bool)
     if not len(around.rows):
         return good
     rows, columns = around.rows, around.columns
@@ -143,8 +165,9 @@ def excused(
         theirs = around.answers[stage]
         low = np.where(mask, theirs, np.inf).min(axis=1)
         high = np.where(mask, theirs, -np.inf).max(axis=1)
-        # The pixel's own limit may be that of the other side, a miss's for example: the largest nearby holds.
-        bound = widest_near(largest(limit) if limit.ndim == 3 else limit)[rows, columns][:, np.newaxis]
+        # The pixel's own limit may be that of the other side, a miss's for example: the largest of this side's holds.
+        bound = largest(limit) if limit.ndim == 3 else limit
+        bound = widest_of(objects, bound, own[:, 0, 0], rows, columns)[:, np.newaxis]
         # A centre that lies on the edge itself lies just outside the samples of one side: by no more than they span.
         span = np.where(np.isfinite(high - low), high - low, 0.0)
         low, high = low - span, high + span
@@ -158,13 +181,13 @@ def excused(
 
 
 def excused_anyhow(
-    stage: Stage, ours: Answers, around: Sides, limit: np.ndarray, shape: tuple[int, int], *, continued: bool
+    stage: Stage, ours: Answers, around: Sides, limit: np.ndarray, objects: np.ndarray, *, continued: bool
 ) -> np.ndarray:
     """Return the same for a renderer that does not say which object it saw: any that the oracle meets there will do."""
-    good = np.zeros(shape, dtype=bool)
+    good = np.zeros(objects.shape, dtype=bool)
     seen = around.answers[Stage.OBJECT]
     for sample in range(seen.shape[1]):
-        objects = np.full((*shape, seen.shape[2]), -1.0)
-        objects[around.rows, around.columns] = seen[:, sample]
-        good |= excused(stage, ours | {Stage.OBJECT: objects}, around, limit, shape, continued=continued)
+        named = np.full((*objects.shape, seen.shape[2]), -1.0)
+        named[around.rows, around.columns] = seen[:, sample]
+        good |= excused(stage, ours | {Stage.OBJECT: named}, around, limit, objects, continued=continued)
     return good

@@ -36,7 +36,7 @@ def leave_undecided(case: Case, check: Check, terms: Terms) -> None:
     """Turn a check that passed into `undecided` where so little could be judged strictly that it says nothing.
 
     If that is by what a candidate declares not to see, far beyond what rounding needs, it is an error: nobody chooses
-    what is decidable of him.
+    what is decidable of him. If it is by what the reference declares, the reference abstains.
     """
     if check.outcome is not Outcome.PASS or check.stage in (Stage.CAMERA, Stage.RAY):
         return
@@ -54,6 +54,11 @@ def leave_undecided(case: Case, check: Check, terms: Terms) -> None:
         if _nothing_to_tell(case, replace(terms, candidate=honest), check.stage) is None:
             check.outcome = Outcome.ERROR
             check.reason = f"{why}, for {candidate.name} declares that it does not see there"
+            return
+    seeing = replace(terms.witness, ray_epsilon=0.0, shadow_epsilon=0.0, light_epsilon=0.0, edge_epsilon=0.0)
+    if _nothing_to_tell(case, replace(terms, witness=seeing), check.stage) is None:
+        check.abstains = True
+        check.reason = f"{why}, for {terms.witness.name} declares that it does not see there"
 
 
 def _nothing_to_tell(case: Case, terms: Terms, stage: Stage) -> str | None:

@@ -38,6 +38,7 @@ class Tally:
     wrong: list[dict[str, Any]] = field(default_factory=list)
     undecided: dict[str, list[str]] = field(default_factory=dict)  # scene -> configurations; most could be decided
     undecidable: dict[str, list[str]] = field(default_factory=dict)
+    abstained: dict[str, list[str]] = field(default_factory=dict)  # scene -> references that did not see or answer
     uncertified: dict[str, str] = field(default_factory=dict)  # scene -> why nobody certified its verdicts
     trials: dict[str, int] = field(default_factory=dict)
     liar: dict[str, int] = field(default_factory=dict)  # what it could spoil, in pixels of all stages
@@ -66,6 +67,8 @@ class Tally:
             for about, names in ((self.undecided, one["undecided"]), (self.undecidable, one["undecidable"])):
                 if names:
                     about.setdefault(name, []).extend(names)
+            if one["abstained"]:
+                self.abstained[name] = sorted({*self.abstained.get(name, ()), *one["abstained"]})
             if number:
                 self.trials[one["tried"]] = self.trials.get(one["tried"], 0) + 1
 
@@ -112,6 +115,7 @@ class Tally:
                 "decidable": self.undecided,
                 "share": self.share,
                 "undecidable": self.undecidable,
+                "abstained": self.abstained,
                 "uncertified": self.uncertified,
             },
             "trials": self.trials,
@@ -197,5 +201,6 @@ def _tell(tally: Tally, out: Path, console: Console) -> None:
     scenes = len({wrong["case"] for wrong in tally.wrong})
     line(
         f"{len(tally.scenes)} scenes, wrong verdicts in {scenes}; undecided though decidable in {len(tally.undecided)} "
-        f"({tally.share:.1%}), undecidable in {len(tally.undecidable)}; {out / NAME}"
+        f"({tally.share:.1%}), undecidable in {len(tally.undecidable)}, a reference abstains in "
+        f"{len(tally.abstained)}; {out / NAME}"
     )

@@ -95,7 +95,7 @@ def test_at_an_edge_a_nameless_distance_is_a_sides_or_wrong(distance: float, goo
     )
     ours = {Stage.DISTANCE: np.full((1, 2, 1), distance)}
 
-    found = excused_anyhow(Stage.DISTANCE, ours, around, np.full((1, 2), 1e-6), (1, 2), continued=False)
+    found = excused_anyhow(Stage.DISTANCE, ours, around, np.full((1, 2), 1e-6), np.zeros((1, 2)), continued=False)
 
     assert found.tolist() == [[False, good]]
 
