@@ -147,7 +147,7 @@ class Held:
         doubtful = np.flatnonzero(np.any(list(left.values()), axis=0))
         if len(doubtful):
             # Of all these pixels few are left, of which so many scenes may be asked that a rare one is among them.
-            rare = [(amount, batch) for batch in range(RARE) for amount in AMOUNTS[1:]]
+            rare = [(amount, batch) for batch in range(1, RARE + 1) for amount in AMOUNTS]
             again, also = self._left(np.array(pixels)[doubtful], rare, strictly=strictly)
             for stage, mask in left.items():
                 mask[doubtful] &= again[stage]

@@ -13,10 +13,11 @@ from cases.rounding import gamma
 from cases.stages import IMAGE_STAGES, Stage
 from reference.analytic import Analytic
 from reports.certify.perturbed import perturbed
-from reports.certify.verdicts import Certified, certify
+from reports.certify.verdicts import Certified, Inquest, certify, steady
 from reports.faults import FAULTS
 from reports.faults.patching import altered
 from reports.judge import limits
+from reports.judge.ground import ground
 from reports.judge.judging import judge_case
 from reports.judge.oracle import stages_of
 from reports.judge.outcomes import Outcome
@@ -163,3 +164,42 @@ def test_what_rounding_decides_is_undecidable_and_no_fault_of_the_judges() -> No
 
     assert Outcome.UNDECIDED in {check.outcome for check in judged.checks}
     assert (found.wrong, found.undecided, found.undecidable) == ((), (), ("ours",))
+
+
+def inquest(name: str) -> Inquest:
+    """Return a random scene before certified arithmetic."""
+    (case,) = select([name])
+    stages = tuple(stage for stage in stages_of(case.scene) if stage is not Stage.CAMERA)
+    base = ground(case.scene, stages_of(case.scene), ORACLE, known={})
+    return Inquest(case=case, base=base, truth={stage: base.truth[stage] for stage in stages})
+
+
+def test_a_tie_is_no_matter_of_luck() -> None:
+    # A light on a square: any four scenes nearby may have it on the same side.
+    found = inquest("random/1/86")
+    rows, columns = np.nonzero(found.base.truth[Stage.OBJECT][..., 0] == 0)
+    pixels = np.stack([columns, rows], axis=-1)[::100]
+
+    assert steady(found, pixels, "float64", lit=False, by_matrices=False) == 1
+    assert steady(found, pixels, "float64", lit=True, by_matrices=False) < 0.1
+
+
+def test_a_light_between_the_horizons_of_a_normal_and_of_its_baked_triangle_is_seen_or_not() -> None:
+    found, (column, row) = inquest("random/1/392"), (19, 16)
+    answers = {stage: image.copy() for stage, image in found.base.truth.items()}
+    answers[Stage.VISIBILITY][row, column, 1] = 0.0
+    answers[Stage.VISIBILITY][row, column, 2] = 1.0
+    ours = replace(candidate(answers), precision="float64")
+
+    assert found.wrong_at(ours, [(column, row)]) == {}
+    assert found.of(ours)._on_the_horizon(np.array([(column, row), (column + 5, row)])).tolist() == [True, False]
+
+
+def test_an_answer_that_few_scenes_within_rounding_have_is_right() -> None:
+    # So small and so far from the origin that float32 tells nothing apart, not even the sides of a cube.
+    found = inquest("random/1/147")
+    answers = {stage: image.copy() for stage, image in found.base.truth.items()}
+    answers[Stage.OBJECT][3, 4] = (1.0, 0.0)
+    answers[Stage.NORMAL][3, 4] = found.base.truth[Stage.NORMAL][found.base.truth[Stage.OBJECT][..., 0] == 1][0]
+
+    assert Stage.NORMAL not in found.wrong_at(candidate(answers), [(4, 3)]).get((4, 3), ())

@@ -132,3 +132,15 @@ def test_the_reason_of_a_case_is_that_of_what_decides_it():
 
     assert found.outcome is Outcome.ERROR
     assert "the case asks for 1000000" in found.reason
+
+
+def test_a_reference_that_declares_not_to_see_abstains_and_nobody_else_does():
+    case = replace(CASE, tuned=False, most_edge=0.5, least_interior=0)
+    blind = witness(truth(), name="radiance", ray_epsilon=FAR_ABOVE_ALL)
+
+    found = judge_case(case, [candidate(rounded(truth()))], [witness(truth()), blind], ORACLE, {})
+
+    undecided = {check.reference for check in found.checks if check.outcome is Outcome.UNDECIDED}
+    assert undecided == {"radiance"}
+    assert all(check.abstains == (check.outcome is Outcome.UNDECIDED) for check in found.checks)
+    assert "radiance declares that it does not see there" in "".join(check.reason for check in found.checks)
