@@ -155,7 +155,9 @@ class KeepingOracle:
         edges = self._oracle.edges(scene)
         seconds = time.perf_counter() - start
         ends = [[int(end.light), int(end.shape), int(end.face), float(end.gap)] for end in edges.light_ends]
-        arrays = {name: getattr(edges, name) for name in ("silhouette", "shadow", "terminator", "gap", "behind")}
+        arrays = {
+            name: getattr(edges, name) for name in ("silhouette", "shadow", "terminator", "gap", "behind", "eye_gaps")
+        }
         arrays |= {f"end {index}": end.pixels for index, end in enumerate(edges.light_ends)}
         _keep(self._store, key, {"light_ends": ends} | _seen(key, seconds), arrays, seconds)
         return edges

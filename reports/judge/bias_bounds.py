@@ -77,7 +77,8 @@ def _stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds
     if continued:
         # Passes of their own are each off by their own end-to-end error, and so is what they are continued from.
         own, passes = float(stage is Stage.IRRADIANCE), 0.0 if candidate.chained else 2.0
-        shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
+        with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
+            shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
     steps = _steps(terms, stage, continued=continued)
     found, share = [], []
     for group in groups(terms):

@@ -109,8 +109,12 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
             )
         lights.append(lit)
         flagged |= c.hit & (lamp.distance <= 4 * limits.position)
+    outline = (edges.silhouette <= reach) | (edges.gap <= depth)
+    # Without clipping a surface that holds the eye is before it or behind it, and seen in every pixel or in none.
+    if any(gap <= g(HIT) * error for gap, error in zip(edges.eye_gaps, about.at_eye, strict=True)):
+        outline = np.ones_like(outline)
     return Unlit(
-        outline=(edges.silhouette <= reach) | (edges.gap <= depth),
+        outline=outline,
         reach=reach,
         depth=depth,
         flagged=flagged,

@@ -25,3 +25,4 @@ class Edges(Protocol):
     gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface
     behind: np.ndarray  # (height, width): that surface's shape, -1 without one
     light_ends: Sequence[LightEnd]
+    eye_gaps: np.ndarray  # (shapes,) m, of each shape: how far its surface is from the eye at least

@@ -62,6 +62,14 @@ class Unrounded:
         return tuple(found)
 
     @cached_property
+    def at_eye(self) -> tuple[float, ...]:
+        """Return how far off [m per roundoff] each shape may seem at the eye; below 0 where clipping hides that."""
+        if self.scene.clip != "none":
+            return (-1.0,) * len(self.scene.shapes)
+        eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
+        return tuple(float(surface_error(shape, eye, eye)) for shape in self.scene.shapes)
+
+    @cached_property
     def blocker(self) -> float:
         """Return the point error [m per roundoff] of the worst shape, each by the median of what is seen of it.
 

@@ -11,7 +11,7 @@ from cases.scene import Scene
 from reference.analytic.edges.borders import borders_of
 from reference.analytic.edges.crossings import crossing_distances
 from reference.analytic.edges.hits import Hits, hits_of
-from reference.analytic.edges.lamps import LightEnd, light_ends
+from reference.analytic.edges.lamps import LightEnd, gaps_to, light_ends
 from reference.analytic.edges.meetings import meetings_of, next_depths, undecided_depths
 from reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
 from reference.analytic.edges.screens import Screens
@@ -44,6 +44,7 @@ class Edges:
     gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface; inf without one
     behind: np.ndarray  # (height, width): that surface's shape, -1 without one
     light_ends: tuple[LightEnd, ...]
+    eye_gaps: np.ndarray  # (shapes,) m, of each shape: a lower bound of its surface's distance from the eye
 
 
 def edges_of(scene: Scene) -> Edges:
@@ -66,6 +67,7 @@ def edges_of(scene: Scene) -> Edges:
         gap=gap.reshape(size),
         behind=behind.reshape(size),
         light_ends=light_ends(hits),
+        eye_gaps=np.array([gaps_to(surface_of(shape), hits.view.eye).min(initial=np.inf) for shape in scene.shapes]),
     )
 
 

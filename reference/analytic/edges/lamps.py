@@ -42,7 +42,7 @@ def light_ends(hits: Hits) -> tuple[LightEnd, ...]:
     for column, light in enumerate(hits.scene.lights):
         source = np.asarray(light.position, dtype=np.float64)
         surfaces = [surface_of(shape) for shape in hits.scene.shapes]
-        gaps = [_gaps(surface, source) for surface in surfaces]
+        gaps = [gaps_to(surface, source) for surface in surfaces]
         # Who does not see the last part of a feeler does not by the feeler's length.
         longest = float(length(hits.rows[Stage.POSITION][hit] - source).max(initial=0))
         limits = [NEAR * max(float(np.abs(source).max()) + _extent(surface), longest) for surface in surfaces]
@@ -95,7 +95,7 @@ def _blocked_by_the_rest(
     return rest.blocks(source, segments * (1 - NEAR), ends)
 
 
-def _gaps(surface: Surface, point: np.ndarray) -> np.ndarray:
+def gaps_to(surface: Surface, point: np.ndarray) -> np.ndarray:
     """Return lower bounds [m] of the distance of a point from each face, shape (faces,)."""
     if isinstance(surface, Flat):
         return np.abs([surface.normal @ (point - surface.point)])

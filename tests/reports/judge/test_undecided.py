@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cases.case import Case
-from cases.families import CASE_FAMILIES
+from cases.families import CASE_FAMILIES, select
 from cases.stages import Stage
 from reports.judge.judging import judge_case
 from reports.judge.oracle import stages_of
@@ -172,3 +172,16 @@ def test_outlines_reach_as_far_as_a_reference_declares_and_the_pixels_are_counte
     assert check.outcome is outcome
     assert check.end_to_end is not None
     assert (check.end_to_end.in_window > 0) == (outcome is Outcome.PASS)
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_without_clipping_a_surface_that_holds_the_eye_is_seen_or_not(way):
+    (case,) = select(["random/1/298"])
+    view = case.scene.camera
+    step = way * 1e-8 * np.subtract(view.target, view.eye)
+    eye, target = (tuple((np.asarray(point) + step).tolist()) for point in (view.eye, view.target))
+    moved = replace(case.scene, camera=replace(view, eye=eye, target=target))
+
+    result = judged(case, rounded(ORACLE.render(moved, stages_of(moved))), truth_of(case))
+
+    assert result.outcome is Outcome.UNDECIDED, result.reason
