@@ -25,6 +25,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "audit": ("reports.commands.audit:audit", "Plant faults one at a time and show which the harness kills."),
     "laws": ("reports.commands.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
+    "expect": (
+        "reports.commands.expect:expect",
+        "Accept what fails as known, shrink such a file, hold a run against it.",
+    ),
     "report": ("reports.commands.report:report", "Publish a results folder again, without rendering."),
     "list": ("reports.commands.list:catalogue", "List cases, formulas, references, metrics or laws."),
     "show": ("reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),

@@ -39,6 +39,7 @@ def run(
     single_file: bool = False,
     dry_run: bool = False,
     history: Path | None = None,
+    expect: Path | None = None,
     json: Path | None = None,
     count: int | None = None,
     seed: int | None = None,
@@ -92,6 +93,9 @@ def run(
         Do nothing; print the plan and about how much time, memory and disk it takes.
     history
         Keep errors and times in this SQLite file, and say what became worse; `rayproof history` shows it.
+    expect
+        A file of checks that are known to fail, as `rayproof expect accept` writes it. The exit code is 0 if all that
+        fails is expected, and 1 if anything else fails, or something fails less or no longer.
     json
         Also write results.json to this file.
     count
@@ -116,6 +120,10 @@ def run(
         )
     if dry_run and numbers is not None:
         raise UsageError("--dry-run says what cases and scene files take; random scenes are drawn as they are run")
+    if expect is not None and numbers is not None:
+        raise UsageError(
+            "--expect is about named cases; of random scenes each verdict is held against certified values"
+        )
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
     from reports.run.early import early_workers
@@ -135,6 +143,11 @@ def run(
             surroundings = Surroundings(variables=env, confined=confine)
             tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
             panel(required, tested)
+            expected = None
+            if expect is not None:
+                from reports.gate.expectations import load_expectations
+
+                expected = load_expectations(expect)
             if not dry_run:
                 own(out)
             if history is not None and not dry_run:
@@ -162,6 +175,7 @@ def run(
             full=full,
             all_routes=paths == "all",
             history=history,
+            expect=None if expected is None else (str(expect), expected),
         )
         if dry_run:
             from reports.run.dry import plan_in_words

@@ -34,12 +34,15 @@ def prop(text: object) -> str:
 def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write annotations.txt; of a run that passed, one notice."""
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
+    told = results.get("gate", {"cases": (), "red": False})
+    expected = set(told["cases"])  # what a gate let through annotates nothing
     bad = [case for case in worst_first(results["cases"]) if Outcome(case["verdict"]) in BAD]
+    bad = [case for case in bad if case["name"] not in expected]
     for case in bad[:MOST]:
         ratio = worst_ratio(case)
         size = "" if ratio is None else f" (error / limit {ratio:.3g})"
         said = ": ".join(filter(None, [f"{case['verdict']}{size}", blame(case), str(case.get("reason") or "")]))
         lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
     left = f" The worst {MOST} of {len(bad)} are annotated." if len(bad) > MOST else ""
-    lines.append(f"::{'error' if bad else 'notice'} title=rayproof::{message(headline(results) + left)}")
+    lines.append(f"::{'error' if bad or told['red'] else 'notice'} title=rayproof::{message(headline(results) + left)}")
     return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]

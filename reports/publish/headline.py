@@ -38,6 +38,7 @@ def headline(results: dict[str, Any]) -> str:
     shared = "".join(f" But {sentence}." for sentence in results.get("wrong_factors", []))
     for name, cases in _abstained(results).items():
         shared += f" {name} had no say in {len(cases)} case{'' if len(cases) == 1 else 's'}."
+    shared += f" {legible(results['gate']['sentence'])}" if "gate" in results else ""
     if worst_first == [Outcome.PASS]:
         every = "each passes" if results.get("wrong_factors") else "all pass"
         return f"{total}: {every}, in {_checks(results['checks'])}.{shared}"

@@ -40,11 +40,13 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     families: dict[str, list[dict[str, Any]]] = {}
     for case in results["cases"]:
         families.setdefault(case["family"], []).append(case)
+    expected = frozenset(results.get("gate", {}).get("cases", ()))
     for family, cases in families.items():
-        suite = ElementTree.SubElement(root, "testsuite", attrib={"name": legal(legible(family)), **_counts(cases)})
+        counts = _counts(cases, expected)
+        suite = ElementTree.SubElement(root, "testsuite", attrib={"name": legal(legible(family)), **counts})
         for case in cases:
-            _testcase(suite, case)
-    root.attrib |= _counts(results["cases"]) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
+            _testcase(suite, case, expected)
+    root.attrib |= _counts(results["cases"], expected) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
     properties = ElementTree.Element("properties")
     for key, value in {"verdict": headline(results), **results.get("environment", {})}.items():
         ElementTree.SubElement(properties, "property", name=legal(key), value=legal(value))
@@ -55,8 +57,13 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     return [write_text(folder / "junit.xml", f'<?xml version="1.0" encoding="UTF-8"?>{body}\n')]
 
 
-def _counts(cases: list[dict[str, Any]]) -> dict[str, str]:
-    kinds = [_ELEMENTS.get(Outcome(case["verdict"])) for case in cases]
+def _kind(case: dict[str, Any], expected: frozenset[str]) -> str | None:
+    """Return a case's element; one that a gate let through is told as skipped, as expected failures are."""
+    return "skipped" if case["name"] in expected else _ELEMENTS.get(Outcome(case["verdict"]))
+
+
+def _counts(cases: list[dict[str, Any]], expected: frozenset[str]) -> dict[str, str]:
+    kinds = [_kind(case, expected) for case in cases]
     return {
         "tests": str(len(cases)),
         "failures": str(kinds.count("failure")),
@@ -66,7 +73,7 @@ def _counts(cases: list[dict[str, Any]]) -> dict[str, str]:
     }
 
 
-def _testcase(suite: ElementTree.Element, case: dict[str, Any]) -> None:
+def _testcase(suite: ElementTree.Element, case: dict[str, Any], expected: frozenset[str]) -> None:
     test = ElementTree.SubElement(
         suite,
         "testcase",
@@ -74,9 +81,10 @@ def _testcase(suite: ElementTree.Element, case: dict[str, Any]) -> None:
         name=legal(legible(case["name"])),
         time=f"{float(case.get('seconds') or 0):.3f}",
     )
-    kind = _ELEMENTS.get(Outcome(case["verdict"]))
+    kind = _kind(case, expected)
     if kind:
-        message = ": ".join(filter(None, [case["verdict"], blame(case), str(case.get("reason") or "")]))
+        known = "expected" if case["name"] in expected else None
+        message = ": ".join(filter(None, [known, case["verdict"], blame(case), str(case.get("reason") or "")]))
         element = ElementTree.SubElement(test, kind, message=legal(legible(message)), type=case["verdict"])
         element.text = legal("\n".join(_details(case)))
     lines = [str(case.get("stresses") or ""), f"covers {', '.join(map(str, case.get('covers', [])))}"]

@@ -66,6 +66,12 @@ OF_A_RUN: dict[str, Kind] = {
     "subject": _TEXT,
     "verdict": _VERDICT,
     "seconds": _SECONDS,
+    "gate": _OBJECT,
+}
+OF_A_GATE: dict[str, Kind] = {
+    **dict.fromkeys(("file", "sentence"), _TEXT),
+    **dict.fromkeys(("regressions", "tighten", "stale", "expired", "matched", "cases"), _NAMES),
+    "red": ("true or false", lambda value: isinstance(value, bool)),
 }
 OF_A_DETAIL: dict[str, Kind] = {"worst_ratio": _MAYBE_RATIO, "references": _NAMES}
 OF_A_CASE: dict[str, Kind] = {
@@ -103,6 +109,8 @@ def shape_problem(results: Any) -> str | None:
     for key in ("summary", "checks"):
         problem = problem or _first(results[key], dict.fromkeys(LEDGER, _COUNT), f"{key}.", needed=True)
     if problem is not None:
+        return problem
+    if "gate" in results and (problem := _first(results["gate"], OF_A_GATE, "gate.", needed=True)):
         return problem
     for item, detail in results.get("coverage_detail", {}).items():
         where = f"coverage_detail.{item}"

@@ -18,6 +18,7 @@ from reports.publish.headline import BAD, blame, examined_line, headline, no_say
 from reports.publish.results_shape import LEDGER
 
 MOST_BYTES = 900_000
+MOST_OF_A_GATE = 50  # lines of a kind
 _LONGEST = 240  # characters of any one text; a hostile name must not push the rest out
 _MARKUP = re.compile(r"([\\`*_{}\[\]()#+!|~@:])")
 
@@ -34,6 +35,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write summary.md."""
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]
     head += [f"# rayproof: {escaped(headline(results))}\n", *_totals(results)]
+    head += _gate(results)
     audit = load_audit(folder)
     head += [f"{escaped(sentence(audit))}\n"] if audit else []
     coverage = _coverage(results)
@@ -47,6 +49,27 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
             break
         lines.append(line)
     return [write_text(folder / "summary.md", "\n".join(lines) + "\n")]
+
+
+def _gate(results: dict[str, Any]) -> list[str]:
+    """Return what a gate let through and what it did not, the most telling first."""
+    told = results.get("gate")
+    if told is None:
+        return []
+    titles = {
+        "regressions": "Not expected",
+        "tighten": "Fails less than expected",
+        "stale": "Entries that meet no check",
+        "expired": "Expired entries",
+        "matched": "Expected, and let through",
+    }
+    lines = []
+    for key, title in titles.items():
+        if told[key]:
+            lines += [f"## {title}: {len(told[key])}\n", *(f"* {escaped(line)}" for line in told[key][:MOST_OF_A_GATE])]
+            left = len(told[key]) - MOST_OF_A_GATE
+            lines += [f"* and {left} more, in `results.json`\n" if left > 0 else ""]
+    return lines
 
 
 def _totals(results: dict[str, Any]) -> list[str]:

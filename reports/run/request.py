@@ -3,8 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from reports.subjects import THE_TRACER, Subject
+
+if TYPE_CHECKING:
+    from reports.gate.expectations import Expectation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +39,7 @@ class RunRequest:
     subject: Subject = THE_TRACER  # who is under test
     cached: bool = True  # take references' renders from the cache
     history: Path | None = None  # where to keep what was found, for `rayproof history`
+    expect: tuple[str, tuple["Expectation", ...]] | None = None  # what is known to fail: a file's name, its entries
     full: bool = False  # keep every renderer's images of every case, as EXR
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     certified: bool = False  # hold the verdicts themselves against certified arithmetic

@@ -40,6 +40,7 @@ from reports.terminal import console as terminal
 
 FAILED, INTERRUPTED = 1, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
+MOST_OF_A_GATE = 12  # lines of a kind in the terminal
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
 
@@ -94,6 +95,11 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
             shown.enter_context(console.status("drawing"))
     results["seconds"] = round(time.perf_counter() - start, 3)
     worse = _remember(request, results, console)
+    if request.expect is not None:
+        from reports.gate.gating import gate
+
+        name, expected = request.expect
+        results["gate"] = gate(results, expected, file=name).record()
     _publish(request, results, drawing.reason, console)
     if not interrupted:
         settle(request.out, {record["key"] for record in records if record.get("key")})
@@ -106,6 +112,8 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     for name in silent:
         console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
     code = exit_code(concerning((Outcome(record["verdict"]) for record in records), tracer=subject.is_tracer))
+    if request.expect is not None:
+        return FAILED if results["gate"]["red"] or silent else 0
     return max(code, FAILED) if silent or results["wrong_factors"] else code
 
 
@@ -184,4 +192,12 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
     before = sum(bool(case.get("remembered")) for case in results["cases"])
     if before:
         console.print(f"{before} cases were answered as before, to the last bit, and not judged again", soft_wrap=True)
+    if "gate" in results:
+        told = results["gate"]
+        for key in ("regressions", "tighten", "stale", "expired"):
+            for sentence in told[key][:MOST_OF_A_GATE]:
+                console.print(legible(f"{key}: {sentence}"), style="bold red", soft_wrap=True, markup=False)
+            if len(told[key]) > MOST_OF_A_GATE:
+                console.print(f"and {len(told[key]) - MOST_OF_A_GATE} more {key}, in results.json", soft_wrap=True)
+        console.print(legible(told["sentence"]), soft_wrap=True, markup=False)
     console.print(f"{results['verdict']}: {request.out / 'index.html'}", soft_wrap=True)

@@ -84,6 +84,7 @@ HOW = (
     "json",
     "cached",
     "history",
+    "expect",
     "configurations",
     "trials",
     "patient",

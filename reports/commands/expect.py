@@ -1,0 +1,104 @@
+"""`rayproof expect`: what is known to fail, for the gate of a CI job."""
+
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+from typing import Literal
+
+from reports.commands.lookup import Repeated
+from reports.commands.output import say, write_json
+from reports.commands.usage import UsageError, told_in_one_line
+
+SHUT = 1  # exit code of `check` where the gate stays shut
+
+
+def expect(
+    what: Literal["accept", "prune", "check"],
+    folder: Path,
+    *,
+    file: Path = Path("expectations.json"),
+    reason: str | None = None,
+    expires: str | None = None,
+    issue: str | None = None,
+    when: Repeated = (),
+    json: Path | None = None,
+) -> int:
+    """Write down what is known to fail, so that `rayproof run --expect FILE` goes red only for anything else.
+
+    Parameters
+    ----------
+    what
+        accept: add an entry for each failing check of the run that no entry is about; needs --reason. prune: take out
+        entries whose checks pass now, and narrow others to what is there; nothing is added or widened. check: hold the
+        run against the file, as `rayproof run --expect` does, and exit with 1 if the gate stays shut.
+    folder
+        A folder that `rayproof run --out` filled.
+    file
+        The file of expectations.
+    reason
+        Why these checks are known to fail, for whoever reads the file.
+    expires
+        The last day on which the new entries hold, as 2027-01-31. From the next day on they are red.
+    issue
+        A link to where it is worked on.
+    when
+        A condition of the new entries, KEY=PATTERN: `subject`, or a key of the run's environment such as `backend`.
+        Repeatable.
+    json
+        Also write what came of it to this file.
+
+    """
+    from reports.gate.expectations import load_expectations, save_expectations
+    from reports.publish.results import load_results
+
+    if what != "accept" and (reason is not None or expires is not None or issue is not None or when):
+        raise UsageError("--reason, --expires, --issue and --when are for accept")
+    with told_in_one_line():
+        results = load_results(folder)
+        known = () if what == "accept" and not file.exists() else load_expectations(file)
+    suite = f"rayproof {results.get('rayproof', '')}".strip()
+    if what == "check":
+        from reports.gate.gating import gate
+
+        found = gate(results, known, file=str(file))
+        for key in ("regressions", "tighten", "stale", "expired"):
+            for sentence in getattr(found, key):
+                say(f"{key}: {sentence}")
+        say(found.sentence)
+        write_json(json, found.record())
+        return SHUT if found.red else 0
+    if what == "prune":
+        from reports.gate.accepting import pruned
+
+        kept, done = pruned(results, known)
+        _written(lambda: save_expectations(file, kept, suite))
+        for sentence in done:
+            say(sentence)
+        say(f"{len(kept)} of {len(known)} entries stay in {file}")
+        write_json(json, {"file": str(file), "entries": len(kept), "done": done})
+        return 0
+    if reason is None or not reason.strip():
+        raise UsageError("accept needs --reason: why these checks are known to fail")
+    from reports.gate.accepting import accepted
+
+    with told_in_one_line():
+        if expires is not None:
+            date.fromisoformat(expires)
+        conditions = dict(_condition(text) for text in when)
+    entries, new = accepted(results, known, reason=reason, expires=expires, issue=issue, when=conditions)
+    _written(lambda: save_expectations(file, entries, suite))
+    say(f"{new} failing checks accepted; {len(entries)} entries in {file}")
+    write_json(json, {"file": str(file), "entries": len(entries), "accepted": new})
+    return 0
+
+
+def _condition(text: str) -> tuple[str, str]:
+    key, equals, pattern = text.partition("=")
+    if not key or not equals:
+        raise ValueError(f"--when must be KEY=PATTERN, such as backend=llvm, got {text!r}")
+    return key, pattern
+
+
+def _written(write: Callable[[], None]) -> None:
+    with told_in_one_line():
+        write()

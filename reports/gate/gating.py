@@ -1,0 +1,131 @@
+"""Hold a finished run against what is expected of it."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import date
+from typing import Any
+
+from reports.gate.expectations import EXPECTABLE, Expectation
+from reports.judge.outcomes import Outcome
+
+GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
+
+
+@dataclass(kw_only=True)
+class Gate:
+    """What came of it: each list holds sentences that begin with the check or the entry they are about."""
+
+    file: str
+    regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
+    tighten: list[str] = field(default_factory=list)  # fails less than expected, or no longer
+    stale: list[str] = field(default_factory=list)  # entries about planned cases that meet no check of theirs
+    expired: list[str] = field(default_factory=list)  # entries about planned cases whose last day is over
+    matched: list[str] = field(default_factory=list)  # checks that fail as expected, with the reason given
+    cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected
+
+    @property
+    def red(self) -> bool:
+        """Say whether the gate stays shut."""
+        return bool(self.regressions or self.tighten or self.stale or self.expired)
+
+    @property
+    def sentence(self) -> str:
+        """Return what came of it in one sentence."""
+        parts = [f"{len(self.matched)} failing checks are expected"]
+        parts += [f"{len(self.regressions)} regressions"] if self.regressions else []
+        parts += [f"{len(self.tighten)} fail less than expected"] if self.tighten else []
+        parts += [f"{len(self.stale)} entries meet no check"] if self.stale else []
+        parts += [f"{len(self.expired)} entries are expired"] if self.expired else []
+        return f"The gate {self.file} is {'shut' if self.red else 'open'}: {', '.join(parts)}."
+
+    def record(self) -> dict[str, Any]:
+        """Return it as results.json has it."""
+        return {"sentence": self.sentence, "red": self.red, **asdict(self)}
+
+
+def gate(results: Mapping[str, Any], expected: Sequence[Expectation], *, file: str, today: date | None = None) -> Gate:
+    """Return what a run's record (`results.json`) comes to before expectations.
+
+    Only entries about planned cases count, so that the shards of a suite can share a file.
+    """
+    today = today or date.today()
+    found = Gate(file=file)
+    valid: list[Expectation] = []
+    for entry in expected:
+        if not any(entry.about_case(case["name"]) for case in results["cases"]) or not entry.holds_for(results):
+            continue
+        if entry.expired(today):
+            found.expired.append(f"{entry.name}: expired on {entry.expires}: {entry.reason}")
+        else:
+            valid.append(entry)
+    met: dict[int, list[str]] = {place: [] for place in range(len(valid))}
+    for case in results["cases"]:
+        _hold_case(case, valid, met, found)
+    for place, verdicts in met.items():
+        if not verdicts:
+            found.stale.append(f"{valid[place].name}: no check of the run is called so")
+        elif all(verdict in GOOD for verdict in verdicts):
+            found.tighten.append(f"{valid[place].name}: passes now, and is expected to fail: {valid[place].reason}")
+    found.regressions += [f"the whole run: {sentence}" for sentence in results.get("wrong_factors", [])]
+    if not results.get("finished", False):
+        found.regressions.append("the whole run: it is not finished, so that not all is known")
+    return found
+
+
+def _hold_case(case: Mapping[str, Any], valid: Sequence[Expectation], met: dict[int, list[str]], found: Gate) -> None:
+    """Hold the checks of one case against the entries about them."""
+    bad = expected = 0
+    for check in case["checks"]:
+        about = [place for place, entry in enumerate(valid) if entry.about(case["name"], check)]
+        for place in about:
+            met[place].append(check["verdict"])
+        if check["verdict"] in GOOD:
+            continue
+        bad += 1
+        where = f"{case['name']} {check['configuration']} {check['reference']} {check['stage']}"
+        if not about:
+            found.regressions.append(f"{where}: {check['verdict']}, and no entry is about it")
+            continue
+        # Of several entries about a check it is enough to be as one of them says.
+        objections = [_objection(case, check, valid[place]) for place in about]
+        if None in objections:
+            entry = valid[about[objections.index(None)]]
+            found.matched.append(f"{where}: {entry.reason}")
+            expected += 1
+            continue
+        kind, why = next((each for each in objections if each and each[0] == "tighten"), objections[0] or ("", ""))
+        (found.tighten if kind == "tighten" else found.regressions).append(f"{where}: {why}")
+    if not bad and case["verdict"] not in GOOD:
+        found.regressions.append(f"{case['name']}: {case['verdict']}: {case.get('reason') or 'no check says why'}")
+    elif bad and bad == expected:
+        found.cases.append(case["name"])
+
+
+def _objection(case: Mapping[str, Any], check: Mapping[str, Any], entry: Expectation) -> tuple[str, str] | None:
+    """Return what a check that fails has against an entry, or None if it fails as the entry says."""
+    ratio, wrong = figures(check)
+    if check["verdict"] not in EXPECTABLE or math.isnan(ratio) or any(_not_finite(check)):
+        return "regression", f"{check['verdict']}, where nothing can be expected of it: {check.get('reason') or ''}"
+    if check["verdict"] != entry.verdict:
+        return "regression", f"{check['verdict']}, and {entry.verdict} is expected"
+    if entry.item is not None and case.get("item") != entry.item:
+        return "regression", f"{case.get('item') or 'nothing'} is blamed, and {entry.item} is expected"
+    for what, value, (low, high) in (("error over limit", ratio, entry.ratio), ("wrong pixels", wrong, entry.wrong)):
+        if not value <= high:
+            return "regression", f"{value:.4g} {what}, and at most {high:.4g} is expected"
+        if value < low:
+            return "tighten", f"{value:.4g} {what}, and at least {low:.4g} is expected"
+    return None
+
+
+def figures(check: Mapping[str, Any]) -> tuple[float, int]:
+    """Return a check's worst error over its limit, and how many pixels are over it."""
+    return float(check.get("ratio") or 0.0), int((check.get("examined") or {}).get("wrong", 0))
+
+
+def _not_finite(check: Mapping[str, Any]) -> Iterator[bool]:
+    """Yield of each value that the check shows of the one under test whether it is NaN or infinite."""
+    for key in ("end_to_end", "continued"):
+        for value in (check.get(key) or {}).get("ours") or ():
+            yield not math.isfinite(float(value))
