@@ -95,7 +95,7 @@ def scene_to_json(scene: Scene) -> dict[str, Any]:
     """Return the JSON document of `scene`; reading it back gives an equal scene, to the last bit."""
     camera, lights = scene.camera, scene.lights
     return {
-        "camera": {field.name: _plain(getattr(camera, field.name)) for field in fields(camera)},
+        "camera": {field.name: _plain(getattr(camera, field.name)) for field in fields(camera) if field.name != "rows"},
         "shapes": [_shape_to_json(shape) for shape in scene.shapes],
         "lights": [{"position": _plain(light.position), "flux": _plain(light.flux)} for light in lights],
         "shading": scene.shading,

@@ -31,7 +31,7 @@ class CameraRays:
         self.frame = Frame(camera=camera, configuration=self.configuration, types=self.types)
         self._seen_from = Viewpoint(self.frame, self._parameters)
         self._side_by_side = per_side if within is None else 1
-        size = {"width": camera.width * self._side_by_side, "height": camera.height * self._side_by_side}
+        size = {"width": camera.width * self._side_by_side, "height": camera.lines * self._side_by_side}
         self.lanes = Lanes(**size, columns=columns, rows=rows)
 
     @property
@@ -55,7 +55,10 @@ class CameraRays:
         found = []
         for position in self.positions:
             # As signed integers: there is an instruction that converts those.
-            column, row = (types.Float(types.Int(place)) for place in position)
+            column, row = (types.Int(place) for place in position)
+            if camera.rows is not None:
+                row = row + self._parameters("first_row", types.Int(camera.first_row * self.per_side))
+            column, row = types.Float(column), types.Float(row)
             px, py = self.configuration["sample"](column, row, self.per_side)
             found.append(self.configuration["ndc"](px, py, camera.width, camera.height))
         return found

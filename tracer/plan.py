@@ -64,7 +64,7 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     plain = all(configuration.formula(slot).default for slot in PLACING)
     counts = _kinds(scene.shapes)
     triangles = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
-    count = scene.camera.width * scene.camera.height * samples * samples
+    count = scene.camera.width * scene.camera.lines * samples * samples
     strip = count >= FEW and not triangles and len(scene.shapes) <= SEVERAL
     tables = plain and sum(counts.values()) > HANDFUL
     trees = {kind for kind, count in counts.items() if count > HANDFUL and (plain or kind == "triangle")}

@@ -96,6 +96,6 @@ def render(
             continue
         image = _image(trace, images[stage])
         if samples > 1:
-            image = image.reshape(scene.camera.height, samples, scene.camera.width, samples, -1).mean(axis=(1, 3))
+            image = image.reshape(scene.camera.lines, samples, scene.camera.width, samples, -1).mean(axis=(1, 3))
         answers[stage] = image
     return answers

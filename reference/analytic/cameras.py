@@ -12,7 +12,7 @@ def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
     to_camera, to_world = _view_matrices(view)
     to_clip, from_clip = _projection_matrices(camera)
     size = np.array([camera.width, camera.height])
-    centers = pixel_centers(camera).reshape(camera.height, camera.width, 2)
+    centers = pixel_centers(camera).reshape(camera.lines, camera.width, 2)
     ndc = (2 * centers - size) / size * (1, -1)
     return {
         "view": to_camera,

@@ -47,9 +47,9 @@ def view_of(camera: Camera) -> View:
 
 
 def pixel_centers(camera: Camera) -> np.ndarray:
-    """Return the image points [px] of all pixel centres, row by row, shape (height * width, 2)."""
-    rows, columns = np.mgrid[: camera.height, : camera.width]
-    return np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], axis=1)
+    """Return the image points [px] of all pixel centres that are drawn, row by row, shape (lines * width, 2)."""
+    rows, columns = np.mgrid[: camera.lines, : camera.width]
+    return np.stack([columns.ravel() + 0.5, rows.ravel() + (camera.first_row + 0.5)], axis=1)
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

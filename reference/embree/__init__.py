@@ -25,6 +25,7 @@ class Embree:
     """
 
     precision = "float32"
+    in_bands = True
 
     @staticmethod
     def missing() -> str | None:

@@ -18,7 +18,7 @@ CLEARANCE = 32 * 2.0**-24
 
 def rays(scene: Scene) -> np.ndarray:
     """Return the unit directions through the pixel centres, (height, width, 3)."""
-    return directions(scene.camera)[0].reshape(scene.camera.height, scene.camera.width, 3)
+    return directions(scene.camera)[0].reshape(scene.camera.lines, scene.camera.width, 3)
 
 
 def answers(scene: Scene, stages: Collection[Stage]) -> Answers:
@@ -42,7 +42,7 @@ def answers(scene: Scene, stages: Collection[Stage]) -> Answers:
         Stage.NORMAL: normal,
         Stage.VISIBILITY: visibility,
     }
-    size = (scene.camera.height, scene.camera.width)
+    size = (scene.camera.lines, scene.camera.width)
     return {stage: rows.reshape(*size, rows.shape[1]) for stage, rows in found.items() if stage in stages}
 
 

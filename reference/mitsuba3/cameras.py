@@ -26,15 +26,15 @@ def camera_answer(world: World, camera: Camera, ends: Ends) -> dict[str, np.ndar
     to_world, to_film = world.sensor.world_transform(), world.sensor.projection_transform()
     # The film coordinates that Mitsuba is handed, in the precision that it takes.
     film = pixel_centers(camera).astype(np.float32).astype(np.float64)
-    size = (camera.width, camera.height)
+    size, shape = (camera.width, camera.height), (camera.lines, camera.width)
     return {
         "view": MIRROR @ _matrix(to_world.inverse()),
         "view_inverse": _matrix(to_world) @ MIRROR,
         "projection": FILM_TO_CLIP @ _matrix(to_film) @ MIRROR,
         "projection_inverse": MIRROR @ _matrix(to_film.inverse()) @ np.linalg.inv(FILM_TO_CLIP),
         "frustum_corners": np.concatenate(ends(world, FILM_CORNERS)),
-        "ndc": (film * (2.0, -2.0) + (-1.0, 1.0)).reshape(*size[::-1], 2),
-        "pixel": (film * size).reshape(*size[::-1], 2),
+        "ndc": (film * (2.0, -2.0) + (-1.0, 1.0)).reshape(*shape, 2),
+        "pixel": (film * size).reshape(*shape, 2),
     }
 
 

@@ -10,11 +10,11 @@ from reference.mitsuba3.worlds import World
 
 
 def radiance(world: World, scene: Scene, integrator: Any, samples: int) -> np.ndarray:
-    """Return the mean radiance [W/(m^2 sr)] over samples x samples points per pixel, (height, width, 3).
+    """Return the mean radiance [W/(m^2 sr)] over samples x samples points per pixel, (lines, width, 3).
 
     One pass per light, summed here in float64.
     """
-    total = np.zeros((scene.camera.height, scene.camera.width, 3))
+    total = np.zeros((scene.camera.lines, scene.camera.width, 3))
     for light in scene.lights:
         world.place(light)
         image = world.mi.render(world.loaded, integrator=integrator, spp=samples * samples, seed=0)

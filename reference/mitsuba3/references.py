@@ -25,6 +25,7 @@ class _Mitsuba:
     """What both variants share; `variant` and `tracing` tell them apart."""
 
     precision = "float32"
+    in_bands = True
     light_epsilon = SHADOW_EPSILON
     variant: ClassVar[str]
     tracing: ClassVar[Any]  # a module with `trace`, `feel`, `ends` and `integrator`
@@ -57,9 +58,10 @@ class _Mitsuba:
                 near, far = clip_planes_beyond(camera, hits)
         if Stage.RADIANCE in stages:
             # Never two at once: where its tables lie would be other code than for one alone.
-            if samples > 1 or (near, far) != (camera.near, camera.far):
+            cropped = camera.rows is not None
+            if samples > 1 or (near, far) != (camera.near, camera.far) or cropped:
                 world = None
-            world = world or build(mi, scene, near=near, far=far, samples=samples)
+            world = world or build(mi, scene, near=near, far=far, samples=samples, cropped=cropped)
             found[Stage.RADIANCE] = radiance(world, scene, self.tracing.integrator(world), samples)
         return found
 

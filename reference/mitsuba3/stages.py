@@ -28,7 +28,7 @@ def answers(scene: Scene, world: World, hits: Hits, feel: Feel, stages: Collecti
     }
     if {Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE} & set(stages):
         found |= _lit(scene, world, hits, normal, feel)
-    shape = (scene.camera.height, scene.camera.width, -1)
+    shape = (scene.camera.lines, scene.camera.width, -1)
     return {
         stage: found[stage].astype(np.float64).reshape(*shape[:2], found[stage].shape[1])
         for stage in stages

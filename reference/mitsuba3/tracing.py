@@ -47,6 +47,7 @@ def own_interval(scene: Scene) -> Interval | None:
 
 def pixel_centers(camera: Camera) -> np.ndarray:
     """Return the pixel centres on Mitsuba's film, (n, 2), each coordinate in (0, 1), row by row from the top left."""
-    row, column = np.mgrid[0 : camera.height, 0 : camera.width]
+    row, column = np.mgrid[0 : camera.lines, 0 : camera.width]
+    row += camera.first_row
     centers = np.stack([(column + 0.5) / camera.width, (row + 0.5) / camera.height], axis=-1)
     return centers.reshape(-1, 2)

@@ -42,9 +42,10 @@ def intensity(light: PointLight) -> list[float]:
     return [channel / (4 * np.pi) for channel in light.flux]
 
 
-def build(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1) -> World:
+def build(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1, cropped: bool = False) -> World:
     """Return the scene as Mitsuba's, with near and far plane at the given depths [m] and the first light, if any.
 
+    With `cropped` the film has only the rows that are drawn, and rays through it are counted from its own corner.
     `direct` picks one of several lights at random for each sample, so there is only ever one: see `World.place`.
     """
     description: dict[str, Any] = {
@@ -52,7 +53,7 @@ def build(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1) -
         "embree_use_robust_intersections": True,
         # No samples towards light sources that a random direction could hit: a point light never is.
         "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
-        "sensor": sensor(mi, scene.camera, near, far, samples),
+        "sensor": sensor(mi, scene.camera, near, far, samples, cropped=cropped),
         **entries(mi, scene),
     }
     if scene.lights:
@@ -70,8 +71,14 @@ def build(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1) -
     )
 
 
-def sensor(mi: Any, camera: Camera, near: float, far: float, samples: int) -> dict[str, Any]:
+def sensor(mi: Any, camera: Camera, near: float, far: float, samples: int, *, cropped: bool = False) -> dict[str, Any]:
     """Return the camera as an entry of Mitsuba's scene dictionary, with a box-filtered film."""
+    part = {
+        "crop_offset_x": 0,
+        "crop_offset_y": camera.first_row,
+        "crop_width": camera.width,
+        "crop_height": camera.lines,
+    }
     return {
         "type": "perspective",
         "fov": camera.fovy,
@@ -85,6 +92,7 @@ def sensor(mi: Any, camera: Camera, near: float, far: float, samples: int) -> di
             "type": "hdrfilm",
             "width": camera.width,
             "height": camera.height,
+            **(part if cropped else {}),
             "pixel_format": "rgb",
             "component_format": "float32",
             "rfilter": {"type": "box"},

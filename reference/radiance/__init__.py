@@ -30,6 +30,7 @@ class Radiance:
     """
 
     precision = "float64"
+    in_bands = True
 
     @staticmethod
     def missing() -> str | None:

@@ -138,10 +138,10 @@ def run(
         from reports.subjects.surroundings import Surroundings
 
         with told_in_one_line():
-            check_selectors(selectors if numbers is None else ())
             chosen = configurations(configuration, formula)
             surroundings = Surroundings(variables=env, confined=confine)
             tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
+            check_selectors(selectors if numbers is None else (), tested)
             panel(required, tested)
             expected = None
             if expect is not None:
@@ -249,14 +249,14 @@ def under_test(
     )
 
 
-def check_selectors(selectors: tuple[str, ...]) -> None:
+def check_selectors(selectors: tuple[str, ...], subject: "Subject") -> None:
     """Raise ValueError, LookupError or OSError for the first selector that names no case and no valid scene file."""
     from cases.families import select
-    from cases.scene_json import load_scene
-    from reports.run.size import refuse_too_large
+    from reports.run.scene_case import case_of_file
+    from reports.run.size import refuse_beyond_all
 
     for selector in selectors:
         if selector.endswith(".json"):
-            refuse_too_large(load_scene(Path(selector)), selector)
+            refuse_beyond_all(case_of_file(Path(selector)), selector, subject)
         else:
             select([selector])

@@ -167,7 +167,8 @@ class Bench:
         for base in bases:
             truth = base.once(("oracle",), (), lambda answers=base.truth: _oracle(answers))
             kinds = Bench(ground=base, candidate=mine, witness=truth).end_to_end(stage).kinds
-            good |= differ & (kinds != Kind.WRONG) & (kinds != Kind.UNEXAMINED)
+            inner = base.scene.camera.inner
+            good[inner] |= differ[inner] & (kinds != Kind.WRONG) & (kinds != Kind.UNEXAMINED)
         return good
 
     def _measure(
@@ -190,22 +191,27 @@ class Bench:
             held = self.ground.once(("held", stage), (limit, theirs), lambda: held_to(stage, limit, theirs, size))
         else:
             held = held_to(stage, limit, theirs, size)
-        return measure(
+        camera = self.ground.scene.camera
+        inner = camera.inner
+        found = measure(
             stage,
-            self._ours(stage),
-            theirs,
-            limit,
-            edge=edge,
-            hit=self.ground.conditioning.hit,
-            flagged=self.terms.classes.flagged,
-            excused=good,
-            interval=side.interval,
-            window=self.terms.window,
-            held=held,
+            self._ours(stage)[inner],
+            theirs[inner],
+            limit[inner],
+            edge=edge[inner],
+            hit=self.ground.conditioning.hit[inner],
+            flagged=self.terms.classes.flagged[inner],
+            excused=good[inner],
+            interval=side.interval[inner],
+            window=self.terms.window[inner],
+            held=(held[0][inner], held[1][inner]),
             precision=self.candidate.precision,
             finite=self._finite(stage),
-            compared=compared,
+            compared=(compared[0][inner], compared[1][inner]),
         )
+        if camera.rows is None or found.pixel is None:
+            return found
+        return replace(found, pixel=(found.pixel[0], found.pixel[1] + camera.rows[0]))
 
 
 def _oracle(truth: Answers) -> Witness:

@@ -137,7 +137,9 @@ def _groups(terms: Terms) -> tuple[Group, ...]:
     value = truth[Stage.IRRADIANCE].reshape(-1, truth[Stage.IRRADIANCE].shape[-1])
     lit = (value > floor(terms)) & np.isfinite(value)
     interior = terms.conditioning.hit & ~terms.classes.edge(Stage.IRRADIANCE) & ~terms.near
-    candidates = np.flatnonzero(interior.ravel() & lit.any(axis=1))
+    inner = np.zeros_like(interior)
+    inner[terms.scene.camera.inner] = True
+    candidates = np.flatnonzero((interior & inner).ravel() & lit.any(axis=1))
     seen = truth[Stage.VISIBILITY].reshape(len(value), -1)[candidates] > 0
     shapes = truth[Stage.OBJECT][..., 0].ravel()[candidates]
     kinds = np.unique(shapes, return_inverse=True)[1]

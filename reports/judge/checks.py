@@ -149,7 +149,7 @@ def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
     if oracle is not None and stage in LIGHT:
         check.bias = bias(bench.terms, stage, ours[stage], None)
     _conclude(check)
-    if stage is INFORMED:
+    if stage is INFORMED and bench.ground.scene.camera.rows is None:
         both = ours[stage], bench.witness.answers[stage]
         check.informative = bench.ground.once(("informative",), both, lambda: _inform(*both))
     return check

@@ -49,7 +49,7 @@ def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.nda
     radius = np.minimum(np.maximum(reach[rows, columns], 1e-9), 0.5)
     turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     offsets = np.array([(0.0, 0.0)] + [(f * math.cos(a), f * math.sin(a)) for f in RADII for a in turns])
-    centres = np.stack([columns + 0.5, rows + 0.5], axis=-1)
+    centres = np.stack([columns + 0.5, rows + (scene.camera.first_row + 0.5)], axis=-1)
     points = centres[:, np.newaxis] + offsets[np.newaxis] * radius[:, np.newaxis, np.newaxis]
     found = oracle.at(scene, stages, points.reshape(-1, 2)) if len(rows) else {}
     shape = (len(rows), len(offsets))
@@ -96,7 +96,7 @@ def with_what_is_behind(around: Sides, oracle: Oracle, scene: Scene, truth: Answ
     for index in np.unique(front[asked & (front >= 0)]).astype(int):
         here = np.flatnonzero(asked & (front == index))
         without = replace(scene, shapes=(*scene.shapes[:index], *scene.shapes[index + 1 :]))
-        centres = np.stack([columns[here] + 0.5, rows[here] + 0.5], axis=-1)
+        centres = np.stack([columns[here] + 0.5, rows[here] + (scene.camera.first_row + 0.5)], axis=-1)
         behind = oracle.at(without, tuple(answers), centres)
         for stage, image in behind.items():
             # Numbers of shapes count on where one is gone.

@@ -74,8 +74,9 @@ def _nothing_to_tell(case: Case, terms: Terms, stage: Stage) -> str | None:
 def _judged(terms: Terms, stage: Stage) -> tuple[int, float]:
     """Return how many pixels that hit something are judged strictly at a stage, and the share of edge pixels."""
     # What a renderer says that it does not see before the eye is excused as an edge is, and counts as one.
-    edge = terms.classes.edge(stage) | terms.near
-    return int(np.count_nonzero(terms.conditioning.hit & ~edge)), float(np.count_nonzero(edge) / edge.size)
+    inner = terms.scene.camera.inner
+    edge = (terms.classes.edge(stage) | terms.near)[inner]
+    return int(np.count_nonzero(terms.conditioning.hit[inner] & ~edge)), float(np.count_nonzero(edge) / edge.size)
 
 
 def crowded(case: Case, terms: Terms) -> bool:

@@ -14,6 +14,8 @@ from reports.judge.parties import Candidate, Witness
 from reports.run.orders import ReferenceTask
 from reports.subjects import ITEMS_OF_OTHERS
 
+WHOLE_ONLY = "It draws whole images alone, and one as large as this is asked for in bands of rows."
+
 
 def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness:
     """Return a reference's answers to a task's scene, with all that it says of them."""
@@ -34,10 +36,17 @@ def recalled(name: str, reference: Reference, task: ReferenceTask, *, independen
     return None if found is None else _witness(question, found, unsupported, independent=independent)
 
 
+def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
+    """Return why a reference cannot answer a stage of a scene, or None."""
+    if scene.camera.rows is not None and not getattr(reference, "in_bands", False):
+        return WHOLE_ONLY
+    return reference.unsupported(scene, stage)
+
+
 def _question(name: str, reference: Reference, task: ReferenceTask) -> tuple[Question, dict[Stage, str]]:
     """Return what the reference is asked, and why it is not asked about the other stages."""
     scene, stages = task.scene, stages_of(task.scene)
-    unsupported = {stage: why for stage in stages if (why := reference.unsupported(scene, stage)) is not None}
+    unsupported = {stage: why for stage in stages if (why := unable(reference, scene, stage)) is not None}
     asked = tuple(stage for stage in stages if stage not in unsupported)
     question = Question(name=name, reference=reference, scene=scene, stages=asked, samples=task.samples)
     return question, unsupported

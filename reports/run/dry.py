@@ -2,17 +2,20 @@
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
 
 from cases.stages import Stage
 from reports.judge.oracle import stages_of
+from reports.run.asking import unable
 from reports.run.panel import panel
 from reports.run.plan import PlannedCase, plan
 from reports.run.request import RunRequest
-from reports.run.size import BEGINNING, Estimate, deadline, estimate, is_large, triangles_of
+from reports.run.size import BEGINNING, LARGE, Estimate, bands_of, deadline, estimate, triangles_of
 from reports.run.suite import cases_of
+from reports.subjects import Subject
 
 GB = 1e9
 NOT_ENOUGH = ", which is not enough"
@@ -30,16 +33,21 @@ def plan_in_words(request: RunRequest) -> list[str]:
     names = request.configurations if subject.is_tracer else (subject.name,)
     planned = plan(cases_of(request.selectors), names, subject)
     heard = panel(request.require, subject)
-    each = [estimate(one.case, candidates=len(one.configurations), references=len(heard.names)) for one in planned]
+    each = [
+        estimate(one.case, candidates=len(one.configurations), references=len(heard.names), subject=subject)
+        for one in planned
+    ]
     renders = sum(len(one.configurations) + len(heard.names) for one in planned)
-    checks = sum(_checks(one, heard.names) for one in planned)
+    checks = sum(_checks(one, heard.names, subject) for one in planned)
     configurations = {name for one in planned for name in one.configurations}
     largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
+    bands = bands_of(largest[0].case, subject)
     counts = f"{len(planned)} cases, {len(configurations)} configurations, {len(heard.names)} references"
     return [
         f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks",
         *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
         f"largest case: {_about(largest[0])}",
+        *([f"judged in {len(bands)} bands of {bands[0][1]} rows"] if bands else []),
         *_estimated(request, planned, each, references=len(heard.names)),
     ]
 
@@ -53,13 +61,15 @@ def _about(planned: PlannedCase) -> str:
     )
 
 
-def _checks(planned: PlannedCase, references: tuple[str, ...]) -> int:
+def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject) -> int:
     """Return how many checks a case has: of every stage that a reference does not say it cannot."""
     from reference import REFERENCES
 
     scene = planned.case.scene
+    bands = bands_of(planned.case, subject)
+    scene = replace(scene, camera=replace(scene.camera, rows=bands[0])) if bands else scene
     answered = sum(
-        REFERENCES[name]().unsupported(scene, stage) is None for name in references for stage in stages_of(scene)
+        unable(REFERENCES[name](), scene, stage) is None for name in references for stage in stages_of(scene)
     )
     means = [name for name in references if REFERENCES[name]().unsupported(scene, Stage.RADIANCE) is None]
     finer = len(means) if planned.case.samples > 1 and scene.lights else 0
@@ -72,7 +82,7 @@ def _estimated(
     """Yield time, memory, disk and deadlines."""
     seconds = sum(one.seconds for one in each) / request.jobs
     worst = max(one.memory for one in each)
-    at_once = 1 if any(is_large(one.case.scene) for one in planned) else request.jobs
+    at_once = 1 if max(one.memory for one in each) > LARGE else request.jobs
     together = at_once * worst + (worst - BEGINNING) + (references + 3) * PROCESS
     disk = sum(one.disk for one in each)
     memory_there, disk_there = psutil.virtual_memory().total, shutil.disk_usage(_existing(request.out)).free
@@ -84,7 +94,10 @@ def _estimated(
     yield f"estimated disk: at most {disk / GB:.2g} GB in {request.out}; {disk_there / GB:.1f} GB are free{lacking}"
     limit = request.timeout
     if request.patient:
-        limit = max(deadline(one.case, candidates=len(one.configurations), references=references) for one in planned)
+        limit = max(
+            deadline(one.case, candidates=len(one.configurations), references=references, subject=request.subject)
+            for one in planned
+        )
     yield f"deadline: {limit:.0f} s for one render or one judgement" + (
         " of the largest case" * (limit > request.timeout)
     )

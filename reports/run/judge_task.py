@@ -53,7 +53,8 @@ def judge(task: JudgeTask | GuardTask) -> dict[str, Any]:
             why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
             judged.worsen(Outcome.FAIL, f"{witness.name} is required and could not answer: {why}")
     panel = adjudication(judged, task.candidates, task.witnesses, oracle)
-    scene = write_scene(task.folder, task.case)
+    banded = task.case.scene.camera.rows is not None  # of whose bands the scene is the whole image's
+    scene = "" if banded else write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
     return _record(task, judged, scene, images) | {
         "adjudication": panel,

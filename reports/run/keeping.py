@@ -1,11 +1,15 @@
 """What a run keeps of a case to look at: its images, and which of its pixels are near an edge."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cases.answers import Answers
+from cases.scene import Camera
 from cases.stages import IMAGE_STAGES
 from reports.judge.ground import ground
 from reports.judge.masks import mask
@@ -19,6 +23,8 @@ from reports.publish.pixels import write_pixels
 from reports.run.orders import JudgeTask
 from reports.subjects import TRACER, Subject
 
+MOST_KEPT = 2**17  # pixels of an image that is judged in bands, to look at
+
 
 def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str | None]:
     """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
@@ -27,7 +33,8 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     eighth of the size. Of any other every renderer may be the one to look at, and where it did not merely warn with
     whatever reads EXR. `full` keeps everything of all.
     """
-    everyone = task.full or outcome is not Outcome.PASS
+    banded = task.case.scene.camera.rows is not None
+    everyone = task.full or outcome is not Outcome.PASS or banded
     scene, candidates = task.case.scene, task.candidates if everyone else task.candidates[:1]
     witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
     parties = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in candidates]
@@ -37,12 +44,14 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
         for name, answers in parties
         if (images := {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES})
     }
-    if task.full or outcome not in (Outcome.PASS, Outcome.WARN):
+    if banded:
+        renders = {name: thinned(images, task.case.scene.camera) for name, images in renders.items()}
+    elif task.full or outcome not in (Outcome.PASS, Outcome.WARN):
         return _write_files(task, renders), None
     if not renders:
         return {}, None
     path = Path("images", f"{task.case.name}.js")
-    write_pixels(task.folder / path, path.as_posix(), renders, asdict(task.case.scene.camera))
+    write_pixels(task.folder / path, path.as_posix(), renders, None if banded else asdict(task.case.scene.camera))
     return {}, path.as_posix()
 
 
@@ -55,12 +64,31 @@ def masks(task: JudgeTask, oracle: FullOracle) -> dict[str, Any] | None:
     scene = task.case.scene
     base = ground(scene, stages_of(scene), oracle, known=truth.answers)
     found = mask(Terms(ground=base, candidate=candidate, witness=truth).classes, base.edges)
+    if scene.camera.rows is not None:
+        found = lattice(found, scene.camera)
     return {
         "configuration": candidate.name,
         "height": found.shape[0],
         "width": found.shape[1],
         "data": pack(found.tobytes()),
     }
+
+
+def thinned(images: Answers, camera: Camera) -> Answers:
+    """Return what is kept of a band's images."""
+    return {stage: lattice(image, camera) for stage, image in images.items()}
+
+
+def lattice(image: np.ndarray, camera: Camera) -> np.ndarray:
+    """Return every n-th pixel of every n-th row of a band, counted from the whole image's corner."""
+    step, inner = step_of(camera), image[camera.inner]
+    first = camera.first_row + camera.inner.start
+    return np.ascontiguousarray(inner[-first % step :: step, ::step])
+
+
+def step_of(camera: Camera) -> int:
+    """Return which pixels and rows of an image that is judged in bands are kept to look at: every n-th."""
+    return max(1, math.ceil(math.sqrt(camera.width * camera.height / MOST_KEPT)))
 
 
 def _write_files(task: JudgeTask, renders: Mapping[str, Answers]) -> dict[str, str]:

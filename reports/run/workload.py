@@ -1,6 +1,7 @@
 """The work between plan and results: a few cases at once through the pool, each recorded as it finishes."""
 
 from collections.abc import Collection
+from functools import partial
 from typing import Any
 
 from rich.console import Console
@@ -8,15 +9,17 @@ from rich.console import Console
 from cases.case import Case
 from reports.cache.store import Store
 from reports.publish.pictures import Drawing
+from reports.run.banded_run import BandedRun, Finished
 from reports.run.case_run import CaseRun
 from reports.run.demands import demands
 from reports.run.journal import Journal
 from reports.run.memory import Memory
+from reports.run.merging import merged
 from reports.run.plan import PlannedCase, record_key
 from reports.run.pool import Pool
 from reports.run.progress import CaseProgress
 from reports.run.request import RunRequest
-from reports.run.size import deadline
+from reports.run.size import bands_of, deadline
 
 # Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
 # to judge for the other processors, so few pixels that what they were answered, up to 2 KB each, is small in memory.
@@ -42,8 +45,9 @@ def render_and_judge(
     interrupted = False
     under_way: dict[str, int] = {}  # name -> pixels
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
+        in_bands: dict[str, BandedRun] = {}
 
-        def finished(case_run: CaseRun, record: dict[str, Any]) -> None:
+        def finished(case_run: CaseRun | BandedRun, record: dict[str, Any]) -> None:
             name = case_run.planned.case.name
             records[name] = record
             del under_way[name]
@@ -51,6 +55,34 @@ def render_and_judge(
             drawing.submit(record)
             journal.append(keys[name], record)
             progress.finished(record, again=False)
+
+        def start(one: PlannedCase) -> None:
+            seconds = _patience(request, one, references)
+
+            def run(planned: PlannedCase, finished: Finished) -> CaseRun:
+                return CaseRun(
+                    planned,
+                    references,
+                    pool,
+                    folder=request.out,
+                    require=request.require,
+                    subject=subject,
+                    memory=memory,
+                    full=request.full,
+                    certified=request.certified,
+                    seconds=seconds,
+                    finished=finished,
+                )
+
+            whole = request.certified or one.trials
+            bands = () if whole else bands_of(one.case, subject)
+            if not bands:
+                run(one, finished).start()
+                return
+            together = partial(merged, folder=request.out, subject=subject)
+            banded = BandedRun(one, bands, run=run, merged=together, finished=finished)
+            in_bands[one.case.name] = banded
+            banded.start()
 
         try:
             todo = []
@@ -66,24 +98,12 @@ def render_and_judge(
             while len(records) < len(planned):
                 while has_room(under_way.values()) and (one := next(pending, None)) is not None:
                     under_way[one.case.name] = _pixels(one.case)
-                    case_run = CaseRun(
-                        one,
-                        references,
-                        pool,
-                        folder=request.out,
-                        require=request.require,
-                        subject=subject,
-                        memory=memory,
-                        full=request.full,
-                        certified=request.certified,
-                        seconds=_patience(request, one, references),
-                        finished=finished,
-                    )
-                    case_run.start()
+                    start(one)
                 pool.start()
                 if memory is not None:
                     memory.prepare()
-                progress.working(under_way, pool.busy)
+                doing = [f"{name}, {in_bands[name].about}" if name in in_bands else name for name in under_way]
+                progress.working(doing, pool.busy)
                 pool.step()
         except KeyboardInterrupt:
             interrupted = True
@@ -96,7 +116,8 @@ def _patience(request: RunRequest, planned: PlannedCase, references: tuple[str, 
     """Return how long each task of a case may take, or None where the user said."""
     if not request.patient:
         return None
-    return deadline(planned.case, candidates=len(planned.configurations), references=len(references))
+    about = {"candidates": len(planned.configurations), "references": len(references)}
+    return deadline(planned.case, **about, subject=request.subject)
 
 
 def has_room(pixels: Collection[int]) -> bool:
