@@ -81,7 +81,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     c, edges = about.conditioning, about.edges
     with np.errstate(divide="ignore", invalid="ignore"):
         # An outline shifts by its rays' error and by its points' error seen from the eye.
-        reach = (limits.end_to_end[Stage.RAY] + g(HIT) * about.seen) / c.pixel_angle
+        reach = (limits.end_to_end[Stage.RAY] + g(HIT) * np.maximum(about.seen, about.cut)) / c.pixel_angle
     # How far apart along the ray two surfaces may seem for rounding alone: the errors of both distances.
     depth = limits.end_to_end[Stage.DISTANCE].copy()
     for here, other in about.behind:

@@ -70,6 +70,19 @@ class Unrounded:
         return tuple(float(surface_error(shape, eye, eye)) for shape in self.scene.shapes)
 
     @cached_property
+    def cut(self) -> float:
+        """Return the angle [rad per roundoff] by which a surface closer to the eye than clipping begins may seem off.
+
+        Where clipping lets it begin, the eye sees it at that distance, and hardly anything of it may be in the image.
+        """
+        near = self.scene.camera.near
+        if self.scene.clip == "none":
+            return 0.0
+        eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
+        close = [shape for shape, gap in zip(self.scene.shapes, self.edges.eye_gaps, strict=True) if gap < near]
+        return max((float(surface_error(shape, eye, eye)) for shape in close), default=0.0) / near
+
+    @cached_property
     def blocker(self) -> float:
         """Return the point error [m per roundoff] of the worst shape, each by the median of what is seen of it.
 

@@ -39,3 +39,14 @@ def test_the_axes_error_turns_no_ray_of_a_wide_view_much_farther_than_themselves
 
     assert worst <= 2
     assert ray_condition(camera) <= 2.1 * basis_condition(camera)
+
+
+def test_where_clipping_cuts_a_surface_near_the_eye_its_outline_is_an_edge():
+    # The eye is 4e-8 m off a triangle, which clipping hides up to 1e-3 m: Mitsuba's float32 sees it a pixel on.
+    (case,) = select(["random/2/18"])
+    base = ground(case.scene, stages_of(case.scene), ORACLE, known={})
+
+    terms = Terms(ground=base, candidate=candidate(base.truth), witness=witness(base.truth))
+
+    assert terms.classes.outline[9, 28]
+    assert np.mean(terms.classes.outline) < 0.05
