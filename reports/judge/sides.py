@@ -169,8 +169,12 @@ def excused(
         bound = largest(limit) if limit.ndim == 3 else limit
         bound = widest_of(objects, bound, own[:, 0, 0], rows, columns)[:, np.newaxis]
         # A centre that lies on the edge itself lies just outside the samples of one side: by no more than they span.
-        span = np.where(np.isfinite(high - low), high - low, 0.0)
-        low, high = low - span, high + span
+        if stage is Stage.DISTANCE:
+            # Of a plane the inverse is linear in the image: towards its horizon the distance itself has no bound.
+            low, high = _beyond(low, high)
+        else:
+            span = np.where(np.isfinite(high - low), high - low, 0.0)
+            low, high = low - span, high + span
         value = ours[stage][rows, columns]
         if continued and stage is Stage.NORMAL:
             near = length(value[:, np.newaxis] - theirs) <= bound
@@ -178,6 +182,14 @@ def excused(
             return good
         good[rows, columns] = all_of((value >= low - bound) & (value <= high + bound)) & same.any(axis=1)
     return good
+
+
+def _beyond(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return distances [m] whose inverses reach as far again beyond those of a range as they span."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        most, least = 1 / low, 1 / high
+        span = np.where(np.isfinite(low) & (low > 0), most - least, 0.0)
+        return 1 / (most + span), np.where(least > span, 1 / (least - span), np.where(span > 0, np.inf, high))
 
 
 def excused_anyhow(
