@@ -35,7 +35,7 @@ UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})
 MOST_NAMED = 3  # wrong verdicts a renderer and case that are listed with their pixel
 SAMPLE = 24  # pixels by which a scene is called decidable
 STEADY = 0.5  # the share of them that must be the same in every scene within rounding
-TRIALS = 4  # pairs of scenes
+TRIALS = 8  # pairs of scenes
 CONSPIRING = 32  # roundings by which these scenes differ: limits count 16, all one way, and what is drawn seldom is
 
 BAKED = CORNERS * UNIT_ROUNDOFF["float32"]  # of its size, by which a triangle's corner is off for everybody

@@ -90,5 +90,7 @@ def crowded(case: Case, terms: Terms) -> bool:
 def only_at_edges(check: Check) -> bool:
     """Say whether a failed geometric check has nothing against it but edge pixels with the value of neither side."""
     measured = [one for one in (check.end_to_end, check.continued) if one is not None]
-    inside = all(one.worst_inside <= 1 and not one.nan and not one.inf for one in measured)
+    # A miss at an edge is infinitely far away; one away from edges is worse than any limit.
+    missed = check.stage is Stage.DISTANCE
+    inside = all(one.worst_inside <= 1 and not one.nan and (missed or not one.inf) for one in measured)
     return check.stage in GEOMETRY and bool(measured) and inside

@@ -185,3 +185,14 @@ def test_without_clipping_a_surface_that_holds_the_eye_is_seen_or_not(way):
     result = judged(case, rounded(ORACLE.render(moved, stages_of(moved))), truth_of(case))
 
     assert result.outcome is Outcome.UNDECIDED, result.reason
+
+
+def test_without_clipping_a_surface_that_holds_the_eye_may_be_missed_in_every_pixel():
+    (case,) = select(["random/1/298"])
+    truth = truth_of(case)
+    missed = answered(case, truth, Stage.OBJECT, np.full_like(truth[Stage.OBJECT], -1.0))
+
+    result = judged(case, missed, truth)
+
+    assert np.isfinite(truth[Stage.DISTANCE]).sum() > 100
+    assert result.outcome is Outcome.UNDECIDED, result.reason
