@@ -103,7 +103,8 @@ def _sorted(channels: dict[str, np.ndarray], *, lights: int) -> Taken:
         if set(present) != set(names):
             raise ValueError(f"its {stage} has the channels {', '.join(present)}, not {', '.join(names) or 'none'}")
         kinds = {channels[name].dtype for name in names}
-        images[stage] = np.stack([channels[name].astype(np.float64) for name in names], axis=-1)
+        with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN like others
+            images[stage] = np.stack([channels[name].astype(np.float64) for name in names], axis=-1)
         if np.dtype(np.float16) in kinds:
             resolutions[stage] = HALF
     if not images:
