@@ -41,6 +41,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "compare": ("reports.commands.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
     "tradeoff": ("reports.commands.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
     "bench": ("reports.commands.bench:bench", "Time the tracer beside Mitsuba and others, with the errors."),
+    "paths": (
+        "reports.commands.paths:paths",
+        "Show the tracer's execution paths: run, compared, shown to matter.",
+    ),
     "growth": ("reports.commands.growth:growth", "Show what a run costs as the suite grows."),
     "history": ("reports.commands.history:history", "Show error and time of each case over the runs that were kept."),
     "adapt": ("reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),

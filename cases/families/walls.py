@@ -1,8 +1,8 @@
 """Walls that face the camera at a little less and a little more than near and far: which of them are cut away.
 
 Each wall covers its own part of the image. The camera looks along an axis from the origin, so that a wall's depth is
-one number of its scene. Half of the walls are as far from the plane as single precision can tell for certain, the
-others only double precision can: there each has to say what its own precision allows.
+one number of its scene. The closest walls are eight roundings of float32 away from the plane: what single precision
+can just tell for certain.
 """
 
 from collections.abc import Iterator

@@ -15,6 +15,7 @@ from reports.faults import FAULTS
 from reports.judge.judging import judge_case
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
+from reports.paths.verdict import sentence
 from reports.run import tasks
 from reports.run.orders import ReferenceTask, TracerTask
 
@@ -68,11 +69,32 @@ def judge(case: Case, one: Candidate, witnesses: Sequence[Witness], oracle: Any)
 
 
 def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness], oracle: PatientOracle) -> Sighting:
-    """Judge the tracer with one wrong formula."""
-    assert fault.configuration is not None
-    judged = judge(case, candidate(fault.configuration, case.scene), list(witnesses.values()), oracle)
+    """Judge the tracer with one wrong formula, or with a fault in one of its paths."""
+    if fault.configuration is not None:
+        one, differing = candidate(fault.configuration, case.scene), None
+    else:
+        one, differing = _on_a_path(case, fault)
+    judged = judge(case, one, list(witnesses.values()), oracle)
+    if differing is not None and judged.outcome is not Outcome.FAIL:
+        return Sighting(
+            fault=fault.name,
+            case=case.name,
+            outcome=Outcome.FAIL,
+            stage=Stage(differing["stage"]),
+            item=None,
+            blamed="tracer",
+            reason=sentence(differing),
+        )
     looks = {name: _look(judged, name, one, fault) for name, one in witnesses.items()}
     return _sighting(fault.name, case, judged, looks)
+
+
+def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Candidate, dict[str, Any] | None]:
+    """Return what the tracer answers with one of its paths spoilt, and the first of its routes that differs."""
+    task = TracerTask(scene=case.scene, configuration=fault.precision, samples=1, routes=fault.routes)
+    with FAULTS[fault.name]():
+        one, _, _, consistency = _task("tracer")(task)
+    return one, next((entry for entry in consistency if entry["verdict"] == Outcome.FAIL), None)
 
 
 def _of_reference(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness], usual: Candidate) -> Sighting:

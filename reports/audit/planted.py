@@ -32,6 +32,9 @@ class PlantedFault:
     erratum: str | None = None
     equivalent: str | None = None  # the proof that it is right on every valid scene
     configuration: str | None = None  # of the tracer, where the fault is one of its formulas
+    precision: str = "float32"  # of the tracer that is judged with it
+    path: str | None = None  # of the tracer, where the fault is in one of its execution paths alone (`tracer.paths`)
+    routes: tuple[str, ...] = ()  # by which it must be rendered too, to be seen (`reports.paths`)
 
     @property
     def on_guard(self) -> bool:
@@ -62,7 +65,10 @@ def tracer_faults() -> tuple[PlantedFault, ...]:
             cases=tuple(formula.facts.get("cases", ())),
             erratum=formula.erratum,
             equivalent=formula.equivalent,
-            configuration=Configuration(precision="float32", formulas={formula.slot: formula.variant}).name,
+            precision=formula.facts.get("precision", "float32"),
+            configuration=Configuration(
+                precision=formula.facts.get("precision", "float32"), formulas={formula.slot: formula.variant}
+            ).name,
         )
         for formula in FORMULAS.values()
         if formula.kind in ("control", "fault") and formula.known_bad is None
@@ -70,7 +76,7 @@ def tracer_faults() -> tuple[PlantedFault, ...]:
 
 
 def other_faults() -> tuple[PlantedFault, ...]:
-    """Return the planted faults of references, loader, judge, run and report."""
+    """Return the planted faults of the tracer's paths, and of references, loader, judge, run and report."""
     return tuple(PlantedFault(name=name, **FAULTS.about(name)) for name in FAULTS)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 CHOICE: Mapping[str, tuple[str, ...]] = {
     "alone/concave_mesh": ("numbers", "frames", "tiles of 4 x 4", "tiles of 2 x 2"),
     "antialiased/cube": ("samples", "frames of samples", "tiles of 8 x 1"),
+    "clipping/faces_none": ("numbers", "frames"),
     "crowds/cubes": ("tiles of 4 x 4",),
     "crowds/ellipsoids": ("numbers", "frames"),
     "crowds/of_several_kinds": ("numbers", "frames", "tiles of 4 x 1"),

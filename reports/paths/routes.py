@@ -75,15 +75,22 @@ def _radiance(
     return render(scene, (Stage.RADIANCE,), configuration, samples=samples, chosen=chosen)[Stage.RADIANCE]
 
 
+def _judged(scene: Scene, answers: Answers) -> np.ndarray:
+    """Return the judged radiance; where there is no light nobody asks for it, and it is 0."""
+    if Stage.RADIANCE in answers:
+        return answers[Stage.RADIANCE]
+    return np.zeros((scene.camera.height, scene.camera.width, 3))
+
+
 def _numbers(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
     image = _radiance(scene, configuration)
-    yield Compared(stage=Stage.RADIANCE, image=image, beside=answers[Stage.RADIANCE], limit=None)
+    yield Compared(stage=Stage.RADIANCE, image=image, beside=_judged(scene, answers), limit=None)
 
 
 def _frames(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
     limit = gamma(FOLDED, precision=configuration.precision) * _full_light(scene, answers)
     image = Frames(scene, configuration).pixels().astype(np.float64)
-    yield Compared(stage=Stage.RADIANCE, image=image, beside=answers[Stage.RADIANCE], limit=limit)
+    yield Compared(stage=Stage.RADIANCE, image=image, beside=_judged(scene, answers), limit=limit)
 
 
 def _samples(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
@@ -105,7 +112,7 @@ def _by_plan(change: Mapping[str, Any]) -> Callable[[Scene, Configuration, Answe
     def compare(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
         chosen = replace(plan(scene, configuration), **change)
         images = render(scene, IMAGE_STAGES, configuration, chosen=chosen)
-        for stage in IMAGE_STAGES:
+        for stage in (stage for stage in IMAGE_STAGES if stage in answers):
             yield Compared(stage=stage, image=images[stage], beside=answers[stage], limit=None)
 
     return compare

@@ -1,6 +1,6 @@
 """What routes that differ mean for a case: it fails, at the first stage that differs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from reports.judge.outcomes import Outcome
@@ -25,3 +25,24 @@ def sentence(entry: dict[str, Any]) -> str:
         f"{entry['configuration']} by {entry['path']}: {entry['stage']} differs from {entry['with']} in "
         f"{entry['differ']} pixels, most in ({column}, {row}); {entry['how']}"
     )
+
+
+def together(paths: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, list[str]]:
+    """Return path -> routes of all configurations together; the judged route is called ''."""
+    found: dict[str, set[str]] = {}
+    for one in paths:
+        for name, routes in one.items():
+            found.setdefault(name, set()).update(routes)
+    return {name: sorted(routes) for name, routes in sorted(found.items())}
+
+
+def paths_of(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
+    """Return path -> how many cases of a run took it, and in how many its answer was compared with another."""
+    found: dict[str, dict[str, int]] = {}
+    for record in records:
+        compared = {entry["path"] for entry in record.get("consistency", ())} | ({""} if record["checks"] else set())
+        for name, routes in record.get("paths", {}).items():
+            counts = found.setdefault(name, {"executed": 0, "compared": 0})
+            counts["executed"] += 1
+            counts["compared"] += bool(compared & set(routes))
+    return dict(sorted(found.items()))

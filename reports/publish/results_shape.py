@@ -62,6 +62,7 @@ OF_A_RUN: dict[str, Kind] = {
     "common_factors": _all("a list of objects", _OBJECT),
     "wrong_factors": _NAMES,
     "faults": _NAMES,
+    "paths": _OBJECT,
     "configurations": _NAMES,
     "subject": _TEXT,
     "verdict": _VERDICT,
@@ -81,6 +82,7 @@ OF_A_CASE: dict[str, Kind] = {
     **dict.fromkeys(("checks", "renders", "unsupported", "expectations", "notes", "consistency"), _LIST),
     "covers": _NAMES,
     "adjudication": _MAYBE_OBJECT,
+    "paths": _OBJECT,
 }
 OF_AN_ENTRY: dict[str, dict[str, Kind]] = {
     "checks": {

@@ -8,7 +8,7 @@ from typing import Any
 from reports.judge.outcomes import Outcome
 from reports.judge.parties import Candidate, Witness
 from reports.paths.choice import asked
-from reports.paths.verdict import held_together
+from reports.paths.verdict import held_together, together
 from reports.run.kinds import JUDGE, RECALLING, UNDER_TEST
 from reports.run.memory import Memory
 from reports.run.orders import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
@@ -54,6 +54,7 @@ class CaseRun:
         self._damaged: dict[str, str] = {}  # what is told of references whose kept render was damaged
         self._notes: tuple[str, ...] = ()
         self._consistency: dict[str, list[dict[str, Any]]] = {}  # by configuration
+        self._paths: dict[str, dict[str, list[str]]] = {}  # by configuration: path -> routes
         self._full = full
         self._certified = certified
         self._limit, self._large = seconds, is_large(planned.case.scene)
@@ -133,6 +134,7 @@ class CaseRun:
                 self._notes = more[0] if more else ()
             if len(more) > 1:
                 self._consistency[name] = more[1]
+                self._paths[name] = more[2]
             self.versions |= versions
         else:
             self._candidates[name] = Candidate(
@@ -219,6 +221,7 @@ class CaseRun:
     def _finish(self, record: dict[str, Any]) -> None:
         for render in record["renders"]:
             render["seconds"] = round(self._seconds.get(render["renderer"], 0.0), 4)
+        record["paths"] = together(self._paths.values())
         held_together(record, [one for name in self._asked for one in self._consistency.get(name, ())])
         record["seconds"] = round(sum(self._seconds.values()) + record["judge_seconds"], 4)
         self._finished(self, record)

@@ -7,6 +7,7 @@ from importlib.metadata import version
 from typing import Any
 
 from reports.judge.outcomes import Outcome, worst
+from reports.paths.verdict import paths_of
 from reports.run import assemble
 from reports.run.common_factors import common_factors, wrong
 from reports.run.panel import Panel
@@ -61,6 +62,7 @@ def results_document(
         "wrong_factors": shared,
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
+        "paths": paths_of(records),
         "review": assemble.review(records),
         "findings": assemble.findings(records),
         "cases": records,

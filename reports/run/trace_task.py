@@ -6,6 +6,7 @@ from cases.answers import Answers
 from reports.judge.oracle import stages_of
 from reports.judge.parties import Candidate
 from reports.judge.supersampled import finer
+from reports.paths.ledger import met_by_case
 from reports.run.clearances import shadow_epsilons
 from reports.run.orders import TracerTask
 from tracer.configuration import Configuration
@@ -20,13 +21,19 @@ def prepare() -> None:
         formula.load()
 
 
-def trace(task: TracerTask) -> tuple[Candidate, dict[str, str], tuple[str, ...], list[dict[str, Any]]]:
-    """Return what the tracer answered, the versions of what computed it, no notes, and how its other routes compare."""
+def trace(
+    task: TracerTask,
+) -> tuple[Candidate, dict[str, str], tuple[str, ...], list[dict[str, Any]], dict[str, list[str]]]:
+    """Return what the tracer answered, the versions of what computed it, and how its other routes compare.
+
+    Between them stand no notes; last come the execution paths that it took, each with the routes (`reports.paths`).
+    """
     configuration = Configuration.parse(task.configuration)
     answers = render(task.scene, stages_of(task.scene), configuration)
     fine = None
     if task.samples > 1:
         fine = render(finer(task.scene, task.samples), stages_of(task.scene), configuration)
+    paths = met_by_case(task.scene, configuration, task.routes)
     candidate = Candidate(
         name=configuration.name,
         precision=configuration.precision,
@@ -35,7 +42,7 @@ def trace(task: TracerTask) -> tuple[Candidate, dict[str, str], tuple[str, ...],
         answers=answers,
         fine=fine,
     )
-    return candidate, versions(), (), _consistency(task, configuration, answers)
+    return candidate, versions(), (), _consistency(task, configuration, answers), paths
 
 
 def _consistency(task: TracerTask, configuration: Configuration, answers: Answers) -> list[dict[str, Any]]:

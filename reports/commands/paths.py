@@ -1,0 +1,67 @@
+"""`rayproof paths`: which execution paths the tracer has, and whether each is run, compared and shown to matter."""
+
+import json as json_module
+from pathlib import Path
+
+from reports.commands.output import say, show_table, write_json
+from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+FAILED = 1
+
+
+def paths(*, json: Path | None = None, keep: Path | None = None) -> int:
+    """Show the tracer's execution paths: how many cases meet each, what it is compared with, which fault was killed.
+
+    Ends with 1 if a cell is empty: a path that no case of the default suite meets, that nothing compares, or whose
+    planted fault survived. What this machine cannot run, and a fault of which the kept audit is of other code, is "not
+    measured". No image is rendered.
+
+    Parameters
+    ----------
+    json
+        Also write the ledger to this file.
+    keep
+        Keep what this audit.json says of the faults in paths, which `rayproof audit --only 'path/*'` has written;
+        what is kept of others stays, if it is of this code.
+
+    """
+    if json is not None:
+        with told_in_one_line():
+            writable_folder(json.parent)
+    from cases.families import all_cases
+    from reports.paths import ledger
+    from reports.run.llvm import choose_packaged_llvm
+
+    choose_packaged_llvm()
+    if keep is not None:
+        with told_in_one_line():
+            text = keep.read_text(encoding="utf-8")
+            try:
+                count = ledger.keep(json_module.loads(text))
+            except (ValueError, KeyError, TypeError) as error:
+                raise UsageError(f"{keep} is no audit of paths: {error}") from error
+        say(f"kept what it says of {count} faults")
+    found = ledger.ledger(all_cases())
+    write_json(json, found)
+    rows = [
+        [
+            entry["name"],
+            entry["declared"],
+            str(len(entry["executed"])),
+            "; ".join(dict.fromkeys(one["with"] for one in entry["compared"])),
+            _killed(entry),
+        ]
+        for entry in found["paths"]
+    ]
+    show_table("Paths", ["path", "what it is", "cases", "compared with", "faults killed"], rows)
+    for hole in found["empty"]:
+        say(f"empty: {hole}")
+    measured = sum(entry["measured"] for entry in found["paths"])
+    say(f"{len(found['paths'])} paths, {measured} measured, {len(found['empty'])} empty cells")
+    return FAILED if found["empty"] else 0
+
+
+def _killed(entry: dict) -> str:
+    if not entry["measured"]:
+        return f"not measured: {entry['why']}" if entry["why"] else ""
+    return f"{len(entry['killed'])} of {len(entry['faults'])}"

@@ -1,0 +1,168 @@
+"""The ledger of execution paths: declared, executed by the suite, compared with something, and shown to matter.
+
+A cell that is empty is a hole: a path that no case meets, that nothing compares, or whose planted fault survived. What
+this machine cannot run, and what the kept record of the audit says of other code, is not measured: neither a pass nor
+a hole.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path as File
+from typing import Any
+
+from cases.case import Case
+from cases.scene import Scene
+from reports.cache.digests import code
+from reports.paths.choice import CHOICE, ROUTED, asked
+from reports.paths.routes import ROUTES, SIDE, suiting
+from reports.publish.atomic import write_text
+from tracer.arrays import backend
+from tracer.configuration import Configuration
+from tracer.paths import FRAMES, NUMBERS, PATHS, STAGES, Rendering
+from tracer.plan import plan
+
+RECORD = File(__file__).with_name("record.json")
+CODE = ("tracer.render", "tracer.frames", "tracer.paths")  # of which the record speaks, with all that they import
+JUDGED = {"with": "references", "how": "each stage within its derived limit, end to end and given the stage before"}
+ELSEWHERE = "this machine has no such backend"
+
+
+def renderings(route: str, scene: Scene, configuration: Configuration) -> Rendering:
+    """Return what a route renders of a scene."""
+    usual = plan(scene, configuration)
+    about = Rendering(scene=scene, configuration=configuration, plan=usual, route=STAGES)
+    if route == "numbers":
+        return replace(about, route=NUMBERS)
+    if route == "frames":
+        return replace(about, route=FRAMES)
+    several = plan(scene, configuration, samples=SIDE)
+    if route == "samples":
+        return replace(about, route=NUMBERS, samples=SIDE, plan=several)
+    if route == "frames of samples":
+        return replace(about, route=FRAMES, samples=SIDE, plan=replace(several, split=False))
+    columns, rows = (int(word) for word in route.split() if word.isdigit())
+    return replace(about, plan=replace(usual, columns=columns, rows=rows, split=False))
+
+
+def met(rendering: Rendering) -> tuple[str, ...]:
+    """Return the names of the paths that a rendering takes."""
+    return tuple(path.name for path in PATHS if path.met(rendering))
+
+
+def met_by_case(scene: Scene, configuration: Configuration, routes: Sequence[str]) -> dict[str, list[str]]:
+    """Return path -> by which routes one configuration meets it; the judged one is called ''."""
+    found: dict[str, list[str]] = {}
+    judged = Rendering(scene=scene, configuration=configuration, plan=plan(scene, configuration), route=STAGES)
+    for name in met(judged):
+        found.setdefault(name, []).append("")
+    for route in suiting(routes, scene, configuration):
+        for name in met(renderings(route, scene, configuration)):
+            found.setdefault(name, []).append(route)
+    return found
+
+
+def _executed(cases: Sequence[Case]) -> Iterator[tuple[str, str, str]]:
+    """Yield path, case and route of every time that the default run of the suite meets a path."""
+    for case in cases:
+        for name in ROUTED:
+            routes = asked(CHOICE.get(case.name, ()), name)
+            found = met_by_case(case.scene, Configuration(precision=name), routes)
+            yield from ((path, case.name, route) for path, by in found.items() for route in by)
+
+
+def _faults() -> dict[str, list[str]]:
+    """Return path -> the planted faults in it alone."""
+    from reports.faults import FAULTS
+
+    found: dict[str, list[str]] = {}
+    for name in FAULTS:
+        path = FAULTS.about(name).get("path")
+        if path is not None:
+            found.setdefault(path, []).append(name)
+    return found
+
+
+def kept() -> dict[str, Any]:
+    """Return the record of the audit that is kept with the code, and in `current` whether it speaks of this code."""
+    record = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.is_file() else {"digest": "", "faults": {}}
+    return record | {"current": record["digest"] == code(CODE)}
+
+
+def keep(audit: Mapping[str, Any]) -> int:
+    """Keep what an audit says of the faults in paths; return of how many. What is kept of the others stays.
+
+    Of other code nothing stays.
+
+    Raises:
+        ValueError: it speaks of none.
+
+    """
+    named = {name for some in _faults().values() for name in some}
+    faults = {
+        entry["name"]: {
+            "killed": entry["killed"] and entry["blamed_right"],
+            "stage": entry["blamed_stage"],
+            "by": entry["killed_by"][0].split(":")[0] if entry["killed_by"] else None,
+        }
+        for entry in audit["faults"]
+        if entry["name"] in named
+    }
+    if not faults:
+        raise ValueError("it says nothing of faults in paths; run: rayproof audit --only 'path/*'")
+    count, before = len(faults), kept()
+    faults = {**(before["faults"] if before["current"] else {}), **faults}
+    text = (
+        json.dumps({"digest": code(CODE), "backend": backend(), "faults": dict(sorted(faults.items()))}, indent=1)
+        + "\n"
+    )
+    write_text(RECORD, text)
+    return count
+
+
+def ledger(cases: Sequence[Case]) -> dict[str, Any]:
+    """Return `paths` and `empty` as `rayproof paths --json` has them."""
+    by_path: dict[str, dict[str, set[str]]] = {}
+    for path, case, route in _executed(cases):
+        by_path.setdefault(path, {}).setdefault(route, set()).add(case)
+    faults, record = _faults(), kept()
+    paths = [_entry(path.name, path.what, by_path.get(path.name, {}), faults, record) for path in PATHS]
+    empty = [f"{entry['name']}: {cell}" for entry in paths for cell in _holes(entry)]
+    unknown = sorted(set(faults) - {path.name for path in PATHS})
+    return {"paths": paths, "empty": [*empty, *(f"{name}: not declared" for name in unknown)]}
+
+
+def _entry(
+    name: str, what: str, met_by: Mapping[str, set[str]], faults: Mapping[str, list[str]], record: Mapping[str, Any]
+) -> dict[str, Any]:
+    kind, _, which = name.partition("/")
+    here = kind != "backend" or which == backend()
+    executed = sorted(set().union(*met_by.values())) if met_by else []
+    compared = [JUDGED] if met_by.get("") else []
+    compared += [{"with": ROUTES[route].beside, "how": ROUTES[route].how} for route in ROUTES if met_by.get(route)]
+    # Whatever was killed was killed on this backend.
+    own = sorted(record["faults"]) if kind == "backend" else faults.get(name, [])
+    said = {fault: record["faults"][fault] for fault in own if fault in record["faults"]}
+    measured = here and record["current"] and bool(said)
+    return {
+        "name": name,
+        "declared": what,
+        "executed": executed,
+        "compared": compared,
+        "faults": own,
+        "killed": [fault for fault, one in said.items() if one["killed"]] if measured else [],
+        "measured": measured,
+        "why": None if measured else ELSEWHERE if not here else "the kept audit is of other code" if own else None,
+    }
+
+
+def _holes(entry: Mapping[str, Any]) -> Iterator[str]:
+    if entry["why"] == ELSEWHERE:
+        return
+    for cell, full in (
+        ("executed", entry["executed"]),
+        ("compared", entry["compared"]),
+        ("shown to matter", entry["faults"] if not entry["measured"] else set(entry["killed"]) >= set(entry["faults"])),
+    ):
+        if not full:
+            yield cell

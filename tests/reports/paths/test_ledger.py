@@ -1,0 +1,86 @@
+"""No cell of the ledger is empty, every path has a fault, and a survivor or a path that nobody meets is a hole."""
+
+import json
+
+import pytest
+
+from cases.families import all_cases, select
+from reports.commands.paths import paths
+from reports.faults import FAULTS
+from reports.paths import ledger
+from reports.paths.verdict import paths_of, together
+from tracer.configuration import Configuration
+from tracer.paths import PATHS
+
+
+@pytest.fixture(scope="module")
+def suite() -> dict:
+    return ledger.ledger(all_cases())
+
+
+def test_every_path_is_executed_compared_and_shown_to_matter(suite: dict) -> None:
+    assert suite["empty"] == []
+
+
+def test_every_path_is_declared_once_and_has_a_fault_of_its_own(suite: dict) -> None:
+    names = [path.name for path in PATHS]
+    planted = {FAULTS.about(name).get("path") for name in FAULTS} - {None}
+
+    assert len(set(names)) == len(names)
+    # Every fault is planted on a backend; none of them is one backend's alone.
+    assert planted == {name for name in names if not name.startswith("backend/")}
+
+
+def test_the_kept_audit_speaks_of_every_fault_in_a_path() -> None:
+    named = {name for name in FAULTS if FAULTS.about(name).get("path")}
+
+    assert set(ledger.kept()["faults"]) == named
+    assert all(one["killed"] for one in ledger.kept()["faults"].values())
+
+
+def test_a_path_that_no_case_meets_is_a_hole() -> None:
+    few = ledger.ledger(select(["primitives/sphere"]))
+
+    assert "trees/cubes: executed" in few["empty"]
+    assert "trees/cubes: compared" in few["empty"]
+    assert not [hole for hole in few["empty"] if hole.startswith("route/stages")]
+
+
+def test_a_fault_that_survived_is_a_hole_and_one_of_other_code_is_not_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    record = ledger.kept()
+    survived = {name: one | {"killed": name != "path/single_leaf"} for name, one in record["faults"].items()}
+    monkeypatch.setattr(ledger, "kept", lambda: record | {"current": True, "faults": survived})
+    assert "trees/a single leaf: shown to matter" in ledger.ledger(all_cases())["empty"]
+
+    monkeypatch.setattr(ledger, "kept", lambda: record | {"current": False})
+    stale = ledger.ledger(all_cases())
+    assert stale["empty"] == []
+    assert not any(entry["measured"] for entry in stale["paths"])
+
+
+def test_what_this_machine_cannot_run_is_not_measured(suite: dict, capsys: pytest.CaptureFixture[str]) -> None:
+    by_name = {entry["name"]: entry for entry in suite["paths"]}
+    elsewhere = [entry for name, entry in by_name.items() if name.startswith("backend/") and not entry["executed"]]
+
+    assert elsewhere
+    assert all(not entry["measured"] and entry["why"] for entry in elsewhere)
+    assert paths() == 0
+    assert "0 empty cells" in capsys.readouterr().out
+
+
+def test_a_record_without_faults_in_paths_is_refused(tmp_path) -> None:
+    (tmp_path / "audit.json").write_text(json.dumps({"faults": []}))
+
+    with pytest.raises(Exception, match="no audit of paths"):
+        paths(keep=tmp_path / "audit.json")
+
+
+def test_a_run_counts_what_it_took_and_compared() -> None:
+    (case,) = select(["faces/nine"])
+    by = [ledger.met_by_case(case.scene, Configuration(precision=name), ("frames",)) for name in ("float32", "float64")]
+    record = {"paths": together(by), "checks": [], "consistency": [{"path": "frames"}]}
+
+    counted = paths_of([record])
+
+    assert counted["route/frames"] == {"executed": 1, "compared": 1}
+    assert counted["route/stages"] == {"executed": 1, "compared": 0}

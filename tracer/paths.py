@@ -1,0 +1,221 @@
+"""The tracer's execution paths, each with what says of a rendering whether it takes it.
+
+A path is code that one scene, configuration or way of asking runs through and another does not. They are declared here
+so that somebody can count which of them a suite of cases meets (`rayproof paths`); nothing in the tracer reads this.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import radians, tan
+
+from cases.scene import Mesh, Plane, Scene, Shape, Triangle
+from tracer.acceleration.choosing import MOST_BY_AREA
+from tracer.arrays import backend
+from tracer.camera_rays import WIDEST
+from tracer.configuration import Configuration
+from tracer.geometry import SLOTS, square_vectors
+from tracer.illumination import MANY
+from tracer.placement import Placement
+from tracer.plan import Plan
+from tracer.trees import flat
+from tracer.triangles import degenerate
+from tracer.world import can_shadow_itself
+
+STAGES, NUMBERS, FRAMES = "stages", "numbers", "frames"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rendering:
+    """One call of the tracer: what decides which paths it takes."""
+
+    scene: Scene
+    configuration: Configuration
+    plan: Plan
+    route: str  # STAGES, NUMBERS or FRAMES
+    samples: int = 1  # across a pixel
+
+    @property
+    def trees(self) -> tuple[tuple[Shape, ...], ...]:
+        """Return the members of each tree: triangles in one, other shapes by kind, sheared squares by themselves."""
+        members: dict[object, list[Shape]] = {}
+        for shape in self.scene.shapes:
+            if self.plan.in_tree(shape):
+                key = "triangle" if flat(shape) else (SLOTS[type(shape)], _sheared(shape))
+                members.setdefault(key, []).append(shape)
+        return tuple(map(tuple, members.values()))
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Return how many items each tree holds."""
+        return tuple(sum(_items(shape) for shape in tree) for tree in self.trees)
+
+    @property
+    def unrolled(self) -> bool:
+        """Say whether a shape has a formula of its own in the kernel."""
+        return any(not self.plan.in_tree(shape) for shape in self.scene.shapes)
+
+    @property
+    def lit(self) -> bool:
+        """Say whether there is light, and something to light."""
+        return bool(self.scene.lights and self.scene.shapes)
+
+    @property
+    def blockers(self) -> bool:
+        """Say whether anything may stand before a light."""
+        return self.lit and (len(self.scene.shapes) > 1 or any(map(can_shadow_itself, self.scene.shapes)))
+
+    @property
+    def tile(self) -> tuple[int, int]:
+        """Return the columns and rows of samples that a lane takes."""
+        return self.plan.columns, self.plan.rows
+
+    @property
+    def together(self) -> bool:
+        """Say whether a lane feels for light with all its samples at once."""
+        return self.tile != (1, 1) and not self.plan.split
+
+
+def _sheared(shape: Shape) -> bool:
+    return SLOTS[type(shape)] == "square" and not square_vectors(Placement(to_world=shape.to_world))[3]
+
+
+def _items(shape: Shape) -> int:
+    return int((~degenerate(shape)).sum()) if isinstance(shape, Mesh | Triangle) else 1
+
+
+def _levels(count: int) -> int:
+    """Return how often a tree's leaves can be halved."""
+    return max(0, count - 1).bit_length()
+
+
+def _kind(slot: str, *, sheared: bool = False, placed: bool | None = None) -> Callable[[Rendering], bool]:
+    """Return whether a tree holds shapes of that slot, and of spheres whether one of them has a transform."""
+
+    def meets(r: Rendering) -> bool:
+        for tree in r.trees:
+            first = tree[0]
+            if flat(first) or SLOTS[type(first)] != slot or _sheared(first) is not sheared:
+                continue
+            if placed is None or placed is any(not Placement(to_world=one.to_world).identity for one in tree):
+                return True
+        return False
+
+    return meets
+
+
+def _triangles(r: Rendering) -> tuple[Shape, ...]:
+    return next((tree for tree in r.trees if flat(tree[0])), ())
+
+
+def _narrow(r: Rendering) -> bool:
+    camera = r.scene.camera
+    side_by_side = r.samples if r.route != FRAMES else 1
+    pixel = 2 * tan(radians(camera.fovy) / 2) / (camera.height * side_by_side)
+    return max(r.tile) * pixel < WIDEST and camera.fovy < 90
+
+
+@dataclass(frozen=True, kw_only=True)
+class Path:
+    """A path: its name, what it is, and whether a rendering takes it."""
+
+    name: str
+    what: str
+    met: Callable[[Rendering], bool]
+
+
+def _path(name: str, what: str, met: Callable[[Rendering], bool]) -> Path:
+    return Path(name=name, what=what, met=met)
+
+
+def _plan(columns: int, rows: int, what: str) -> Path:
+    def met(r: Rendering) -> bool:
+        return r.tile == (columns, rows)
+
+    return _path(f"plan/{columns} x {rows}", what, met)
+
+
+PATHS: tuple[Path, ...] = (
+    _path("route/stages", "several stages, in kernels of their own", lambda r: r.route == STAGES),
+    _path(
+        "route/numbers", "one stage in one kernel, numbers in memory", lambda r: r.route == NUMBERS and r.samples == 1
+    ),
+    _path("route/samples", "several samples a pixel, side by side", lambda r: r.route == NUMBERS and r.samples > 1),
+    _path("route/frames", "one frozen kernel", lambda r: r.route == FRAMES and r.samples == 1),
+    _path(
+        "route/frames of samples", "samples in a loop of a frozen kernel", lambda r: r.route == FRAMES and r.samples > 1
+    ),
+    _path("numbers/literals", "the scene's numbers are part of the code", lambda r: r.route == FRAMES),
+    _path("plan/one sample", "a lane takes one sample", lambda r: r.tile == (1, 1)),
+    _plan(8, 1, "a lane takes eight samples in a row"),
+    _plan(4, 1, "a lane takes four samples in a row"),
+    _plan(4, 4, "a lane takes sixteen samples"),
+    _plan(4, 2, "a lane takes eight samples in two rows"),
+    _plan(2, 2, "a lane takes four samples in two rows"),
+    _path("plan/hits through memory", "hits in trees are a kernel of their own", lambda r: r.plan.split),
+    _path("trees/triangles", "triangles in a tree", lambda r: bool(_triangles(r))),
+    _path("trees/spheres", "spheres in a tree, all as they are", _kind("sphere", placed=False)),
+    _path("trees/ellipsoids", "spheres in a tree, with transforms", _kind("sphere", placed=True)),
+    _path("trees/cubes", "cubes in a tree", _kind("cube")),
+    _path("trees/squares", "squares in a tree", _kind("square")),
+    _path(
+        "trees/sheared squares", "squares whose sides are not at right angles, in a tree", _kind("square", sheared=True)
+    ),
+    _path(
+        "trees/several",
+        "several trees, of triangles and of other shapes",
+        lambda r: len(r.trees) > 1 and bool(_triangles(r)),
+    ),
+    _path("trees/several meshes", "several meshes in one tree", lambda r: len(_triangles(r)) > 1),
+    _path(
+        "trees/faces left out",
+        "a mesh without its degenerate faces",
+        lambda r: (
+            len(_triangles(r)) == 1 and any(degenerate(one).any() for one in _triangles(r) if isinstance(one, Mesh))
+        ),
+    ),
+    _path("trees/a single leaf", "one item in a tree", lambda r: 1 in r.counts),
+    _path("trees/one root", "an even number of levels", lambda r: any(n > 1 and _levels(n) % 2 == 0 for n in r.counts)),
+    _path("trees/two roots", "an odd number of levels", lambda r: any(n > 1 and _levels(n) % 2 for n in r.counts)),
+    _path(
+        "builder/by area", "a tree by the surface-area heuristic", lambda r: any(n <= MOST_BY_AREA for n in r.counts)
+    ),
+    _path("builder/by medians", "a tree by medians", lambda r: any(n > MOST_BY_AREA for n in r.counts)),
+    _path("shear/together", "rays of a tile turn as the middle one", lambda r: bool(_triangles(r)) and _narrow(r)),
+    _path("shear/each by itself", "each ray turns by itself", lambda r: bool(_triangles(r)) and not _narrow(r)),
+    _path(
+        "cones/from the eye",
+        "packets go past shapes that their cone shows they miss",
+        lambda r: r.together and any(not r.plan.in_tree(s) and not isinstance(s, Plane) for s in r.scene.shapes),
+    ),
+    _path(
+        "cones/from a light",
+        "feelers go past shapes likewise",
+        lambda r: (
+            r.together
+            and r.blockers
+            and 0 < len(r.scene.lights) <= MANY
+            and any(not r.plan.in_tree(s) and not isinstance(s, Plane) for s in r.scene.shapes)
+        ),
+    ),
+    _path("tables/chosen", "what belongs to a shape is chosen among all", lambda r: r.unrolled and not r.plan.tables),
+    _path("tables/looked up", "what belongs to a shape is looked up", lambda r: r.plan.tables),
+    _path("lights/none", "no light, or nothing to light", lambda r: not r.lit),
+    _path("lights/unrolled", "each light is code of its own", lambda r: r.lit and len(r.scene.lights) <= MANY),
+    _path("lights/in turn", "lights are a loop of the kernel", lambda r: r.lit and len(r.scene.lights) > MANY),
+    _path("feelers/none", "nothing can stand before a light", lambda r: r.lit and not r.blockers),
+    _path("feelers/of a lone body", "a body may shade itself alone", lambda r: r.blockers and len(r.scene.shapes) == 1),
+    _path(
+        "feelers/one by one",
+        "feelers go through trees one by one",
+        lambda r: r.blockers and bool(r.trees) and not r.together,
+    ),
+    _path(
+        "feelers/in groups",
+        "feelers of a tile go through trees in groups",
+        lambda r: r.blockers and bool(r.trees) and r.together,
+    ),
+    _path("precision/float32", "single precision", lambda r: r.configuration.precision == "float32"),
+    _path("precision/float64", "double precision", lambda r: r.configuration.precision == "float64"),
+    _path("backend/llvm", "LLVM, on the processor", lambda r: backend() == "llvm"),
+    _path("backend/cuda", "CUDA, on a graphics card", lambda r: backend() == "cuda"),
+)
