@@ -93,7 +93,7 @@ def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Candidate, dict[str, An
     """Return what the tracer answers with one of its paths spoilt, and the first of its routes that differs."""
     task = TracerTask(scene=case.scene, configuration=fault.precision, samples=1, routes=fault.routes)
     with FAULTS[fault.name]():
-        one, _, _, consistency = _task("tracer")(task)
+        one, _, _, consistency, _ = _task("tracer")(task)
     return one, next((entry for entry in consistency if entry["verdict"] == Outcome.FAIL), None)
 
 
