@@ -80,6 +80,15 @@ def other_faults() -> tuple[PlantedFault, ...]:
     return tuple(PlantedFault(name=name, **FAULTS.about(name)) for name in FAULTS)
 
 
+def in_paths() -> dict[str, list[str]]:
+    """Return execution path of the tracer -> the names of the faults that are planted in it alone."""
+    found: dict[str, list[str]] = {}
+    for fault in other_faults():
+        if fault.path is not None:
+            found.setdefault(fault.path, []).append(fault.name)
+    return found
+
+
 def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
     """Return the faults whose name, or place, matches a glob; none for the liar, which plants nothing.
 

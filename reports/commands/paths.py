@@ -29,6 +29,7 @@ def paths(*, json: Path | None = None, keep: Path | None = None) -> int:
         with told_in_one_line():
             writable_folder(json.parent)
     from cases.families import all_cases
+    from reports.audit.planted import in_paths
     from reports.paths import ledger
     from reports.run.llvm import choose_packaged_llvm
 
@@ -37,11 +38,11 @@ def paths(*, json: Path | None = None, keep: Path | None = None) -> int:
         with told_in_one_line():
             text = keep.read_text(encoding="utf-8")
             try:
-                count = ledger.keep(json_module.loads(text))
+                count = ledger.keep(json_module.loads(text), in_paths())
             except (ValueError, KeyError, TypeError) as error:
                 raise UsageError(f"{keep} is no audit of paths: {error}") from error
         say(f"kept what it says of {count} faults")
-    found = ledger.ledger(all_cases())
+    found = ledger.ledger(all_cases(), in_paths())
     write_json(json, found)
     rows = [
         [

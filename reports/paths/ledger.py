@@ -22,6 +22,8 @@ from tracer.configuration import Configuration
 from tracer.paths import FRAMES, NUMBERS, PATHS, STAGES, Rendering
 from tracer.plan import plan
 
+Faults = Mapping[str, Sequence[str]]  # path -> the planted faults in it alone
+
 RECORD = File(__file__).with_name("record.json")
 CODE = ("tracer.render", "tracer.frames", "tracer.paths")  # of which the record speaks, with all that they import
 JUDGED = {"with": "references", "how": "each stage within its derived limit, end to end and given the stage before"}
@@ -71,26 +73,14 @@ def _executed(cases: Sequence[Case]) -> Iterator[tuple[str, str, str]]:
             yield from ((path, case.name, route) for path, by in found.items() for route in by)
 
 
-def _faults() -> dict[str, list[str]]:
-    """Return path -> the planted faults in it alone."""
-    from reports.faults import FAULTS
-
-    found: dict[str, list[str]] = {}
-    for name in FAULTS:
-        path = FAULTS.about(name).get("path")
-        if path is not None:
-            found.setdefault(path, []).append(name)
-    return found
-
-
 def kept() -> dict[str, Any]:
     """Return the record of the audit that is kept with the code, and in `current` whether it speaks of this code."""
     record = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.is_file() else {"digest": "", "faults": {}}
     return record | {"current": record["digest"] == code(CODE)}
 
 
-def keep(audit: Mapping[str, Any]) -> int:
-    """Keep what an audit says of the faults in paths; return of how many. What is kept of the others stays.
+def keep(audit: Mapping[str, Any], planted: Faults) -> int:
+    """Keep what an audit says of the faults planted in paths; return of how many. What is kept of the others stays.
 
     Of other code nothing stays.
 
@@ -98,7 +88,7 @@ def keep(audit: Mapping[str, Any]) -> int:
         ValueError: it speaks of none.
 
     """
-    named = {name for some in _faults().values() for name in some}
+    named = {name for some in planted.values() for name in some}
     faults = {
         entry["name"]: {
             "killed": entry["killed"] and entry["blamed_right"],
@@ -120,20 +110,20 @@ def keep(audit: Mapping[str, Any]) -> int:
     return count
 
 
-def ledger(cases: Sequence[Case]) -> dict[str, Any]:
-    """Return `paths` and `empty` as `rayproof paths --json` has them."""
+def ledger(cases: Sequence[Case], planted: Faults) -> dict[str, Any]:
+    """Return `paths` and `empty` as `rayproof paths --json` has them, with the faults that are planted in paths."""
     by_path: dict[str, dict[str, set[str]]] = {}
     for path, case, route in _executed(cases):
         by_path.setdefault(path, {}).setdefault(route, set()).add(case)
-    faults, record = _faults(), kept()
-    paths = [_entry(path.name, path.what, by_path.get(path.name, {}), faults, record) for path in PATHS]
+    record = kept()
+    paths = [_entry(path.name, path.what, by_path.get(path.name, {}), planted, record) for path in PATHS]
     empty = [f"{entry['name']}: {cell}" for entry in paths for cell in _holes(entry)]
-    unknown = sorted(set(faults) - {path.name for path in PATHS})
+    unknown = sorted(set(planted) - {path.name for path in PATHS})
     return {"paths": paths, "empty": [*empty, *(f"{name}: not declared" for name in unknown)]}
 
 
 def _entry(
-    name: str, what: str, met_by: Mapping[str, set[str]], faults: Mapping[str, list[str]], record: Mapping[str, Any]
+    name: str, what: str, met_by: Mapping[str, set[str]], faults: Faults, record: Mapping[str, Any]
 ) -> dict[str, Any]:
     kind, _, which = name.partition("/")
     here = kind != "backend" or which == backend()

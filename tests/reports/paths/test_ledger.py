@@ -5,6 +5,7 @@ import json
 import pytest
 
 from cases.families import all_cases, select
+from reports.audit.planted import in_paths
 from reports.commands.paths import paths
 from reports.faults import FAULTS
 from reports.paths import ledger
@@ -15,7 +16,7 @@ from tracer.paths import PATHS
 
 @pytest.fixture(scope="module")
 def suite() -> dict:
-    return ledger.ledger(all_cases())
+    return ledger.ledger(all_cases(), in_paths())
 
 
 def test_every_path_is_executed_compared_and_shown_to_matter(suite: dict) -> None:
@@ -39,7 +40,7 @@ def test_the_kept_audit_speaks_of_every_fault_in_a_path() -> None:
 
 
 def test_a_path_that_no_case_meets_is_a_hole() -> None:
-    few = ledger.ledger(select(["primitives/sphere"]))
+    few = ledger.ledger(select(["primitives/sphere"]), in_paths())
 
     assert "trees/cubes: executed" in few["empty"]
     assert "trees/cubes: compared" in few["empty"]
@@ -50,10 +51,10 @@ def test_a_fault_that_survived_is_a_hole_and_one_of_other_code_is_not_measured(m
     record = ledger.kept()
     survived = {name: one | {"killed": name != "path/single_leaf"} for name, one in record["faults"].items()}
     monkeypatch.setattr(ledger, "kept", lambda: record | {"current": True, "faults": survived})
-    assert "trees/a single leaf: shown to matter" in ledger.ledger(all_cases())["empty"]
+    assert "trees/a single leaf: shown to matter" in ledger.ledger(all_cases(), in_paths())["empty"]
 
     monkeypatch.setattr(ledger, "kept", lambda: record | {"current": False})
-    stale = ledger.ledger(all_cases())
+    stale = ledger.ledger(all_cases(), in_paths())
     assert stale["empty"] == []
     assert not any(entry["measured"] for entry in stale["paths"])
 
