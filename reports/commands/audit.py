@@ -14,6 +14,7 @@ def audit(
     jobs: int | None = None,
     timeout: float = 120.0,
     json: Path | None = None,
+    diagnose: bool = False,
 ) -> int:
     """Plant faults in the tracer, references, mesh loader and judge, one at a time, and print the kill matrix.
 
@@ -32,8 +33,13 @@ def audit(
         Seconds that one case with all its faults may take.
     json
         Also write audit.json to this file.
+    diagnose
+        Measure instead how many mistakes are named rightly: build the C++ example that makes any of over a hundred
+        mistakes on request, and diagnose each. Needs a C++ compiler and some 40 minutes of processor time.
 
     """
+    if diagnose:
+        return _diagnosed(jobs=jobs or os.cpu_count() or 1, quick=quick, json=json)
     from reports.audit.planted import planted
     from reports.audit.request import AuditRequest
     from reports.run.llvm import choose_packaged_llvm
@@ -51,3 +57,26 @@ def audit(
     return run(
         AuditRequest(out=out, only=only, quick=quick, jobs=jobs or os.cpu_count() or 1, timeout=timeout, json=json)
     )
+
+
+def _diagnosed(*, jobs: int, quick: bool, json: Path | None) -> int:
+    """Print how many mistakes are named rightly; return 1 if any is named wrongly."""
+    from subprocess import CalledProcessError
+
+    from reports.commands.output import say, show_table, write_json
+    from reports.diagnosis.measuring import measure
+
+    if json is not None:
+        with told_in_one_line():
+            writable_folder(json.parent)
+    try:
+        found = measure(jobs=jobs, quick=quick)
+    except (FileNotFoundError, CalledProcessError) as error:
+        raise UsageError(f"--diagnose: {error}") from None
+    write_json(json, found)
+    columns = ["programs", "written", "of", "right", "class_of_at_most_2", "wrong", "does_not_know", "unseen"]
+    rows = [[str(row[column]) for column in columns] for row in found["table"]]
+    show_table("Mistakes named by their images", [column.replace("_", " ") for column in columns], rows)
+    for one in found["wrong_names"]:
+        say(f"named wrongly: {one['mistake'] or 'no mistake'} ({one['written']}) as {', '.join(one['named'])}")
+    return 1 if found["wrong_names"] else 0

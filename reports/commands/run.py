@@ -33,6 +33,7 @@ def run(
     memory: float = 8.0,
     env: Repeated = (),
     confine: bool = False,
+    diagnose: Literal["auto", "off"] = "auto",
     cache: bool = True,
     full: bool = False,
     paths: Literal["covering", "all"] = "covering",
@@ -78,6 +79,8 @@ def run(
     confine
         Shut a program under test off (Linux): no network, no other processes, nothing to write but its folder; home and
         temporary folders, the cache and its key are hidden.
+    diagnose
+        After a run with failures: put every known mistake to the test and name the one that explains them; or off.
     cache
         Take from the cache what references answered before, and what was found before of answers that are equal to
         the last bit. The renderer under test always renders.
@@ -176,6 +179,7 @@ def run(
             all_routes=paths == "all",
             history=history,
             expect=None if expected is None else (str(expect), expected),
+            diagnose=diagnose == "auto",
         )
         if dry_run:
             from reports.run.dry import plan_in_words

@@ -11,7 +11,7 @@ from reports.judge.outcomes import Outcome
 from reports.plain import legible
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
-from reports.publish.headline import BAD, blame, headline, shouts, worst_first, worst_ratio
+from reports.publish.headline import BAD, blame, cause_of, headline, shouts, worst_first, worst_ratio
 
 MOST = 10
 _LONGEST = 1000  # characters of one message
@@ -41,7 +41,8 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     for case in bad[:MOST]:
         ratio = worst_ratio(case)
         size = "" if ratio is None else f" (error / limit {ratio:.3g})"
-        said = ": ".join(filter(None, [f"{case['verdict']}{size}", blame(case), str(case.get("reason") or "")]))
+        told = cause_of(results, case) or blame(case)
+        said = ": ".join(filter(None, [f"{case['verdict']}{size}", told, str(case.get("reason") or "")]))
         lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
     left = f" The worst {MOST} of {len(bad)} are annotated." if len(bad) > MOST else ""
     lines.append(f"::{'error' if bad or told['red'] else 'notice'} title=rayproof::{message(headline(results) + left)}")

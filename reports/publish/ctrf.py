@@ -8,7 +8,7 @@ from reports.judge.outcomes import Outcome
 from reports.plain import as_json, legible, legible_json
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
-from reports.publish.headline import blame, headline, shouts, worst_ratio
+from reports.publish.headline import blame, cause_of, headline, shouts, worst_ratio
 
 _STATUSES = {
     Outcome.PASS: "passed",
@@ -26,7 +26,7 @@ _STATUSES = {
 def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Write ctrf.json; what must be shouted is its first field and its report name."""
     loud = shouts(results)
-    tests = [_test(case) for case in results["cases"]]
+    tests = [_test(case, cause_of(results, case)) for case in results["cases"]]
     counts = dict.fromkeys(("passed", "failed", "skipped", "pending", "other"), 0)
     for test in tests:
         counts[test["status"]] += 1
@@ -57,8 +57,8 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     return [write_text(folder / "ctrf.json", legible_json(as_json(document)) + "\n")]
 
 
-def _test(case: dict[str, Any]) -> dict[str, Any]:
-    message = ": ".join(filter(None, [blame(case), legible(case.get("reason") or "")]))
+def _test(case: dict[str, Any], cause: str) -> dict[str, Any]:
+    message = ": ".join(filter(None, [cause or blame(case), legible(case.get("reason") or "")]))
     picture = case.get("picture")
     attachment = {"name": "picture of the scene", "contentType": "image/png", "path": picture}
     return {

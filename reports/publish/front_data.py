@@ -9,7 +9,17 @@ from reports.judge.outcomes import Outcome
 from reports.judge.outcomes import worst as worst_outcome
 from reports.plain import number
 from reports.publish.case_data import picture_of
-from reports.publish.headline import KINDS, blame, examined_line, headline, no_say, shouts, worst_of, worst_ratio
+from reports.publish.headline import (
+    KINDS,
+    blame,
+    causes,
+    examined_line,
+    headline,
+    no_say,
+    shouts,
+    worst_of,
+    worst_ratio,
+)
 from reports.publish.items import TITLES
 from reports.publish.results_shape import LEDGER
 
@@ -31,6 +41,7 @@ def front_data(results: Mapping[str, Any], rows: list[dict[str, Any]]) -> dict[s
         "ledger": LEDGER,
         "shouts": shouts(dict(results)),
         "headline": headline(dict(results)),
+        "causes": causes(results),
         "examined": {"line": examined_line(results), "counts": results.get("examined"), "words": KINDS},
         "no_say": no_say(results),
         "common_factors": results.get("common_factors", []),
@@ -51,8 +62,8 @@ def front_data(results: Mapping[str, Any], rows: list[dict[str, Any]]) -> dict[s
     }
 
 
-def case_row(folder: Path, file: str, case: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the list of cases shows and searches of one case; `file` holds the rest."""
+def case_row(folder: Path, file: str, case: Mapping[str, Any], cause: str) -> dict[str, Any]:
+    """Return what the list of cases shows and searches of one case; `file` holds the rest, `cause` explains it."""
     checks = case.get("checks", [])
     unsupported: dict[str, int] = {}
     for entry in case.get("unsupported", []):
@@ -68,6 +79,7 @@ def case_row(folder: Path, file: str, case: Mapping[str, Any]) -> dict[str, Any]
         **{key: case.get(key) for key in _OF_A_CASE},
         "file": file,
         "blame": blame(dict(case)),
+        "cause": cause,
         "ratio": worst_ratio(dict(case)),
         "cells": cells,
         "stages": sorted({str(check["stage"]) for check in checks if check.get("stage")}),

@@ -7,6 +7,7 @@ from cases.stages import Stage
 from reports.judge.outcomes import Outcome
 from reports.plain import at_worst, legible, number
 
+AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
 THE_USUAL = "tracer"  # the subject that goes without saying
 
 
@@ -50,7 +51,38 @@ def headline(results: dict[str, Any]) -> str:
         key=lambda case: order.index(Stage(case["stage"])) if case.get("stage") in order else len(order),
     )
     named = ", ".join(list(dict.fromkeys(blame(case) for case in guilty))[:4])
+    if _named(results):
+        short = " ".join(f"{sentence.split(AS_WELL)[0].rstrip('.')}." for sentence in causes(results))
+        return f"{total}: {', '.join(parts)}. {short}{shared}"
     return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "") + shared
+
+
+def causes(results: Mapping[str, Any]) -> list[str]:
+    """Return the sentences of the mistakes that explain a run's failures, or the one that none does."""
+    told = results.get("diagnosis")
+    entries = told if isinstance(told, list | tuple) else []
+    return [legible(one["sentence"]) for one in entries if isinstance(one, Mapping) and one.get("sentence")]
+
+
+def cause_of(results: Mapping[str, Any], case: Mapping[str, Any]) -> str:
+    """Return the sentences of the mistakes that explain a case's failure, or an empty string."""
+    told = results.get("diagnosis")
+    entries = told if isinstance(told, list | tuple) else []
+    return " ".join(
+        legible(one["sentence"])
+        for one in entries
+        if isinstance(one, Mapping)
+        and one.get("sentence")
+        and isinstance(one.get("cases"), list | tuple)
+        and case.get("name") in one["cases"]
+    )
+
+
+def _named(results: Mapping[str, Any]) -> bool:
+    """Say whether some mistake is named."""
+    told = results.get("diagnosis")
+    entries = told if isinstance(told, list | tuple) else []
+    return any(isinstance(one, Mapping) and one.get("mistake") for one in entries)
 
 
 def _checks(ledger: Mapping[str, int]) -> str:

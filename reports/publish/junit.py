@@ -13,7 +13,7 @@ from reports.judge.outcomes import Outcome
 from reports.plain import legible, legible_lines
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
-from reports.publish.headline import blame, headline, shouts, worst_ratio
+from reports.publish.headline import blame, cause_of, headline, shouts, worst_ratio
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENTS = {
@@ -45,7 +45,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
         counts = _counts(cases, expected)
         suite = ElementTree.SubElement(root, "testsuite", attrib={"name": legal(legible(family)), **counts})
         for case in cases:
-            _testcase(suite, case, expected)
+            _testcase(suite, case, expected, cause_of(results, case))
     root.attrib |= _counts(results["cases"], expected) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
     properties = ElementTree.Element("properties")
     for key, value in {"verdict": headline(results), **results.get("environment", {})}.items():
@@ -73,7 +73,7 @@ def _counts(cases: list[dict[str, Any]], expected: frozenset[str]) -> dict[str, 
     }
 
 
-def _testcase(suite: ElementTree.Element, case: dict[str, Any], expected: frozenset[str]) -> None:
+def _testcase(suite: ElementTree.Element, case: dict[str, Any], expected: frozenset[str], cause: str) -> None:
     test = ElementTree.SubElement(
         suite,
         "testcase",
@@ -84,7 +84,7 @@ def _testcase(suite: ElementTree.Element, case: dict[str, Any], expected: frozen
     kind = _kind(case, expected)
     if kind:
         known = "expected" if case["name"] in expected else None
-        message = ": ".join(filter(None, [known, case["verdict"], blame(case), str(case.get("reason") or "")]))
+        message = ": ".join(filter(None, [known, case["verdict"], cause or blame(case), str(case.get("reason") or "")]))
         element = ElementTree.SubElement(test, kind, message=legal(legible(message)), type=case["verdict"])
         element.text = legal("\n".join(_details(case)))
     lines = [str(case.get("stresses") or ""), f"covers {', '.join(map(str, case.get('covers', [])))}"]

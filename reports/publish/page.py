@@ -20,7 +20,7 @@ from reports.publish.case_data import write_case_data
 from reports.publish.comparing import comparison_front
 from reports.publish.contest import contest
 from reports.publish.front_data import case_row, front_data
-from reports.publish.headline import headline, shouts, worst_first
+from reports.publish.headline import cause_of, headline, shouts, worst_first
 from reports.publish.history import history_front
 from reports.publish.panel_data import findings, panel
 from reports.publish.parallel import all_of
@@ -78,7 +78,9 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
 
 def page_data(folder: Path, results: dict[str, Any], ordered: list[dict[str, Any]]) -> dict[str, Any]:
     """Return what the page holds of a run from the beginning; `ordered` are its cases, the worst first."""
-    rows = [case_row(folder, data_file(place), case) for place, case in enumerate(ordered, start=1)]
+    rows = [
+        case_row(folder, data_file(place), case, cause_of(results, case)) for place, case in enumerate(ordered, start=1)
+    ]
     return front_data(results, rows) | {
         "audit": front(load_audit(folder)),
         "tradeoff": diagrams(folder),

@@ -61,6 +61,7 @@ OF_A_RUN: dict[str, Kind] = {
     "examined": _MAYBE_OBJECT,
     "common_factors": _all("a list of objects", _OBJECT),
     "wrong_factors": _NAMES,
+    "diagnosis": _all("a list of objects", _OBJECT),
     "faults": _NAMES,
     "paths": _OBJECT,
     "configurations": _NAMES,

@@ -14,19 +14,30 @@ from reports.plain import legible, number
 from reports.publish import PUBLISHERS
 from reports.publish.atomic import write_text
 from reports.publish.audit import load_audit, sentence
-from reports.publish.headline import BAD, blame, examined_line, headline, no_say, shouts, worst_first, worst_ratio
+from reports.publish.headline import (
+    BAD,
+    blame,
+    causes,
+    examined_line,
+    headline,
+    no_say,
+    shouts,
+    worst_first,
+    worst_ratio,
+)
 from reports.publish.results_shape import LEDGER
 
 MOST_BYTES = 900_000
 MOST_OF_A_GATE = 50  # lines of a kind
 _LONGEST = 240  # characters of any one text; a hostile name must not push the rest out
+LONGEST_CAUSE = 1200  # characters of a cause with all that fits as well
 _MARKUP = re.compile(r"([\\`*_{}\[\]()#+!|~@:])")
 
 
-def escaped(text: object) -> str:
+def escaped(text: object, *, longest: int = _LONGEST) -> str:
     """Return `text` as inert Markdown on one line, shortened."""
     line = " ".join(legible(text).split())
-    short = line if len(line) <= _LONGEST else line[: _LONGEST - 1] + "…"
+    short = line if len(line) <= longest else line[: longest - 1] + "…"
     return _MARKUP.sub(r"\\\1", html.escape(short, quote=False))
 
 
@@ -36,6 +47,8 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]
     head += [f"# rayproof: {escaped(headline(results))}\n", *_totals(results)]
     head += _gate(results)
+    if sentences := causes(results):
+        head += ["## What is wrong\n", *(f"* {escaped(sentence, longest=LONGEST_CAUSE)}" for sentence in sentences), ""]
     audit = load_audit(folder)
     head += [f"{escaped(sentence(audit))}\n"] if audit else []
     coverage = _coverage(results)

@@ -40,6 +40,7 @@ class RunRequest:
     cached: bool = True  # take references' renders from the cache
     history: Path | None = None  # where to keep what was found, for `rayproof history`
     expect: tuple[str, tuple["Expectation", ...]] | None = None  # what is known to fail: a file's name, its entries
+    diagnose: bool = True  # say which known mistake explains the failures
     full: bool = False  # keep every renderer's images of every case, as EXR
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     certified: bool = False  # hold the verdicts themselves against certified arithmetic

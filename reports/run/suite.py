@@ -17,7 +17,7 @@ from reports.cache.store import usual_store
 from reports.judge.outcomes import Outcome, exit_code
 from reports.plain import legible
 from reports.publish.atomic import remove_drafts
-from reports.publish.headline import examined_line, no_say
+from reports.publish.headline import causes, examined_line, no_say
 from reports.publish.pictures import Drawing
 from reports.publish.results import save_results
 from reports.run import assemble
@@ -41,6 +41,7 @@ from reports.terminal import console as terminal
 FAILED, INTERRUPTED = 1, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
 MOST_OF_A_GATE = 12  # lines of a kind in the terminal
+DIAGNOSING = 20.0  # s of processor time for naming the mistake
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
 
@@ -93,6 +94,9 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
         if drawing.pending:
             save_results(request.out, results)  # before anybody waits for a picture
             shown.enter_context(console.status("drawing"))
+    if request.diagnose and not interrupted and results["summary"][Outcome.FAIL.value]:
+        save_results(request.out, results)  # before anybody waits for a cause
+        _diagnose(request, results, console)
     results["seconds"] = round(time.perf_counter() - start, 3)
     worse = _remember(request, results, console)
     if request.expect is not None:
@@ -130,6 +134,26 @@ def _remember(request: RunRequest, results: dict[str, Any], console: Console) ->
         results["environment"]["history"] = f"not kept: {error}"
         console.print(f"the run is not in its history: {error}", style="yellow", soft_wrap=True)
         return []
+
+
+def _diagnose(request: RunRequest, results: dict[str, Any], console: Console) -> None:
+    """Add the causes of the failures to the results, and to the reasons of the cases that they explain.
+
+    What goes wrong in looking for a cause costs no result.
+    """
+    from reports.diagnosis.diagnosing import diagnose
+
+    try:
+        causes = diagnose(request.out, results, seconds=DIAGNOSING)
+    except (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError) as error:
+        results["environment"]["diagnosis"] = f"not made: {type(error).__name__}: {error}"
+        console.print(f"no cause was looked for: {error}", style="yellow", soft_wrap=True)
+        return
+    results["diagnosis"] = causes
+    for cause in causes:
+        for record in results["cases"]:
+            if record["name"] in cause["cases"]:
+                record["cause"] = [*record.get("cause", []), cause["mistake"]]
 
 
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
@@ -187,6 +211,8 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
         console.print(examined, soft_wrap=True)
     for sentence in no_say(results):
         console.print(sentence, style="yellow", soft_wrap=True, markup=False)
+    for sentence in causes(results):
+        console.print(sentence, style="bold red", soft_wrap=True, markup=False)
     for sentence in results["wrong_factors"]:
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
     before = sum(bool(case.get("remembered")) for case in results["cases"])

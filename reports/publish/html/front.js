@@ -79,7 +79,8 @@
     const bad = results.cases.filter((row) => !["pass", "warn", "undecided", "unsupported"].includes(row.verdict));
     if (!bad.length) return null;
     return e("section", { class: "panel blamed", "aria-label": "What is blamed" },
-      e("h2", {}, "What is blamed"),
+      e("h2", {}, (results.causes || []).length ? "What is wrong" : "What is blamed"),
+      (results.causes || []).map((text) => e("p", { class: "cause" }, e("strong", {}, e("bdi", {}, text)))),
       e("ul", {}, bad.slice(0, 8).map((row) => e("li", {}, rayproof.pill(row.verdict), " ",
         row.blame ? e("strong", {}, row.blame) : e("span", { class: "muted" }, "no stage"), " in ",
         e("a", { href: rayproof.link({ case: row.name, stage: row.stage }) }, e("bdi", {}, row.name)),

@@ -89,6 +89,7 @@ HOW = (
     "trials",
     "patient",
     "all_routes",
+    "diagnose",
 )
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
 TOLD_BY_IDENTITY = ("name", "command", "capabilities", "surroundings", "seconds", "memory")

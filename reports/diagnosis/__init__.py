@@ -1,0 +1,80 @@
+"""Known mistakes of ray tracers, each put to the test: does the renderer answer as one that makes the mistake.
+
+To add one, register a `Mistake` in a file of `reports/diagnosis/mistakes`. It says in a verb phrase what the renderer
+does ("leaves out 1/pi"), which items of the specification that concerns, and how such a renderer answers: one or more
+ways, since what one mistake shows depends on the right formulas around it. A way is a changed question to the oracle,
+stages computed wrongly from the oracle's right ones, or wrong formulas of the tracer, or several of these.
+
+A mistake is named only if the renderer's pixels are those of one of its ways, in failing and in passing cases alike,
+and if enough pixels tell that way from the right answer. docs/diagnosis.md says what counts as the same.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.registry import Registry
+from cases.scene import Scene
+from cases.stages import Stage
+
+
+@dataclass(frozen=True, kw_only=True)
+class Given:
+    """What a wrong stage is computed from."""
+
+    scene: Scene
+    answers: Answers  # the stages before, as the renderer with this mistake has them; after them the right ones
+    right: np.ndarray  # this stage as it follows rightly from those before, (height, width, channels)
+    parameter: float  # the estimated parameter of a mistake that has one, else 0
+
+
+Wrong = Callable[[Given], np.ndarray]
+# A renderer's image laid over the asked one's pixels, and the answers that fill what it does not cover.
+Laid = Callable[[Answers, Answers], Answers]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """One way in which a renderer with the mistake may answer."""
+
+    asked: Callable[[Scene], Scene] | None = None  # the question that it answers instead
+    laid: Laid | None = None  # how its image lies in that question's
+    stages: Mapping[Stage, Wrong] = field(default_factory=dict)  # stages that it computes wrongly
+    formulas: Mapping[str, str] = field(default_factory=dict)  # the tracer's, slot to variant, where they answer
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """How a mistake's parameter is estimated from a case: one number for each pixel that speaks of it."""
+
+    samples: Callable[[Scene, Answers, Answers], np.ndarray]  # scene, the oracle's answers, the renderer's
+    nothing: float  # the parameter of a renderer without the mistake
+    grid: tuple[float, ...] = ()  # instead: values to try, between the best of which the parameter is sought
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mistake:
+    """One known mistake. Raises ValueError without a way."""
+
+    says: str  # a verb phrase of which the renderer is the subject; {0} stands for the parameter
+    items: tuple[str, ...]
+    ways: tuple[Way, ...]
+    fit: Fit | None = None
+    named: Mapping[float, str] = field(default_factory=dict)  # phrases for parameters that have a name
+
+    def __post_init__(self) -> None:
+        if not self.ways:
+            raise ValueError(f"a mistake needs a way to answer: {self.says}")
+
+    def sentence(self, parameter: float) -> str:
+        """Return the verb phrase with its parameter, by its name where it has one."""
+        for value, phrase in self.named.items():
+            if abs(parameter - value) <= NAMED * abs(value):
+                return phrase
+        return self.says.format(f"{parameter:.4g}")
+
+
+NAMED = 1e-4  # a fitted parameter so near to a number that has a name, relatively, is that number
+MISTAKES: Registry[Mistake] = Registry("mistake", package="reports.diagnosis.mistakes")

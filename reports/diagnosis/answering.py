@@ -1,0 +1,199 @@
+"""What a renderer with a mistake would answer to a scene, and how far it may be off itself.
+
+Stages are computed in order: those that a way spoils by its own functions, those after them by the oracle from what is
+then there. Limits are those of the judge, for the answers at hand: of light in proportion to how much brighter the
+mistake makes it, of a curve that is put over radiance by putting it over the ends of the limit.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene, SceneError
+from cases.stages import IMAGE_STAGES, Stage
+from reports.diagnosis import Given, Way
+from reports.judge.conditioning import condition
+from reports.judge.limits import Roundoff, limits
+from reports.judge.oracle import FullOracle, stages_of
+
+LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+PRECISION = "float32"  # what results keep, whatever a renderer computes in
+# Relative: what a renderer in float32 may lose beyond the counted roundings, and what files of other steps lose.
+LEAST = 1e-5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answered:
+    """The answers of a way to a scene."""
+
+    scene: Scene  # the question that was answered
+    answers: Answers
+    limits: Mapping[Stage, np.ndarray]  # (height, width) or (height, width, 3)
+    edge: np.ndarray  # (height, width): something else begins within a pixel
+
+
+class Unanswerable(Exception):  # noqa: N818  an answer, not a mishap
+    """A way that has no answer to a scene: the changed question is no valid scene, or beyond the tracer."""
+
+
+def right_answer(scene: Scene, oracle: FullOracle) -> Answered:
+    """Return the oracle's own answer."""
+    answers = oracle.render(scene, [stage for stage in stages_of(scene) if stage is not Stage.CAMERA])
+    return _answered(scene, answers, {})
+
+
+def answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
+    """Return a way's answer to the scene that `right` answers, in the pixels of the image asked for.
+
+    Raises:
+        Unanswerable: it has none.
+
+    """
+    found = _answer(way, right, oracle)
+    if way.laid is None:
+        return found
+    height, width = right.edge.shape
+    numbers = np.arange(1.0, height * width + 1).reshape(height, width, 1)
+    laid = np.ravel(way.laid({Stage.RAY: numbers}, {Stage.RAY: found.answers[Stage.RAY][..., :1]})[Stage.RAY])
+    place = np.zeros(height * width, dtype=int)
+    mine = ~np.isnan(laid)
+    place[laid[mine].astype(int) - 1] = np.flatnonzero(mine)
+
+    def moved(image: np.ndarray) -> np.ndarray:
+        return image.reshape(laid.size, *image.shape[2:])[place].reshape(height, width, *image.shape[2:])
+
+    return Answered(
+        scene=found.scene,
+        answers={stage: moved(image) for stage, image in found.answers.items()},
+        limits={stage: moved(limit) for stage, limit in found.limits.items()},
+        edge=moved(found.edge),
+    )
+
+
+def _answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
+    """Return a way's answer as it lies in the image of its own question."""
+    try:
+        scene = right.scene if way.asked is None else way.asked(right.scene)
+    except (SceneError, ValueError, OverflowError) as wrong:
+        raise Unanswerable(str(wrong)) from None
+    wanted = [stage for stage in stages_of(scene) if stage is not Stage.CAMERA]
+    plain: Answers = {}
+    if way.formulas:
+        answers = _traced(scene, wanted, way.formulas)
+        if Stage.IRRADIANCE in answers:
+            plain = _continued(scene, answers, Stage.IRRADIANCE, oracle)
+    else:
+        answers = dict(right.answers) if scene == right.scene else oracle.render(scene, wanted)
+    spoilt = [stage for stage in IMAGE_STAGES if stage in way.stages and stage in wanted]
+    if spoilt:
+        answers, plain = _spoilt(scene, answers, way, spoilt[0], oracle)
+    if not spoilt and not plain and scene == right.scene:
+        return Answered(scene=scene, answers=answers, limits=right.limits, edge=right.edge)
+    found = _answered(scene, answers, plain)
+    if Stage.RADIANCE in way.stages and Stage.RADIANCE in plain:
+        widened = _over_its_limit(scene, found, plain, way)
+        return replace(found, limits={**found.limits, **widened})
+    return found
+
+
+def _spoilt(scene: Scene, answers: Answers, way: Way, first: Stage, oracle: FullOracle) -> tuple[Answers, Answers]:
+    """Return the answers with a way's wrong stages, and the right light on what is met then."""
+    found, plain = dict(answers), {}
+    with np.errstate(all="ignore"):
+        for stage in IMAGE_STAGES[IMAGE_STAGES.index(first) :]:
+            if stage not in answers:
+                continue
+            before = any(IMAGE_STAGES.index(one) < IMAGE_STAGES.index(stage) for one in way.stages)
+            value = oracle.continue_from(scene, stage, found) if before else np.asarray(answers[stage])
+            if stage in LIGHT:
+                plain[stage] = (
+                    oracle.continue_from(scene, stage, found | plain) if stage is not Stage.RADIANCE else value
+                )
+            if stage in way.stages:
+                given = Given(scene=scene, answers=found, right=value, parameter=0.0)
+                value = np.asarray(way.stages[stage](given), dtype=np.float64)
+            found[stage] = value
+        if Stage.IRRADIANCE in found and Stage.RADIANCE not in way.stages:
+            plain = _continued(scene, found, Stage.IRRADIANCE, oracle)
+    return found, plain
+
+
+def _continued(scene: Scene, answers: Answers, first: Stage, oracle: FullOracle) -> Answers:
+    """Return the right light from `first` on, on the surfaces and under the lights that the answers see."""
+    found = dict(answers)
+    with np.errstate(all="ignore"):
+        for stage in IMAGE_STAGES[IMAGE_STAGES.index(first) :]:
+            found[stage] = oracle.continue_from(scene, stage, found)
+    return {stage: found[stage] for stage in LIGHT}
+
+
+def _traced(scene: Scene, stages: list[Stage], formulas: Mapping[str, str]) -> Answers:
+    from tracer.configuration import Configuration
+    from tracer.reach import beyond
+    from tracer.render import render
+
+    if (why := beyond(scene, "float64")) is not None:
+        raise Unanswerable(why)
+    return render(scene, stages, Configuration(precision="float64", formulas=formulas))
+
+
+def _answered(scene: Scene, answers: Answers, plain: Answers) -> Answered:
+    with np.errstate(all="ignore"):
+        bound = dict(
+            limits(scene, answers, condition(scene, answers), Roundoff(PRECISION), by_matrices=False).end_to_end
+        )
+        for stage, image in answers.items():
+            size = np.abs(image)
+            if stage in (Stage.OBJECT, Stage.VISIBILITY):
+                bound[stage] = np.zeros(image.shape[:2])
+            elif stage in (Stage.RAY, Stage.NORMAL):
+                bound[stage] = bound[stage] + LEAST * np.maximum(1.0, np.linalg.norm(image, axis=-1))
+            elif stage is Stage.POSITION:
+                bound[stage] = bound[stage] + LEAST * (
+                    np.linalg.norm(image, axis=-1) + float(np.linalg.norm(scene.camera.eye))
+                )
+            elif stage is Stage.DISTANCE:
+                bound[stage] = bound[stage] + LEAST * np.where(np.isfinite(size[..., 0]), size[..., 0], 0.0)
+            else:
+                limit = bound[stage] if bound[stage].ndim == 3 else bound[stage][..., np.newaxis]
+                if stage in plain:
+                    factor = size / np.abs(plain[stage])
+                    limit = limit * np.where(np.isfinite(factor), np.maximum(1.0, factor), 1.0)
+                bound[stage] = limit + LEAST * np.where(np.isfinite(size), size, 0.0)
+        bound = {stage: np.where(np.isnan(limit), 0.0, limit) for stage, limit in bound.items()}
+    return Answered(scene=scene, answers=answers, limits=bound, edge=_edges(answers))
+
+
+def _over_its_limit(scene: Scene, found: Answered, plain: Answers, way: Way) -> dict[Stage, np.ndarray]:
+    """Return radiance's limit under a curve: the farthest that the curve's value moves within the plain limit."""
+    wrong = way.stages[Stage.RADIANCE]
+    middle, value = plain[Stage.RADIANCE], found.answers[Stage.RADIANCE]
+    with np.errstate(all="ignore"):
+        room = limits(
+            scene, {**found.answers, **plain}, condition(scene, found.answers), Roundoff(PRECISION), by_matrices=False
+        ).end_to_end[Stage.RADIANCE]
+        room = np.where(np.isfinite(room), room, 0.0) + LEAST * np.abs(middle)
+        ends = [
+            wrong(Given(scene=scene, answers=found.answers, right=middle + sign * room, parameter=0.0))
+            for sign in (-1, 1)
+        ]
+        moved = np.max([np.abs(end - value) for end in ends], axis=0)
+    return {Stage.RADIANCE: np.where(np.isfinite(moved), moved, 0.0) + LEAST * np.abs(value)}
+
+
+def _edges(answers: Answers) -> np.ndarray:
+    """Return the pixels beside which another object, face or light is seen."""
+    images = [answers[Stage.OBJECT]] + ([answers[Stage.VISIBILITY]] if Stage.VISIBILITY in answers else [])
+    state = np.concatenate(images, axis=-1)
+    found = np.zeros(state.shape[:2], dtype=bool)
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        height, width = state.shape[:2]
+        left = slice(max(0, -right), width - max(0, right))
+        moved = slice(max(0, right), width + min(0, right))
+        one, other = state[: height - down, left], state[down:, moved]
+        differ = np.any((one != other) & ~(np.isnan(one) & np.isnan(other)), axis=-1)
+        found[: height - down, left] |= differ
+        found[down:, moved] |= differ
+    return found

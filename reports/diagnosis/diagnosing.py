@@ -1,0 +1,141 @@
+"""A run's folder searched for the cause of its failures."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.families import all_cases
+from cases.scene import Mesh, Scene, SceneError
+from cases.scene_json import load_scene
+from cases.stages import IMAGE_STAGES, Stage
+from reference.analytic import Analytic
+from reports.diagnosis.saying import entries
+from reports.diagnosis.search import search, spread
+from reports.diagnosis.trial import Evidence, undecided
+from reports.judge.outcomes import Outcome
+from reports.publish.encoding import inflated
+from reports.publish.kept import inside, kept_images
+
+LARGEST = 2000  # faces: of a larger mesh nearly every pixel is an edge, and edges prove nothing
+MOST_OTHERS = 30  # cases beyond the run that are asked whether they tell two mistakes apart
+
+
+def diagnose(folder: Path, results: Mapping[str, Any], *, seconds: float) -> list[dict[str, Any]]:
+    """Return the causes of a run's failures as `diagnosis` of results.json; none where nothing failed by its pixels."""
+    renderer, configuration = _worst(results)
+    if renderer is None:
+        return []
+    oracle = Analytic()
+    evidence = [
+        one
+        for case in results["cases"]
+        if (one := _evidence(folder, case, renderer, configuration, oracle)) is not None
+    ]
+    failing = spread([one for one in evidence if one.failed])
+    searched = search(evidence, seconds=seconds)
+    if not searched.tried:
+        return []
+    others: Sequence[Evidence] = ()
+    if len({tuple(sorted(one.hypothesis.mistakes)) for one in searched.found}) > 1:
+        others = _others({one.case for one in evidence}, failing[0].stages, oracle)
+    failed = sum(_verdict(case, configuration) == Outcome.FAIL.value for case in results["cases"])
+    return entries(searched, failing, others, of=failed)
+
+
+def _worst(results: Mapping[str, Any]) -> tuple[str | None, str]:
+    """Return the renderer under test whose checks fail most, as its images and as its checks name it."""
+    count: dict[str, int] = {}
+    for case in results["cases"]:
+        for check in case.get("checks", []):
+            if check["verdict"] == Outcome.FAIL.value:
+                count[check["configuration"]] = count.get(check["configuration"], 0) + 1
+    if not count:
+        return None, ""
+    configuration = max(count, key=lambda name: count[name])
+    for case in results["cases"]:
+        for render in case.get("renders", []):
+            if render.get("configuration") == configuration:
+                return str(render["renderer"]), configuration
+    return None, ""
+
+
+def _verdict(case: Mapping[str, Any], configuration: str) -> str | None:
+    """Return whether a renderer fails in a case or passes; None where neither is known."""
+    verdicts = {check["verdict"] for check in case.get("checks", []) if check.get("configuration") == configuration}
+    if Outcome.FAIL.value in verdicts:
+        return Outcome.FAIL.value
+    good = verdicts & {Outcome.PASS.value, Outcome.WARN.value}
+    return (
+        Outcome.PASS.value if good and not verdicts & {Outcome.ERROR.value, Outcome.REFERENCE_SUSPECT.value} else None
+    )
+
+
+def _evidence(
+    folder: Path, case: Mapping[str, Any], renderer: str, configuration: str, oracle: Analytic
+) -> Evidence | None:
+    verdict, path = _verdict(case, configuration), case.get("scene")
+    if verdict is None or not isinstance(path, str) or not inside(folder, path):
+        return None
+    try:
+        scene = load_scene(folder / path)
+    except (OSError, SceneError, ValueError):
+        return None
+    if faces(scene) > LARGEST:
+        return None
+
+    def images() -> dict[Stage, np.ndarray]:
+        found, _ = kept_images(folder, dict(case), only=[renderer])
+        return {
+            stage: np.asarray(image, dtype=np.float64)
+            for stage, image in found.get(renderer, {}).items()
+            if stage in IMAGE_STAGES
+        }
+
+    return Evidence(
+        case=str(case["name"]),
+        scene=scene,
+        load=images,
+        failed=verdict == Outcome.FAIL.value,
+        oracle=oracle,
+        undecided=_mask(case, configuration),
+    )
+
+
+def faces(scene: Scene) -> int:
+    """Return how many triangles a scene's meshes have."""
+    return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
+
+
+def _mask(case: Mapping[str, Any], configuration: str) -> np.ndarray | None:
+    """Return the pixels that the judge left undecided, as the record has them; None where it has not."""
+    kept = case.get("masks")
+    if not isinstance(kept, Mapping) or kept.get("configuration") != configuration:
+        return None
+    try:
+        height, width = int(kept["height"]), int(kept["width"])
+        flags = np.frombuffer(inflated(str(kept["data"]), height * width), dtype=np.uint8)
+        return flags.reshape(height, width) > 0
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def _others(run: set[str], stages: Sequence[Stage], oracle: Analytic) -> list[Evidence]:
+    """Return cases of the suite beyond a run, as if they had been answered rightly in these stages."""
+    found = []
+    for case in all_cases():
+        if case.name in run or faces(case.scene) > LARGEST:
+            continue
+
+        def images(scene: Scene = case.scene) -> dict[Stage, np.ndarray]:
+            answers = oracle.render(scene, [stage for stage in stages if scene.lights or stage < Stage.VISIBILITY])
+            return dict(answers)
+
+        found.append(
+            Evidence(case=case.name, scene=case.scene, load=images, failed=False, oracle=oracle, undecided=None)
+        )
+    return spread(found)[:MOST_OTHERS]
+
+
+__all__ = ["diagnose", "faces", "undecided"]

@@ -1,0 +1,246 @@
+"""How many mistakes are named rightly, and how many wrongly, on a C++ program that shares no code with the tracer.
+
+The program, examples/renderers/mistaken.cpp, makes each of its mistakes on request. Some of them have no hypothesis, on
+purpose: whatever is said of these is a wrong name.
+"""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.case import Case
+from cases.families import all_cases
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.diagnosis.answering import Answered
+from reports.diagnosis.diagnosing import LARGEST, faces
+from reports.diagnosis.search import search
+from reports.diagnosis.trial import Evidence, undecided
+from reports.publish.exr import read_answers
+from reports.run.llvm import choose_packaged_llvm
+from reports.subjects.handing_over import hand_over
+
+SOURCE = Path(__file__).parents[2] / "examples" / "renderers" / "mistaken.cpp"
+EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it
+KNOWN = "H"  # what the program calls a mistake that has a hypothesis
+# What the program calls otherwise than the hypothesis that it should be told by.
+CALLED: Mapping[str, str] = {
+    "offset_5cm": "feeler_offset",
+    "offset_2cm": "feeler_offset",
+    "cubic_falloff": "falloff_exponent",
+    "cosine_power_1_5": "cosine_power",
+    "gamma_2_2": "gamma",
+    "gamma_1_8": "gamma",
+    "two_for_pi": "factor_of_radiance_physical",
+    "pi_twice": "factor_of_radiance",
+    "factor_1_3": "factor_of_radiance",
+}
+# Mistakes of one and the same image: each is named rightly by the other's name.
+SAME: Mapping[str, tuple[str, ...]] = {
+    "no_pi": ("factor_of_radiance_physical", "factor_of_exitance_physical", "factor_of_irradiance_physical"),
+    "pi_twice": ("factor_of_exitance", "factor_of_irradiance"),
+    "two_for_pi": ("factor_of_exitance_physical", "factor_of_irradiance_physical"),
+    "factor_1_3": ("factor_of_exitance", "factor_of_irradiance"),
+    "beyond_the_light": ("beyond_the_light_by_rays",),
+}
+STAGED, ALONE = "all stages", "radiance alone"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What was said of one program."""
+
+    mistake: str
+    known: bool
+    written: str  # STAGED or ALONE
+    failing: int  # cases that it fails by its pixels
+    named: tuple[str, ...]  # the class of mistakes that was named
+    right: bool
+    seconds: float
+
+    @property
+    def wrong(self) -> bool:
+        """Say whether a wrong name was named."""
+        return bool(self.named) and not self.right
+
+
+def compiler() -> str | None:
+    """Return a C++ compiler, or None."""
+    return shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
+
+
+def built(folder: Path) -> Path:
+    """Compile the switched program into a folder and return it; raise OSError or CalledProcessError if that fails."""
+    command = compiler()
+    if command is None:
+        raise FileNotFoundError("no C++ compiler (c++, g++ or clang++) is on the PATH")
+    if not SOURCE.is_file():
+        raise FileNotFoundError(f"{SOURCE} is not there: --diagnose needs a checkout of rayproof")
+    program = folder / "mistaken"
+    subprocess.run(
+        [command, "-O2", "-std=c++17", "-o", str(program), str(SOURCE)], check=True, capture_output=True, timeout=300
+    )
+    return program
+
+
+def listed(program: Path) -> list[tuple[str, bool]]:
+    """Return every mistake that the program makes, and whether there is a hypothesis for it."""
+    said = subprocess.run([str(program), "--mistakes"], check=True, capture_output=True, text=True, timeout=20).stdout
+    rows = [line.split("\t") for line in said.splitlines()]
+    return [(name, known == KNOWN) for name, known, _ in rows]
+
+
+def usable_cases() -> list[Case]:
+    """Return the suite's cases that evidence may come from: one sample a pixel, and not too many faces."""
+    return [case for case in all_cases() if case.samples == 1 and faces(case.scene) <= LARGEST]
+
+
+@cache
+def _grounds(names: tuple[str, ...]) -> dict[str, tuple[Case, np.ndarray, Answered]]:
+    """Return what does not depend on who is judged, for each case of some names; once in a process."""
+    choose_packaged_llvm()
+    oracle, found = Analytic(), {}
+    for case in usable_cases():
+        if names and case.name not in names:
+            continue
+        mask = undecided(case.scene, oracle, shadow_epsilon=EPSILON)
+        blank = Evidence(case=case.name, scene=case.scene, load=dict, failed=False, oracle=oracle, undecided=mask)
+        found[case.name] = case, mask, blank.right
+    return found
+
+
+def rendered(program: Path, mistake: str, case: Case, folder: Path) -> Answers:
+    """Return what the program answers to a case with a mistake."""
+    where = folder / case.name.replace("/", "-")
+    scene = where / "scene.json"
+    if not scene.exists():
+        where.mkdir(parents=True, exist_ok=True)
+        scene = hand_over(case.scene, where)
+    image = where / "image.exr"
+    words = ["--mistake", mistake] if mistake else []
+    subprocess.run([str(program), *words, str(scene), str(image)], check=True, capture_output=True, timeout=120)
+    return {stage: np.asarray(value, dtype=np.float64) for stage, value in read_answers(image).items()}
+
+
+def evidence_of(program: Path, mistake: str, folder: Path, names: Sequence[str]) -> dict[str, list[Evidence]]:
+    """Return what the program shows with a mistake, with all its stages and with radiance alone."""
+    oracle, found = Analytic(), {STAGED: [], ALONE: []}
+    for case, mask, right in _grounds(tuple(names)).values():
+        answers = rendered(program, mistake, case, folder)
+        for written in (STAGED, ALONE):
+            ours = answers if written == STAGED else {s: i for s, i in answers.items() if s is Stage.RADIANCE}
+            if ours:
+                found[written].append(_evidence(case, ours, mask, right, oracle))
+    return found
+
+
+def _evidence(case: Case, ours: Answers, mask: np.ndarray, right: Answered, oracle: Analytic) -> Evidence:
+    def made(*, failed: bool) -> Evidence:
+        one = Evidence(
+            case=case.name, scene=case.scene, load=lambda: ours, failed=failed, oracle=oracle, undecided=mask
+        )
+        vars(one)["right"] = right  # a cached property: the same for every mistake
+        return one
+
+    return made(failed=bool(made(failed=False).wrong.any()))
+
+
+def outcomes(program: Path, mistake: str, known: bool, folder: Path, names: Sequence[str]) -> list[Outcome]:
+    """Return what is said of the program with a mistake, twice."""
+    found = []
+    for written, evidence in evidence_of(program, mistake, folder, names).items():
+        failing = sum(one.failed for one in evidence)
+        searched = search(evidence)
+        named = tuple(dict.fromkeys("+".join(one.hypothesis.mistakes) for one in searched.found))
+        accepted = {CALLED.get(mistake, mistake), *SAME.get(mistake, ())} if known else set()
+        found.append(
+            Outcome(
+                mistake=mistake,
+                known=known,
+                written=written,
+                failing=failing,
+                named=named,
+                right=bool(accepted & set(named)),
+                seconds=round(searched.seconds, 2),
+            )
+        )
+    return found
+
+
+def _job(arguments: tuple[Path, str, bool, Path, tuple[str, ...]]) -> list[Outcome]:
+    program, mistake, known, folder, names = arguments
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        return outcomes(program, mistake, known, Path(place), names)
+
+
+def table(found: Sequence[Outcome]) -> list[dict[str, Any]]:
+    """Return the figures: named right, named wrong and not named, for what has a hypothesis and what has none."""
+    rows = []
+    for known in (True, False):
+        for written in (STAGED, ALONE):
+            here = [one for one in found if one.known is known and one.written == written and one.failing]
+            right, wrong = sum(one.right for one in here), sum(one.wrong for one in here)
+            rows.append(
+                {
+                    "programs": "a mistake that has a hypothesis" if known else "a mistake that has none",
+                    "written": written,
+                    "of": len(here),
+                    "right": right,
+                    "class_of_at_most_2": sum(one.right and len(_classes(one)) <= 2 for one in here),
+                    "wrong": wrong,
+                    "does_not_know": len(here) - right - wrong,
+                    "unseen": sum(not one.failing for one in found if one.known is known and one.written == written),
+                }
+            )
+    return rows
+
+
+def _classes(one: Outcome) -> set[str]:
+    """Return what was named, mistakes of identical images counted once."""
+    same = {other: names[0] for names in ((name, *others) for name, others in SAME.items()) for other in names}
+    return {same.get(name, name) for name in one.named}
+
+
+def measure(*, jobs: int, quick: bool) -> dict[str, Any]:
+    """Return the figures over every switch of the program; of one in eight if `quick`.
+
+    Raises:
+        OSError: there is no compiler, or no source.
+        subprocess.CalledProcessError: it does not compile, or the program fails.
+
+    """
+    start = time.perf_counter()
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        program = built(folder)
+        switches = [("", False), *listed(program)]
+        if quick:
+            switches = switches[::8]
+        found: list[Outcome] = []
+        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+            waiting = [pool.submit(_job, (program, *switch, folder, ())) for switch in switches]
+            for done in as_completed(waiting):
+                found += done.result()
+                print(f"{len(found) // 2} of {len(switches)} switches", file=sys.stderr, flush=True)  # noqa: T201
+    plain = [one for one in found if not one.mistake]
+    found = sorted((one for one in found if one.mistake), key=lambda one: (one.mistake, one.written))
+    return {
+        "table": table(found),
+        "wrong_names": [asdict(one) for one in (*found, *plain) if one.wrong],
+        "without_a_switch": [asdict(one) for one in plain],
+        "programs": [asdict(one) for one in found],
+        "slowest": max((one.seconds for one in found), default=0.0),
+        "seconds": round(time.perf_counter() - start, 1),
+    }

@@ -1,0 +1,286 @@
+"""Mistakes of light: RAD-1 to RAD-5. Each is a wrong sum over the lights that a point sees."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import PointLight, Scene
+from cases.stages import Stage
+from reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
+from reports.judge.channels import dot
+
+# From the squared distance [m^2], the cosine and the parameter to what a light's flux is multiplied by.
+Strength = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+
+
+def _physical(squared: np.ndarray, cosine: np.ndarray, _: float) -> np.ndarray:
+    return cosine / (4 * np.pi * squared)
+
+
+def _sum(strength: Strength, *, simplified: Strength | None = None) -> Wrong:
+    """Return irradiance with another strength of each light; the simplified light's stays, unless it is given."""
+
+    def irradiance(given: Given) -> np.ndarray:
+        plain = given.scene.shading == "simplified"
+        if plain and simplified is None:
+            return given.right
+        how = simplified if plain and simplified is not None else strength
+        total = np.zeros_like(given.right)
+        for column, light in enumerate(given.scene.lights):
+            offset = np.asarray(light.position) - given.answers[Stage.POSITION]
+            squared = dot(offset, offset)
+            with np.errstate(all="ignore"):
+                cosine = np.clip(dot(given.answers[Stage.NORMAL], offset) / np.sqrt(squared), 0, None)
+                value = how(squared, cosine, given.parameter)
+            lit = (given.answers[Stage.VISIBILITY][..., column] > 0) & (cosine > 0)
+            total += np.where(lit, value, 0.0)[..., np.newaxis] * np.asarray(light.flux)
+        return total
+
+    return irradiance
+
+
+def _irradiance(name: str, says: str, items: tuple[str, ...], wrong: Wrong, fit: Fit | None = None) -> None:
+    MISTAKES.register(name)(Mistake(says=says, items=items, ways=(Way(stages={Stage.IRRADIANCE: wrong}),), fit=fit))
+
+
+def _alone(scene: Scene, right: Answers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the pixels that exactly one light lights, with its distance and its cosine there."""
+    visible = right[Stage.VISIBILITY] > 0
+    which = np.argmax(visible, axis=-1)
+    sources = np.array([light.position for light in scene.lights], dtype=np.float64)[which]
+    offset = sources - right[Stage.POSITION]
+    distance = np.sqrt(dot(offset, offset))
+    with np.errstate(all="ignore"):
+        cosine = dot(right[Stage.NORMAL], offset) / distance
+    return (np.count_nonzero(visible, axis=-1) == 1) & (cosine > 0.05), distance, cosine
+
+
+def brightened(right: Answers, ours: Answers) -> np.ndarray:
+    """Return by what factor each pixel is brighter than it ought to be, at the first stage of light that is given."""
+    stage = next(one for one in (Stage.IRRADIANCE, Stage.RADIANCE) if one in ours)
+    mine, theirs = ours[stage], right[stage]
+    channel = np.argmax(theirs, axis=-1)[..., np.newaxis]
+    mine, theirs = (np.take_along_axis(image, channel, axis=-1)[..., 0] for image in (mine, theirs))
+    with np.errstate(all="ignore"):
+        return np.where(theirs > 0, mine / theirs, np.nan)
+
+
+def _exponents(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+    if scene.shading == "simplified":
+        return np.zeros(0)
+    one, distance, _ = _alone(scene, right)
+    with np.errstate(all="ignore"):
+        found = 2 - np.log(brightened(right, ours)) / np.log(distance)
+    return found[one & (np.abs(np.log(distance)) > 0.1) & np.isfinite(found)]
+
+
+def _powers(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+    one, _, cosine = _alone(scene, right)
+    with np.errstate(all="ignore"):
+        found = 1 + np.log(brightened(right, ours)) / np.log(cosine)
+    return found[one & (cosine < 0.9) & np.isfinite(found)]
+
+
+def _first(scene: Scene) -> Scene:
+    return replace(scene, lights=scene.lights[:1])
+
+
+def _over_lights(change: Callable[[int, int], float]) -> Wrong:
+    """Return irradiance with each light's flux times a factor that depends on its place among all."""
+
+    def irradiance(given: Given) -> np.ndarray:
+        from reference.analytic import Analytic
+
+        count = len(given.scene.lights)
+        lights = tuple(
+            PointLight(
+                position=light.position,
+                flux=tuple(change(index, count) * flux for flux in light.flux),  # type: ignore[arg-type]
+            )
+            for index, light in enumerate(given.scene.lights)
+        )
+        return Analytic().continue_from(replace(given.scene, lights=lights), Stage.IRRADIANCE, given.answers)
+
+    return irradiance
+
+
+def _shaded(model: str) -> Callable[[Scene], Scene]:
+    return lambda scene: replace(scene, shading=model)  # type: ignore[arg-type]
+
+
+MISTAKES.register("simplified_for_physical")(
+    Mistake(
+        says="uses the lecture's simplified light where the physical one is asked for (no falloff, no 1/pi)",
+        items=("RAD-3", "RAD-1"),
+        ways=(Way(asked=_shaded("simplified")),),
+    )
+)
+MISTAKES.register("physical_for_simplified")(
+    Mistake(
+        says="uses the physical light where the lecture's simplified one is asked for",
+        items=("RAD-3",),
+        ways=(Way(asked=_shaded("inverse_square")),),
+    )
+)
+_irradiance(
+    "no_four_pi",
+    "leaves out the 4 pi of a point light (takes its flux for its intensity)",
+    ("RAD-1",),
+    _sum(lambda squared, cosine, _: cosine / squared),
+)
+_irradiance(
+    "two_pi",
+    "spreads a light's flux over a half sphere, 2 pi instead of 4 pi",
+    ("RAD-1",),
+    _sum(lambda squared, cosine, _: cosine / (2 * np.pi * squared)),
+)
+_irradiance(
+    "pi_for_four_pi",
+    "divides a light's flux by pi instead of 4 pi",
+    ("RAD-1",),
+    _sum(lambda squared, cosine, _: cosine / (np.pi * squared)),
+)
+_irradiance(
+    "no_falloff",
+    "leaves out the falloff 1/r^2",
+    ("RAD-1",),
+    _sum(lambda squared, cosine, _: cosine / (4 * np.pi)),
+)
+_irradiance(
+    "neither_falloff_nor_four_pi",
+    "leaves out 1/(4 pi r^2) but not 1/pi",
+    ("RAD-1",),
+    _sum(lambda squared, cosine, _: cosine),
+)
+_irradiance(
+    "linear_falloff",
+    "lets light fall off with 1/r instead of 1/r^2",
+    ("RAD-1",),
+    _sum(lambda squared, cosine, _: cosine / (4 * np.pi * np.sqrt(squared))),
+)
+_irradiance(
+    "linear_falloff_without_four_pi",
+    "lets light fall off with 1/r and leaves out 4 pi",
+    ("RAD-1",),
+    _sum(lambda squared, cosine, _: cosine / np.sqrt(squared)),
+)
+_irradiance(
+    "falloff_exponent",
+    "lets light fall off with the distance to the power of -{0} instead of -2",
+    ("RAD-1",),
+    _sum(lambda squared, cosine, power: cosine / (4 * np.pi) * squared ** (-power / 2)),
+    Fit(samples=_exponents, nothing=2.0),
+)
+_irradiance(
+    "no_cosine",
+    "leaves out the cosine between normal and light",
+    ("RAD-2",),
+    _sum(
+        lambda squared, cosine, _: 1 / (4 * np.pi * squared), simplified=lambda squared, cosine, _: np.ones_like(cosine)
+    ),
+)
+_irradiance(
+    "cosine_squared",
+    "multiplies by the cosine twice",
+    ("RAD-2",),
+    _sum(lambda squared, cosine, _: cosine**2 / (4 * np.pi * squared), simplified=lambda squared, cosine, _: cosine**2),
+)
+_irradiance(
+    "cosine_power",
+    "takes the cosine to the power of {0}",
+    ("RAD-2",),
+    _sum(
+        lambda squared, cosine, power: cosine**power / (4 * np.pi * squared),
+        simplified=lambda squared, cosine, power: cosine**power,
+    ),
+    Fit(samples=_powers, nothing=1.0),
+)
+_irradiance(
+    "first_light", "adds up the first light alone", ("RAD-5", "LIT-1"), _over_lights(lambda i, n: float(i == 0))
+)
+_irradiance(
+    "last_light", "keeps the last light alone", ("RAD-5", "LIT-1"), _over_lights(lambda i, n: float(i == n - 1))
+)
+_irradiance(
+    "last_light_left_out",
+    "leaves the last light out",
+    ("RAD-5", "LIT-1"),
+    _over_lights(lambda i, n: float(i < n - 1)),
+)
+_irradiance(
+    "last_of_several_left_out",
+    "leaves the last of several lights out",
+    ("RAD-5", "LIT-1"),
+    _over_lights(lambda i, n: float(i < n - 1 or n == 1)),
+)
+_irradiance(
+    "mean_of_lights", "takes the mean of the lights instead of their sum", ("RAD-5",), _over_lights(lambda i, n: 1 / n)
+)
+_irradiance(
+    "lights_clamped",
+    "clamps the sum of the lights to 1",
+    ("RAD-5", "RAD-3"),
+    lambda given: np.minimum(given.right, 1.0),
+)
+
+PHRASES = {
+    math.pi: "pi",
+    1 / math.pi: "1/pi",
+    4 * math.pi: "4 pi",
+    1 / (4 * math.pi): "1/(4 pi)",
+    2 * math.pi: "2 pi",
+    1 / (2 * math.pi): "1/(2 pi)",
+    math.pi / 2: "pi/2",
+    2 / math.pi: "2/pi",
+    math.pi**2: "pi^2",
+    1 / math.pi**2: "1/pi^2",
+    2.0: "2",
+    0.5: "1/2",
+    4.0: "4",
+    0.25: "1/4",
+    3.0: "3",
+    1 / 3: "1/3",
+    10.0: "10",
+    0.1: "1/10",
+}
+
+
+def _factors(stage: Stage, *, physical: bool) -> Fit:
+    def samples(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+        if physical and scene.shading == "simplified":
+            return np.zeros(0)
+        at = stage if stage in ours else Stage.RADIANCE
+        if at not in ours:
+            return np.zeros(0)
+        with np.errstate(all="ignore"):
+            found = ours[at] / right[at]
+        return found[np.isfinite(found) & (found > 0)]
+
+    return Fit(samples=samples, nothing=1.0)
+
+
+def _scaled(*, physical: bool) -> Wrong:
+    return lambda given: (
+        given.right if physical and given.scene.shading == "simplified" else given.parameter * given.right
+    )
+
+
+for _stage, _item, _what in (
+    (Stage.IRRADIANCE, "RAD-1", "irradiance"),
+    (Stage.EXITANCE, "RAD-4", "exitance"),
+    (Stage.RADIANCE, "RAD-4", "radiance"),
+):
+    for _physical_only in (False, True):
+        _where = " of the physical light" if _physical_only else ""
+        MISTAKES.register(f"factor_of_{_what}{'_physical' if _physical_only else ''}")(
+            Mistake(
+                says=f"has its {_what}{_where} off by a factor {{0}}",
+                items=(_item,),
+                ways=(Way(stages={_stage: _scaled(physical=_physical_only)}),),
+                fit=_factors(_stage, physical=_physical_only),
+                named={value: f"has its {_what}{_where} off by a factor {words}" for value, words in PHRASES.items()},
+            )
+        )

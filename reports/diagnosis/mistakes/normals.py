@@ -1,0 +1,195 @@
+"""Mistakes of normals: NRM-1 to NRM-3.
+
+A wrong normal also decides on which side of a surface a feeler starts. The oracle never lets a flat face block itself;
+a renderer that starts its feelers along the wrong normal does, where the light is on the other side of the true face.
+So each of these mistakes has both ways.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from cases.scene import Cube, Mesh, Shape, Sphere, Triangle
+from cases.stages import Stage
+from reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
+from reports.judge.channels import dot, length
+
+# From a shape, points on it and its outward unit normals in the world (n, 3) to the wrong outward normals.
+Turned = Callable[[Shape, np.ndarray, np.ndarray], np.ndarray]
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    size = length(vectors)[..., np.newaxis]
+    return np.divide(vectors, size, out=np.zeros_like(vectors), where=size > 0)
+
+
+def _matrix(shape: Shape) -> np.ndarray:
+    return np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
+
+
+def _local(shape: Shape, outward: np.ndarray) -> np.ndarray:
+    """Return the unit normals of object space: the inverse transpose's inverse is the transpose."""
+    return _unit(outward @ _matrix(shape))
+
+
+def _world(shape: Shape, local: np.ndarray) -> np.ndarray:
+    return local @ np.linalg.inv(_matrix(shape))
+
+
+def _points(shape: Shape, positions: np.ndarray) -> np.ndarray:
+    offset = np.asarray(shape.to_world, dtype=np.float64)[:3, 3]
+    return (positions - offset) @ np.linalg.inv(_matrix(shape)).T
+
+
+def _wrong(turned: Turned, *, facing: str = "viewer") -> Wrong:
+    """Return the normals that follow from wrong outward ones, turned towards the viewer as the renderer does it."""
+
+    def normals(given: Given) -> np.ndarray:
+        objects, rays = given.answers[Stage.OBJECT][..., 0], given.answers[Stage.RAY]
+        found = np.array(given.right, dtype=np.float64)
+        for index, shape in enumerate(given.scene.shapes):
+            here = objects == index
+            outward = given.right[here]
+            if shape.two_sided:
+                # Whether it was turned, the right stage does not say: either way leads to the same line.
+                outward = outward * _outward_side(shape, given.answers[Stage.POSITION][here], outward)
+            wrong = turned(shape, given.answers[Stage.POSITION][here], outward)
+            away = dot(wrong, rays[here]) > 0
+            turns = away & (shape.two_sided if facing == "viewer" else facing == "always")
+            found[here] = np.where(turns[:, np.newaxis], -wrong, wrong)
+        return found
+
+    return normals
+
+
+def _outward_side(shape: Shape, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Return 1 where normals of a shape point outward, else -1: told by its middle, of flat ones by +z or winding."""
+    if isinstance(shape, Sphere | Cube):
+        middle = np.asarray(getattr(shape, "center", (0.0, 0.0, 0.0)))
+        outside = _points(shape, positions) - middle
+        side = dot(outside, _local(shape, normals))
+    elif isinstance(shape, Triangle | Mesh):
+        return np.ones((len(normals), 1))
+    else:
+        side = _local(shape, normals)[..., 2]
+    return np.where(side < 0, -1.0, 1.0)[:, np.newaxis]
+
+
+def _blocked_by_its_own_face(given: Given) -> np.ndarray:
+    """Return visibility where a feeler that starts on the wrong side of the face that it leaves meets that face."""
+    true, wrong = _true_normals(given), given.answers[Stage.NORMAL]
+    found = np.array(given.right, dtype=np.float64)
+    starts = np.sign(dot(wrong, true))
+    for index, light in enumerate(given.scene.lights):
+        above = np.sign(dot(true, np.asarray(light.position) - given.answers[Stage.POSITION]))
+        found[..., index] = np.where(starts * above >= 0, found[..., index], 0.0)
+    return found
+
+
+def _true_normals(given: Given) -> np.ndarray:
+    from reference.analytic import Analytic
+
+    return Analytic().continue_from(given.scene, Stage.NORMAL, given.answers)
+
+
+def _seen_as_before(given: Given) -> np.ndarray:
+    """Return radiance of a renderer that tells front from back by the right normal."""
+    seen = dot(_true_normals(given), given.answers[Stage.RAY]) < 0
+    scale = 1.0 if given.scene.shading == "simplified" else 1 / np.pi
+    return np.where(seen[..., np.newaxis], given.answers[Stage.EXITANCE] * scale, 0.0)
+
+
+def _register(name: str, says: str, items: tuple[str, ...], wrong: Wrong) -> None:
+    plain = {Stage.NORMAL: wrong}
+    own = plain | {Stage.VISIBILITY: _blocked_by_its_own_face}
+    seen = {Stage.RADIANCE: _seen_as_before}
+    ways = tuple(Way(stages=stages) for stages in (plain, own, plain | seen, own | seen))
+    MISTAKES.register(name)(Mistake(says=says, items=items, ways=ways))
+
+
+def _of(kind: type[Shape], turned: Turned) -> Turned:
+    return lambda shape, points, outward: turned(shape, points, outward) if isinstance(shape, kind) else outward
+
+
+def _without_center(shape: Shape, positions: np.ndarray, outward: np.ndarray) -> np.ndarray:
+    return _unit(_world(shape, _unit(_points(shape, positions))))
+
+
+def _greatest_value(shape: Shape, positions: np.ndarray, outward: np.ndarray) -> np.ndarray:
+    local = _points(shape, positions)
+    axis = np.eye(3)[np.argmax(local, axis=-1)] if len(local) else np.zeros((0, 3))
+    return _unit(_world(shape, axis * np.sign(local)))
+
+
+_register(
+    "normal_by_model",
+    "turns normals by the model matrix instead of its inverse transpose",
+    ("NRM-3",),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ _matrix(shape).T)),
+)
+_register(
+    "normal_in_object_space",
+    "leaves normals in object space",
+    ("NRM-3", "XF-2"),
+    _wrong(lambda shape, points, outward: _local(shape, outward)),
+)
+_register(
+    "normal_by_inverse",
+    "turns normals by the inverse of the model matrix without transposing it",
+    ("NRM-3",),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ np.linalg.inv(_matrix(shape)).T)),
+)
+_register(
+    "normal_by_transpose",
+    "turns normals by the transposed model matrix",
+    ("NRM-3",),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ _matrix(shape))),
+)
+_register(
+    "normal_not_normalised",
+    "does not normalise the world normal",
+    ("NRM-3",),
+    _wrong(lambda shape, points, outward: _world(shape, _local(shape, outward))),
+)
+_register(
+    "normal_to_viewer",
+    "turns every normal towards the viewer, one-sided surfaces' too",
+    ("NRM-3",),
+    _wrong(lambda shape, points, outward: outward, facing="always"),
+)
+_register(
+    "normal_never_turned",
+    "never turns a normal towards the viewer, not even a two-sided surface's",
+    ("NRM-3",),
+    _wrong(lambda shape, points, outward: outward, facing="never"),
+)
+_register(
+    "normal_inward",
+    "lets sphere normals point inward",
+    ("NRM-1",),
+    _wrong(_of(Sphere, lambda shape, points, outward: -outward)),
+)
+_register(
+    "normals_inward",
+    "lets all normals point inward",
+    ("NRM-3",),
+    _wrong(lambda shape, points, outward: -outward),
+)
+_register(
+    "normal_keeps_center",
+    "forgets to subtract the centre in the sphere's normal",
+    ("NRM-1",),
+    _wrong(_of(Sphere, _without_center)),
+)
+_register(
+    "cube_normal_unsigned",
+    "forgets the sign of the coordinate in the cube's normal",
+    ("NRM-2",),
+    _wrong(_of(Cube, lambda shape, points, outward: _unit(_world(shape, np.abs(np.round(_local(shape, outward))))))),
+)
+_register(
+    "cube_normal_greatest_value",
+    "takes the cube's greatest coordinate instead of the one of greatest magnitude for its normal",
+    ("NRM-2",),
+    _wrong(_of(Cube, _greatest_value)),
+)

@@ -1,0 +1,159 @@
+"""Mistakes of shadows: LIT-1 to LIT-5."""
+
+import numpy as np
+
+from cases.answers import Answers
+from cases.scene import Scene
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
+from reports.judge.channels import dot
+
+ORACLE = Analytic()
+NOBODY = 1e6  # the number of a shape that is none: a feeler that starts in the air is on no surface
+NO_LONGER = 1e6  # times as far as a light: as good as a feeler without an end
+
+
+def _above(given: Given) -> np.ndarray:
+    """Return which lights are above the horizon, (height, width, lights)."""
+    hit = given.answers[Stage.OBJECT][..., 0] >= 0
+    offsets = [np.asarray(light.position) - given.answers[Stage.POSITION] for light in given.scene.lights]
+    return np.stack([hit & (dot(given.answers[Stage.NORMAL], offset) > 0) for offset in offsets], axis=-1)
+
+
+def _never_blocked(given: Given) -> np.ndarray:
+    return _above(given).astype(np.float64)
+
+
+def _beyond(given: Given) -> np.ndarray:
+    """Return visibility where shapes behind the light cast shadows, too.
+
+    What lies behind the light as a point sees it lies on the segment to a light ever so much farther in that direction,
+    which is another light for each pixel: so the feeler is asked as a ray from the point, with the analytic surfaces.
+    """
+    from reference.analytic.surfaces import surface_of
+
+    found = np.array(given.right, dtype=np.float64)
+    positions = given.answers[Stage.POSITION]
+    for column, light in enumerate(given.scene.lights):
+        source = np.asarray(light.position, dtype=np.float64)
+        rows, columns = np.nonzero(found[..., column] > 0)
+        offsets = source - positions[rows, columns]
+        for shape in given.scene.shapes:
+            left = found[rows, columns, column] > 0
+            crossing, _ = surface_of(shape).first(
+                source, offsets[left], np.zeros(np.count_nonzero(left)), np.full(np.count_nonzero(left), np.inf)
+            )
+            found[rows[left], columns[left], column] = np.where(np.isfinite(crossing), 0.0, 1.0)
+    return found
+
+
+def lifted(scene: Scene, answers: Answers, offset: float) -> np.ndarray:
+    """Return visibility from points an offset [m] above the surface, along the normal."""
+    objects = answers[Stage.OBJECT]
+    start = {
+        Stage.OBJECT: np.where(objects >= 0, NOBODY, objects),
+        Stage.POSITION: answers[Stage.POSITION] + offset * answers[Stage.NORMAL],
+        Stage.NORMAL: answers[Stage.NORMAL],
+    }
+    hit = objects[..., :1] >= 0
+    above = np.stack(
+        [
+            dot(answers[Stage.NORMAL], np.asarray(light.position) - answers[Stage.POSITION]) > 0
+            for light in scene.lights
+        ],
+        axis=-1,
+    )
+    # The light's side is asked at the surface, its blockers from the point above it.
+    towards = [
+        np.sign(dot(start[Stage.NORMAL], np.asarray(light.position) - start[Stage.POSITION])) for light in scene.lights
+    ]
+    columns = []
+    for column, side in enumerate(towards):
+        facing = start | {Stage.NORMAL: answers[Stage.NORMAL] * np.where(side < 0, -1.0, 1.0)[..., np.newaxis]}
+        columns.append(ORACLE.continue_from(scene, Stage.VISIBILITY, facing)[..., column])
+    return np.where(hit & above, np.stack(columns, axis=-1), 0.0)
+
+
+def _lifted(given: Given) -> np.ndarray:
+    return lifted(given.scene, given.answers, given.parameter)
+
+
+def _no_horizon(given: Given) -> np.ndarray:
+    """Return visibility of lights on either side of a surface, by feelers that start on the light's side."""
+    columns = []
+    for column, light in enumerate(given.scene.lights):
+        side = np.sign(dot(given.answers[Stage.NORMAL], np.asarray(light.position) - given.answers[Stage.POSITION]))
+        facing = dict(given.answers) | {
+            Stage.NORMAL: given.answers[Stage.NORMAL] * np.where(side < 0, -1.0, 1.0)[..., np.newaxis]
+        }
+        columns.append(ORACLE.continue_from(given.scene, Stage.VISIBILITY, facing)[..., column])
+    return np.stack(columns, axis=-1)
+
+
+def _signed(given: Given, power: str) -> np.ndarray:
+    """Return irradiance with cosines of lights below the horizon: negative, or as if above."""
+    total = np.zeros_like(given.right)
+    for column, light in enumerate(given.scene.lights):
+        offset = np.asarray(light.position) - given.answers[Stage.POSITION]
+        squared = dot(offset, offset)
+        with np.errstate(all="ignore"):
+            cosine = dot(given.answers[Stage.NORMAL], offset) / np.sqrt(squared)
+            cosine = np.abs(cosine) if power == "absolute" else cosine
+            strength = cosine if given.scene.shading == "simplified" else cosine / (4 * np.pi * squared)
+        lit = given.answers[Stage.VISIBILITY][..., column] > 0
+        total += np.where(lit, strength, 0.0)[..., np.newaxis] * np.asarray(light.flux)
+    return total
+
+
+MISTAKES.register("no_shadows")(
+    Mistake(says="casts no shadows", items=("LIT-1",), ways=(Way(stages={Stage.VISIBILITY: _never_blocked}),))
+)
+MISTAKES.register("beyond_the_light")(
+    Mistake(
+        says="lets shapes behind a light cast shadows",
+        items=("LIT-1",),
+        ways=(Way(stages={Stage.VISIBILITY: _beyond}),),
+    )
+)
+MISTAKES.register("feeler_offset")(
+    Mistake(
+        says="starts its shadow rays {0} m above the surface, so that nearer blockers are missed",
+        items=("LIT-5", "LIT-3"),
+        ways=(Way(stages={Stage.VISIBILITY: _lifted}),),
+        fit=Fit(
+            samples=lambda scene, right, ours: np.zeros(0),
+            nothing=0.0,
+            grid=(1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3),
+        ),
+    )
+)
+MISTAKES.register("cosine_not_clamped")(
+    Mistake(
+        says="neither clamps the cosine to zero nor asks whether the light is above the horizon",
+        items=("RAD-2", "LIT-1"),
+        ways=(
+            Way(
+                stages={
+                    Stage.VISIBILITY: _no_horizon,
+                    Stage.IRRADIANCE: lambda given: _signed(given, "signed"),
+                }
+            ),
+            Way(formulas={"lambert": "fault_unclamped", "horizon": "fault_never", "simplified": "fault_unclamped"}),
+        ),
+    )
+)
+MISTAKES.register("cosine_absolute")(
+    Mistake(
+        says="takes the absolute value of the cosine, so that surfaces are lit from behind",
+        items=("RAD-2", "LIT-1"),
+        ways=(
+            Way(
+                stages={
+                    Stage.VISIBILITY: _no_horizon,
+                    Stage.IRRADIANCE: lambda given: _signed(given, "absolute"),
+                }
+            ),
+        ),
+    )
+)

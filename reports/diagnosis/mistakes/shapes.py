@@ -1,0 +1,214 @@
+"""Mistakes of shapes, matrices and clipping that are another question to the oracle: XF-1, HIT-1 to HIT-9."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from cases.scene import Cube, Scene, Shape, Sphere, Square
+from cases.stages import Stage
+from reference.analytic.nearest import clip_interval
+from reference.analytic.surfaces import surface_of
+from reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
+
+FAR = 1e12  # m: as good as no far end
+NEAR = 1e-12  # m
+
+
+def _each(change: Callable[[Shape], Shape]) -> Callable[[Scene], Scene]:
+    return lambda scene: replace(scene, shapes=tuple(map(change, scene.shapes)))
+
+
+def _linear(shape: Shape, linear: np.ndarray, *, moved: bool = True) -> Shape:
+    matrix = np.eye(4)
+    matrix[:3, :3] = linear
+    if moved:
+        matrix[:3, 3] = np.asarray(shape.to_world)[:3, 3]
+    return replace(shape, to_world=tuple(map(tuple, matrix.tolist())))
+
+
+def _matrix(shape: Shape) -> np.ndarray:
+    return np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
+
+
+def _spheres(change: Callable[[Sphere], Sphere]) -> Callable[[Scene], Scene]:
+    return _each(lambda shape: change(shape) if isinstance(shape, Sphere) else shape)
+
+
+def _doubled(kind: type[Shape]) -> Callable[[Scene], Scene]:
+    def change(shape: Shape) -> Shape:
+        if not isinstance(shape, kind):
+            return shape
+        return _linear(shape, _matrix(shape) @ np.diag([2.0, 2.0, 2.0 if kind is Cube else 1.0]))
+
+    return _each(change)
+
+
+def _halved(kind: type[Shape]) -> Callable[[Scene], Scene]:
+    def change(shape: Shape) -> Shape:
+        if not isinstance(shape, kind):
+            return shape
+        return _linear(shape, _matrix(shape) @ np.diag([0.5, 0.5, 0.5 if kind is Cube else 1.0]))
+
+    return _each(change)
+
+
+def _clipped(clip: str) -> Callable[[Scene], Scene]:
+    return lambda scene: replace(scene, clip=clip)  # type: ignore[arg-type]
+
+
+def _without(end: str) -> Callable[[Scene], Scene]:
+    def asked(scene: Scene) -> Scene:
+        if scene.clip == "none":
+            return scene
+        return replace(scene, camera=replace(scene.camera, **({"near": NEAR} if end == "near" else {"far": FAR})))
+
+    return asked
+
+
+def _behind(given: Given) -> np.ndarray:
+    """Return the hits of the lines that the rays lie on, the farthest behind the eye first."""
+    return _along_lines(given)[0]
+
+
+def _behind_distance(given: Given) -> np.ndarray:
+    return _along_lines(given)[1]
+
+
+def _along_lines(given: Given) -> tuple[np.ndarray, np.ndarray]:
+    scene, rays = given.scene, given.answers[Stage.RAY]
+    flat = rays.reshape(-1, 3)
+    low, high = np.full(len(flat), -np.inf), np.full(len(flat), np.inf)
+    if scene.clip != "none":
+        forward = np.subtract(scene.camera.target, scene.camera.eye)
+        along = flat @ (forward / np.linalg.norm(forward)) if scene.clip == "depth" else np.ones(len(flat))
+        high = scene.camera.far / along
+    best, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
+    for index, shape in enumerate(scene.shapes):
+        crossing, face = surface_of(shape).first(np.asarray(scene.camera.eye, dtype=np.float64), flat, low, high)
+        nearer = crossing < best
+        best = np.where(nearer, crossing, best)
+        objects[nearer, 0], objects[nearer, 1] = index, face[nearer]
+    size = rays.shape[:2]
+    return objects.reshape(*size, 2), best.reshape(*size, 1)
+
+
+def _in_order(*, last: bool) -> dict[Stage, Wrong]:
+    """Return the hits of the first or the last shape that a ray meets inside the clip interval, whichever is nearer."""
+
+    def found(given: Given) -> tuple[np.ndarray, np.ndarray]:
+        rays = given.answers[Stage.RAY]
+        flat = rays.reshape(-1, 3)
+        low, high = clip_interval(given.scene, flat)
+        distances, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
+        for index, shape in enumerate(given.scene.shapes):
+            eye = np.asarray(given.scene.camera.eye, dtype=np.float64)
+            crossing, face = surface_of(shape).first(eye, flat, low, high)
+            taken = np.isfinite(crossing) & (last | ~np.isfinite(distances))
+            distances = np.where(taken, crossing, distances)
+            objects[taken, 0], objects[taken, 1] = index, face[taken]
+        return objects.reshape(*rays.shape[:2], 2), distances.reshape(*rays.shape[:2], 1)
+
+    return {Stage.OBJECT: lambda given: found(given)[0], Stage.DISTANCE: lambda given: found(given)[1]}
+
+
+for _name, _says, _items, _asked in (
+    (
+        "transposed_matrix",
+        "transposes the model matrix, as if it acted on row vectors",
+        ("XF-1", "XF-2"),
+        _each(lambda shape: _linear(shape, _matrix(shape).T)),
+    ),
+    (
+        "no_translation",
+        "leaves out the translation of the model matrix",
+        ("XF-1",),
+        _each(lambda shape: _linear(shape, _matrix(shape), moved=False)),
+    ),
+    (
+        "no_matrix",
+        "leaves out the model matrix",
+        ("XF-1",),
+        _each(lambda shape: _linear(shape, np.eye(3), moved=False)),
+    ),
+    (
+        "center_ignored",
+        "puts every sphere at the origin of its object space",
+        ("HIT-1",),
+        _spheres(lambda sphere: replace(sphere, center=(0.0, 0.0, 0.0))),
+    ),
+    ("radius_ignored", "gives every sphere radius 1", ("HIT-1",), _spheres(lambda sphere: replace(sphere, radius=1.0))),
+    (
+        "diameter_for_radius",
+        "takes a sphere's radius for its diameter",
+        ("HIT-1",),
+        _spheres(lambda sphere: replace(sphere, radius=sphere.radius / 2)),
+    ),
+    (
+        "radius_for_diameter",
+        "makes every sphere twice as large",
+        ("HIT-1",),
+        _spheres(lambda sphere: replace(sphere, radius=sphere.radius * 2)),
+    ),
+    ("cube_doubled", "takes the cube from -1 to 1 instead of from -0.5 to 0.5", ("HIT-3",), _doubled(Cube)),
+    (
+        "square_doubled",
+        "takes the square from -1 to 1 instead of from -0.5 to 0.5",
+        ("HIT-7", "HIT-8"),
+        _doubled(Square),
+    ),
+    ("cube_halved", "makes every cube half as large", ("HIT-3",), _halved(Cube)),
+    ("square_halved", "makes every square half as large", ("HIT-7", "HIT-8"), _halved(Square)),
+    ("clips_nothing", "clips nothing", ("HIT-2",), _clipped("none")),
+    (
+        "clips_by_shell",
+        "clips at spheres around the eye where planes are asked for",
+        ("HIT-2",),
+        lambda scene: replace(scene, clip="shell") if scene.clip == "depth" else scene,
+    ),
+    (
+        "clips_by_planes",
+        "clips at planes where spheres around the eye are asked for",
+        ("HIT-2",),
+        lambda scene: replace(scene, clip="depth") if scene.clip == "shell" else scene,
+    ),
+    ("clips_always", "clips at the planes even where nothing is to be clipped", ("HIT-2",), _clipped("depth")),
+    ("near_ignored", "ignores the near plane", ("HIT-2",), _without("near")),
+    ("far_ignored", "ignores the far plane", ("HIT-2",), _without("far")),
+    (
+        "all_two_sided",
+        "takes every surface for two-sided",
+        ("NRM-3", "RAD-4"),
+        _each(lambda shape: replace(shape, two_sided=True)),
+    ),
+    (
+        "all_one_sided",
+        "takes every surface for one-sided",
+        ("NRM-3", "RAD-4"),
+        _each(lambda shape: replace(shape, two_sided=False)),
+    ),
+):
+    MISTAKES.register(_name)(Mistake(says=_says, items=_items, ways=(Way(asked=_asked),)))
+
+MISTAKES.register("behind_the_eye")(
+    Mistake(
+        says="takes hits behind the eye",
+        items=("HIT-2",),
+        ways=(Way(stages={Stage.OBJECT: _behind, Stage.DISTANCE: _behind_distance}),),
+    )
+)
+
+for _which, _last in (("first", False), ("last", True)):
+    MISTAKES.register(f"{_which}_hit")(
+        Mistake(
+            says=f"takes the {_which} shape that a ray meets, not the nearest",
+            items=("HIT-9",),
+            ways=(
+                Way(stages=_in_order(last=_last)),
+                *(
+                    Way(formulas={"nearest": f"fault_{_which}", "square": square})
+                    for square in ("local", "half_vectors")
+                ),
+            ),
+        )
+    )

@@ -1,0 +1,136 @@
+"""Every known mistake can answer a scene, is said in the user's words, and differs from the right answer somewhere."""
+
+import re
+from functools import cache
+
+import pytest
+
+from cases.case import ITEMS
+from cases.families import select
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.diagnosis import MISTAKES
+from reports.diagnosis.answering import Answered
+from reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, _bound, estimated
+from reports.diagnosis.search import search
+from reports.diagnosis.trial import Evidence, trial
+
+ORACLE = Analytic()
+CASES = {
+    case.name: case
+    for case in select(
+        [
+            "random_scenes/seed_1",
+            "primitives/sphere",
+            "primitives/plane",
+            "simplified/lights_at_1.5m",
+            "several_lights/inverse_square",
+            "inside/sphere",
+        ]
+    )
+}
+
+
+def evidence(name: str, answers: dict[Stage, object] | None = None, *, failed: bool = True) -> Evidence:
+    scene = CASES[name].scene
+
+    def right() -> dict:
+        return ORACLE.render(scene, [Stage.RADIANCE]) if answers is None else answers
+
+    one = Evidence(case=name, scene=scene, load=right, failed=failed, oracle=ORACLE, undecided=None)
+    vars(one)["right"] = rightly(name)  # a cached property: the same whoever answers
+    return one
+
+
+@cache
+def rightly(name: str) -> Answered:
+    """Return the right answer to a case, with what the judge leaves undecided."""
+    blank = Evidence(case=name, scene=CASES[name].scene, load=dict, failed=False, oracle=ORACLE, undecided=None)
+    return blank.right
+
+
+def under(name: str, mistake: str, parameter: float = 0.0) -> Evidence:
+    """Return the radiance that a renderer with a mistake writes."""
+    way = _bound(MISTAKES[mistake].ways[0], parameter)
+    answers = evidence(name).under(way).answers
+    return evidence(name, {Stage.RADIANCE: answers[Stage.RADIANCE]})
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_said_in_a_verb_phrase_and_concerns_items(name: str) -> None:
+    mistake = MISTAKES[name]
+
+    said = mistake.sentence(2.5)
+
+    assert re.fullmatch(r"[a-z].*[^.]", said)
+    assert "{" not in said
+    assert set(mistake.items) <= set(ITEMS)
+    assert mistake.items
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_every_way_of_a_mistake_answers_a_scene_and_none_speaks_against_itself(name: str) -> None:
+    scene = evidence("random_scenes/seed_1")
+    for way in MISTAKES[name].ways:
+        bound = _bound(way, 1.5 if MISTAKES[name].fit is not None else 0.0)
+        answers = scene.under(bound).answers
+
+        tally = trial(evidence("random_scenes/seed_1", dict(answers)), bound)
+
+        assert tally is not None
+        assert (tally.off, tally.agree) == (0, tally.telling)
+
+
+def test_the_right_answer_is_no_mistake() -> None:
+    shown = [evidence(name) for name in CASES]
+
+    assert not any(one.wrong.any() for one in shown)
+    assert search(shown).found == ()
+
+
+@pytest.mark.parametrize(("mistake", "parameter"), [("gamma", 2.2), ("falloff_exponent", 1.3), ("cosine_power", 1.5)])
+def test_a_parameter_is_estimated_from_the_images(mistake: str, parameter: float) -> None:
+    fit, ways = MISTAKES[mistake].fit, MISTAKES[mistake].ways
+    assert fit is not None
+
+    found = estimated(
+        fit, ways[0], [under(name, mistake, parameter) for name in ("primitives/sphere", "primitives/plane")]
+    )
+
+    assert found == pytest.approx(parameter, rel=1e-4)
+
+
+def test_few_or_scattered_samples_estimate_nothing() -> None:
+    fit, ways = MISTAKES["gamma"].fit, MISTAKES["gamma"].ways
+    assert fit is not None
+
+    assert estimated(fit, ways[0], [under("primitives/sphere", "mean_of_lights")]) is None
+    assert LEAST_SAMPLES >= 30
+
+
+def test_a_passing_case_contradicts_what_the_failing_ones_allow() -> None:
+    failing = [under(name, "no_pi") for name in ("primitives/sphere", "primitives/plane", "inside/sphere")]
+    contradicted = evidence("several_lights/inverse_square", failed=False)
+
+    alone = search(failing)
+    together = search([*failing, contradicted])
+
+    assert ("no_pi",) in [one.hypothesis.mistakes for one in alone.found]
+    assert together.found == ()
+
+
+def test_a_factor_of_all_light_is_told_from_one_of_the_physical_light_by_a_case_that_passes() -> None:
+    shown = [under(name, "no_pi") for name in ("primitives/sphere", "primitives/plane")]
+    simplified = evidence("simplified/lights_at_1.5m", failed=False)
+
+    names = {name for one in search([*shown, simplified]).found for name in one.hypothesis.mistakes}
+
+    assert "no_pi" in names
+    assert "factor_of_radiance" not in names, "it would show under the simplified light, too"
+
+
+def test_a_hypothesis_says_both_of_its_mistakes() -> None:
+    pair = Hypothesis(mistakes=("no_pi", "left_handed"), parameters={}, way=MISTAKES["no_pi"].ways[0])
+
+    assert " and " in pair.sentence
+    assert set(pair.items) == {"RAD-4", "CAM-1"}
