@@ -101,7 +101,7 @@ def _sentence(
         said += f", together with: it {' and '.join(MISTAKES[name].says for name in beside)}"
     if alternatives:
         said += f". The same pixels come of one that {', or '.join(one['sentence'] for one in alternatives)}"
-        said += f"; {told_apart} would tell" if told_apart is not None else "; no case of the suite tells them apart"
+        said += f"; {told_apart} would tell" if told_apart is not None else "; no case that was asked tells them apart"
     return f"{said}."
 
 

@@ -1,0 +1,69 @@
+"""One sentence a cause, the same wherever it is shown; where nothing fits that is said."""
+
+from typing import Any
+
+from reports.diagnosis import MISTAKES
+from reports.diagnosis.hypotheses import Hypothesis
+from reports.diagnosis.saying import entries
+from reports.diagnosis.search import Found, Searched
+from reports.publish.headline import cause_of, causes, headline
+
+
+def searched(*names: str) -> Searched:
+    found = tuple(
+        Found(hypothesis=Hypothesis(mistakes=(name,), parameters={}, way=MISTAKES[name].ways[0]), tallies={})
+        for name in names
+    )
+    return Searched(found=found, tried=150, failing=("a/b",), fitted=(), seconds=1.0, finished=True)
+
+
+def results(diagnosis: list[dict[str, Any]]) -> dict[str, Any]:
+    from cases.stages import Stage
+    from reports.judge.outcomes import Outcome
+
+    ledger = dict.fromkeys(("planned", *(outcome.value for outcome in Outcome)), 0) | {"planned": 1, "fail": 1}
+    case = {"name": "a/b", "family": "a", "verdict": "fail", "stage": Stage.RADIANCE.value, "item": "RAD-4"}
+    return {"summary": ledger, "checks": ledger, "cases": [case], "diagnosis": diagnosis}
+
+
+def test_where_nothing_fits_that_is_said_and_the_stage_stays_blamed() -> None:
+    (entry,) = entries(searched(), [], [], of=12)
+
+    said = results([entry])
+
+    assert entry["mistake"] is None
+    assert entry["sentence"] == "None of 150 known mistakes explains the 12 failing cases."
+    assert "Blamed: radiance RAD-4" in headline(said)
+    assert causes(said) == [entry["sentence"]]
+
+
+def test_a_mistake_is_said_with_its_item_and_with_what_has_the_same_pixels() -> None:
+    (entry,) = entries(searched("left_handed", "image_mirrored"), [], [], of=3)
+
+    assert "[CAM-1 view basis and view matrix]" in entry["sentence"]
+    assert [one["mistake"] for one in entry["alternatives"]] == ["image_mirrored"]
+    assert "writes each row of its image from right to left" in entry["sentence"]
+
+
+def test_the_headline_says_the_cause_without_its_other_names() -> None:
+    (entry,) = entries(searched("left_handed", "image_mirrored"), [], [], of=3)
+
+    said = headline(results([entry]))
+
+    assert "builds a left-handed camera" in said
+    assert "The same pixels" not in said
+    assert "Blamed" not in said
+
+
+def test_a_case_tells_the_causes_that_explain_it_alone() -> None:
+    (entry,) = entries(searched("left_handed"), [], [], of=3)
+    entry["cases"] = ["a/b"]
+    told = results([entry])
+
+    assert cause_of(told, {"name": "a/b"}) == entry["sentence"]
+    assert cause_of(told, {"name": "a/c"}) == ""
+
+
+def test_what_an_unknown_hand_wrote_is_no_cause() -> None:
+    assert causes({"diagnosis": [None, {"sentence": None}, {"mistake": "x"}]}) == []
+    assert cause_of({"diagnosis": "left_handed"}, {"name": "a/b"}) == ""
