@@ -29,8 +29,8 @@ from reports.diagnosis.diagnosing import LARGEST, faces
 from reports.diagnosis.search import search
 from reports.diagnosis.trial import Evidence, undecided
 from reports.publish.exr import read_answers
-from reports.run.llvm import choose_packaged_llvm
 from reports.subjects.handing_over import hand_over
+from tracer.llvm import select
 
 SOURCE = Path(__file__).parents[2] / "examples" / "renderers" / "mistaken.cpp"
 EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it
@@ -110,7 +110,7 @@ def usable_cases() -> list[Case]:
 @cache
 def _grounds(names: tuple[str, ...]) -> dict[str, tuple[Case, np.ndarray, Answered]]:
     """Return what does not depend on who is judged, for each case of some names; once in a process."""
-    choose_packaged_llvm()
+    select()
     oracle, found = Analytic(), {}
     for case in usable_cases():
         if names and case.name not in names:
