@@ -41,8 +41,8 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     for case in bad[:MOST]:
         ratio = worst_ratio(case)
         size = "" if ratio is None else f" (error / limit {ratio:.3g})"
-        told = cause_of(results, case) or blame(case)
-        said = ": ".join(filter(None, [f"{case['verdict']}{size}", told, str(case.get("reason") or "")]))
+        what = cause_of(results, case) or blame(case)
+        said = ": ".join(filter(None, [f"{case['verdict']}{size}", what, str(case.get("reason") or "")]))
         lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
     left = f" The worst {MOST} of {len(bad)} are annotated." if len(bad) > MOST else ""
     lines.append(f"::{'error' if bad or told['red'] else 'notice'} title=rayproof::{message(headline(results) + left)}")
