@@ -55,7 +55,8 @@ def opened(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
             _prepare(connection, path)
             yield connection
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise HistoryError(f"{path}: cannot be used as a history: {error}") from None
+        why = " ".join(str(error).split())  # SQLite quotes a broken schema with its line ends
+        raise HistoryError(f"{path}: cannot be used as a history: {why}") from None
 
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
