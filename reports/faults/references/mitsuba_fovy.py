@@ -29,8 +29,8 @@ def mitsuba_fovy() -> Iterator[None]:
     """Widen Mitsuba's camera."""
     right = worlds.sensor
 
-    def wrong(*arguments: Any) -> dict[str, Any]:
-        sensor = right(*arguments)
+    def wrong(*arguments: Any, **options: Any) -> dict[str, Any]:
+        sensor = right(*arguments, **options)
         return sensor | {"fov": sensor["fov"] * 1.001}
 
     with replaced(right, wrong):

@@ -29,8 +29,8 @@ def mitsuba_horizontal_fovy() -> Iterator[None]:
     """Measure Mitsuba's angle along x."""
     right = worlds.sensor
 
-    def wrong(*arguments: Any) -> dict[str, Any]:
-        return right(*arguments) | {"fov_axis": "x"}
+    def wrong(*arguments: Any, **options: Any) -> dict[str, Any]:
+        return right(*arguments, **options) | {"fov_axis": "x"}
 
     with replaced(right, wrong):
         yield

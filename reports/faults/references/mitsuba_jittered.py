@@ -29,8 +29,8 @@ def mitsuba_jittered() -> Iterator[None]:
     """Jitter the samples of Mitsuba's images."""
     right = worlds.sensor
 
-    def wrong(*arguments: Any) -> dict[str, Any]:
-        sensor = right(*arguments)
+    def wrong(*arguments: Any, **options: Any) -> dict[str, Any]:
+        sensor = right(*arguments, **options)
         return sensor | {"sampler": sensor["sampler"] | {"jitter": True}}
 
     with replaced(right, wrong):
