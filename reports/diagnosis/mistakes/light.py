@@ -72,9 +72,10 @@ def _exponents(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
     if scene.shading == "simplified":
         return np.zeros(0)
     one, distance, _ = _alone(scene, right)
-    with np.errstate(all="ignore"):
-        found = 2 - np.log(brightened(right, ours)) / np.log(distance)
-    return found[one & (np.abs(np.log(distance)) > 0.1) & np.isfinite(found)]
+    with np.errstate(all="ignore"):  # of a pixel that hits nothing, or where the light itself is hit
+        length = np.log(distance)
+        found = 2 - np.log(brightened(right, ours)) / length
+    return found[one & (np.abs(length) > 0.1) & np.isfinite(found)]
 
 
 def _powers(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
