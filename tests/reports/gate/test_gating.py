@@ -65,12 +65,15 @@ def test_what_fails_as_written_down_passes_and_is_named():
         run(check(), wrong_factors=["radiance is 2e-5 too large"]),
         run(check(), finished=False),
         {**run(check()), "cases": [run(check())["cases"][0] | {"item": "HIT-5"}]},
+        {**run(check()), "cases": [run(check())["cases"][0] | {"expectations": [{"verdict": "fail"}]}]},
+        {**run(check()), "cases": [run(check())["cases"][0] | {"consistency": [{"verdict": "fail"}]}]},
         run(check(), name="shadows/three"),
         {**run(check()), "cases": [*run(check())["cases"], {"name": "x/y", "verdict": "error", "checks": []}]},
     ],
     ids=[
         "a larger error", "more pixels", "another verdict", "a crash", "no answer", "a ratio of NaN", "a pixel of NaN",
-        "another stage", "a factor of the run", "cut short", "another item", "another case", "a case without checks",
+        "another stage", "a factor of the run", "cut short", "another item", "a closed form", "another route",
+        "another case", "a case without checks",
     ],
 )  # fmt: skip
 def test_whatever_else_fails_is_a_regression(results: dict[str, Any]):
