@@ -35,11 +35,12 @@ def audit(
         Also write audit.json to this file.
     diagnose
         Measure instead how many mistakes are named rightly: build the C++ example that makes any of over a hundred
-        mistakes on request, and diagnose each. Needs a C++ compiler and some 40 minutes of processor time.
+        mistakes on request, and diagnose each, or those that `--only` names. Needs a C++ compiler and some 40 minutes of
+        processor time.
 
     """
     if diagnose:
-        return _diagnosed(jobs=jobs or os.cpu_count() or 1, quick=quick, json=json)
+        return _diagnosed(jobs=jobs or os.cpu_count() or 1, quick=quick, only=only, json=json)
     from reports.audit.planted import planted
     from reports.audit.request import AuditRequest
     from reports.run.llvm import choose_packaged_llvm
@@ -59,7 +60,7 @@ def audit(
     )
 
 
-def _diagnosed(*, jobs: int, quick: bool, json: Path | None) -> int:
+def _diagnosed(*, jobs: int, quick: bool, only: str, json: Path | None) -> int:
     """Print how many mistakes are named rightly; return 1 if any is named wrongly."""
     from subprocess import CalledProcessError
 
@@ -70,8 +71,8 @@ def _diagnosed(*, jobs: int, quick: bool, json: Path | None) -> int:
         with told_in_one_line():
             writable_folder(json.parent)
     try:
-        found = measure(jobs=jobs, quick=quick)
-    except (FileNotFoundError, CalledProcessError) as error:
+        found = measure(jobs=jobs, quick=quick, only=only)
+    except (FileNotFoundError, CalledProcessError, LookupError) as error:
         raise UsageError(f"--diagnose: {error}") from None
     write_json(json, found)
     columns = ["programs", "written", "of", "right", "class_of_at_most_2", "wrong", "does_not_know", "unseen"]

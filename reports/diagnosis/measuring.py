@@ -12,6 +12,7 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
+from fnmatch import fnmatch
 from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -207,16 +208,26 @@ def table(found: Sequence[Outcome]) -> list[dict[str, Any]]:
     return rows
 
 
+def said(one: Outcome) -> str:
+    """Return an outcome in a line."""
+    verdict = "RIGHT" if one.right else "WRONG" if one.wrong else "does not know" if one.failing else "not seen"
+    named = ", ".join(one.named) or "nothing"
+    return f"{one.mistake or 'no mistake'}, {one.written}: {verdict}, named {named}; {one.failing} cases fail"
+
+
 def _classes(one: Outcome) -> set[str]:
     """Return what was named, mistakes of identical images counted once."""
     same = {other: names[0] for names in ((name, *others) for name, others in SAME.items()) for other in names}
     return {same.get(name, name) for name in one.named}
 
 
-def measure(*, jobs: int, quick: bool) -> dict[str, Any]:
-    """Return the figures over every switch of the program; of one in eight if `quick`.
+def measure(*, jobs: int, quick: bool, only: str = "*") -> dict[str, Any]:
+    """Return the figures over every switch of the program that a pattern names; of one in eight of them if `quick`.
+
+    What is said of a switch is printed as soon as it is known.
 
     Raises:
+        LookupError: no switch is called so.
         OSError: there is no compiler, or no source.
         subprocess.CalledProcessError: it does not compile, or the program fails.
 
@@ -225,7 +236,9 @@ def measure(*, jobs: int, quick: bool) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         program = built(folder)
-        switches = [("", False), *listed(program)]
+        switches = [one for one in [("", False), *listed(program)] if fnmatch(one[0], only)]
+        if not switches:
+            raise LookupError(f"no mistake of {SOURCE.name} is called {only!r}")
         if quick:
             switches = switches[::8]
         found: list[Outcome] = []
@@ -233,7 +246,8 @@ def measure(*, jobs: int, quick: bool) -> dict[str, Any]:
             waiting = [pool.submit(_job, (program, *switch, folder, ())) for switch in switches]
             for done in as_completed(waiting):
                 found += done.result()
-                print(f"{len(found) // 2} of {len(switches)} switches", file=sys.stderr, flush=True)  # noqa: T201
+                for one in done.result():
+                    print(f"{len(found) // 2} of {len(switches)}: {said(one)}", file=sys.stderr, flush=True)  # noqa: T201
     plain = [one for one in found if not one.mistake]
     found = sorted((one for one in found if one.mistake), key=lambda one: (one.mistake, one.written))
     return {
