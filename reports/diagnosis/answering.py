@@ -16,12 +16,14 @@ from cases.stages import IMAGE_STAGES, Stage
 from reports.diagnosis import Given, Way
 from reports.judge.conditioning import condition
 from reports.judge.limits import Roundoff, limits
+from reports.judge.measurement import ratios
 from reports.judge.oracle import FullOracle, stages_of
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
 # Relative: what a renderer in float32 may lose beyond the counted roundings, and what files of other steps lose.
 LEAST = 1e-5
+PLAINLY = 4.0  # limits: an answer so far from the right one would not have passed for it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +76,23 @@ def answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
 
 def _answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
     """Return a way's answer as it lies in the image of its own question."""
+    scene, answers, plain = _plain_answer(way, right, oracle)
+    if answers is right.answers:
+        return Answered(scene=scene, answers=answers, limits=right.limits, edge=right.edge)
+    found = _answered(scene, answers, plain)
+    if Stage.RADIANCE in way.stages and Stage.RADIANCE in plain:
+        widened = _over_its_limit(scene, found, plain, way)
+        return replace(found, limits={**found.limits, **widened})
+    return found
+
+
+def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene, Answers, Answers]:
+    """Return the question that a way answers, its answers, and the right light on what it sees, where that is not its.
+
+    Raises:
+        Unanswerable: it has none.
+
+    """
     try:
         scene = right.scene if way.asked is None else way.asked(right.scene)
     except (SceneError, ValueError, OverflowError) as wrong:
@@ -85,16 +104,32 @@ def _answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
         if Stage.IRRADIANCE in answers:
             plain = _continued(scene, answers, Stage.IRRADIANCE, oracle)
     else:
-        answers = dict(right.answers) if scene == right.scene else oracle.render(scene, wanted)
+        answers = right.answers if scene == right.scene else oracle.render(scene, wanted)
     spoilt = [stage for stage in IMAGE_STAGES if stage in way.stages and stage in wanted]
     if spoilt:
         answers, plain = _spoilt(scene, answers, way, spoilt[0], oracle)
-    if not spoilt and not plain and scene == right.scene:
-        return Answered(scene=scene, answers=answers, limits=right.limits, edge=right.edge)
-    found = _answered(scene, answers, plain)
-    if Stage.RADIANCE in way.stages and Stage.RADIANCE in plain:
-        widened = _over_its_limit(scene, found, plain, way)
-        return replace(found, limits={**found.limits, **widened})
+    return scene, answers, plain
+
+
+def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.ndarray]:
+    """Return where a way's answer is none that passes for the right one, for each stage that it changes.
+
+    Pixels (height, width) away from the right answer's edges, held to its limits, four of them.
+
+    Raises:
+        Unanswerable: the way has no answer.
+
+    """
+    if way.laid is not None:
+        answers = answer(way, right, oracle).answers
+    else:
+        _, answers, _ = _plain_answer(way, right, oracle)
+    found = {}
+    for stage, image in right.answers.items():
+        if stage in IMAGE_STAGES and answers[stage] is not image:
+            with np.errstate(all="ignore"):
+                ratio, _ = ratios(stage, np.asarray(answers[stage], dtype=np.float64), image, right.limits[stage])
+            found[stage] = ~(ratio <= PLAINLY) & ~right.edge
     return found
 
 

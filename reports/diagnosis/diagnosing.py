@@ -6,42 +6,88 @@ from typing import Any
 
 import numpy as np
 
+from cases.case import ITEMS
 from cases.families import all_cases
 from cases.scene import Mesh, Scene, SceneError
 from cases.scene_json import load_scene
 from cases.stages import IMAGE_STAGES, Stage
 from reference.analytic import Analytic
-from reports.diagnosis.saying import entries
-from reports.diagnosis.search import search, spread
+from reports.diagnosis.blaming import Blamed, guilty, narrowed, put
+from reports.diagnosis.saying import entries, what_is_left
+from reports.diagnosis.search import Clock, search, spread
 from reports.diagnosis.trial import Evidence, undecided
 from reports.judge.outcomes import Outcome
 from reports.publish.encoding import inflated
 from reports.publish.kept import inside, kept_images
 
 LARGEST = 2000  # faces: of a larger mesh nearly every pixel is an edge, and edges prove nothing
+FOR_BLAME = 4.0  # s of processor time that the search for a cause leaves
 MOST_OTHERS = 30  # cases beyond the run that are asked whether they tell two mistakes apart
 
 
 def diagnose(folder: Path, results: Mapping[str, Any], *, seconds: float) -> list[dict[str, Any]]:
-    """Return the causes of a run's failures as `diagnosis` of results.json; none where nothing failed by its pixels."""
+    """Return the causes of a run's failures as `diagnosis` of results.json; none where nothing failed by its pixels.
+
+    What is blamed in the cases is narrowed to what a cause or the known mistakes leave of it.
+    """
     renderer, configuration = _worst(results)
     if renderer is None:
         return []
-    oracle = Analytic()
-    evidence = [
-        one
+    oracle, clock = Analytic(), Clock(seconds)
+    evidence = {
+        str(case["name"]): one
         for case in results["cases"]
         if (one := _evidence(folder, case, renderer, configuration, oracle)) is not None
-    ]
-    failing = spread([one for one in evidence if one.failed])
-    searched = search(evidence, seconds=seconds)
+    }
+    failing = spread([one for one in evidence.values() if one.failed])
+    searched = search(list(evidence.values()), seconds=seconds - FOR_BLAME)
     if not searched.tried:
         return []
     others: Sequence[Evidence] = ()
     if len({tuple(sorted(one.hypothesis.mistakes)) for one in searched.found}) > 1:
-        others = _others({one.case for one in evidence}, failing[0].stages, oracle)
+        others = _others(set(evidence), failing[0].stages, oracle)
     failed = sum(_verdict(case, configuration) == Outcome.FAIL.value for case in results["cases"])
-    return entries(searched, failing, others, of=failed)
+    causes = entries(searched, failing, others, of=failed)
+    narrow(results, evidence, configuration, causes, seconds=max(FOR_BLAME, seconds - clock.spent))
+    return causes
+
+
+def narrow(
+    results: Mapping[str, Any],
+    evidence: Mapping[str, Evidence],
+    configuration: str,
+    causes: list[dict[str, Any]],
+    *,
+    seconds: float,
+) -> None:
+    """Write into the failing cases' records which items are left to blame; of what nothing explains, say it too."""
+    named: dict[str, list[str]] = {}
+    for cause in causes:
+        for case in cause["cases"]:
+            told = [cause["items"], *(other["items"] for other in cause["alternatives"])]
+            named.setdefault(case, []).extend(item for items in told for item in items)
+    open_cases = []
+    for case in results["cases"]:
+        known = evidence.get(str(case["name"]))
+        if "blamed_items" not in case or known is None or guilty(case) != configuration:
+            continue
+        if case["name"] in named:
+            put(case, Blamed(items=tuple(item for item in ITEMS if item in named[case["name"]])))
+        else:
+            open_cases.append((case, known, Blamed(items=tuple(case["blamed_items"]))))
+    passed = [
+        (case, known)
+        for case in results["cases"]
+        if (known := evidence.get(str(case["name"]))) is not None and not known.failed
+    ]
+    found = narrowed(open_cases, passed, configuration, seconds=seconds)
+    for case, _, _ in open_cases:
+        if case["name"] in found:
+            put(case, found[case["name"]])
+    for cause in causes:
+        if cause["mistake"] is None:
+            asked = [case for case, _, _ in open_cases if case["name"] in found]
+            cause["sentence"] = f"{cause['sentence']} {what_is_left(asked)}".rstrip()
 
 
 def _worst(results: Mapping[str, Any]) -> tuple[str | None, str]:

@@ -44,10 +44,10 @@ def singles(evidence: Sequence[Evidence]) -> Iterator[Hypothesis]:
                 continue
             parameters = {name: estimate}
         for way in mistake.ways:
-            yield Hypothesis(mistakes=(name,), parameters=parameters, way=_bound(way, parameters.get(name, 0.0)))
+            yield Hypothesis(mistakes=(name,), parameters=parameters, way=bound(way, parameters.get(name, 0.0)))
 
 
-def _bound(way: Way, parameter: float) -> Way:
+def bound(way: Way, parameter: float) -> Way:
     """Return a way whose stages are computed with a parameter."""
     if not parameter:
         return way
@@ -84,7 +84,7 @@ def _sought(fit: Fit, way: Way, evidence: Sequence[Evidence]) -> float | None:
     def off(value: float) -> float:
         total = 0
         for one in shown:
-            tally = trial(one, _bound(way, value))
+            tally = trial(one, bound(way, value))
             total += tally.off if tally is not None else one.wrong.size
         return total
 
@@ -133,4 +133,4 @@ def together(first: Hypothesis, second: Hypothesis) -> Hypothesis | None:
     )
 
 
-__all__ = ["Given", "Hypothesis", "estimated", "singles", "together"]
+__all__ = ["Given", "Hypothesis", "bound", "estimated", "singles", "together"]

@@ -1,12 +1,14 @@
 """What a search came to, as results.json has it and in sentences: one entry a cause, with all that fits as well."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from reports.diagnosis import MISTAKES
 from reports.diagnosis.search import Found, Searched
 from reports.diagnosis.trial import Evidence, differ, trial
 from reports.publish.items import TITLES
+
+FEW = 4  # items that are told by name
 
 
 def entries(
@@ -103,6 +105,24 @@ def _sentence(
         said += f". The same pixels come of one that {', or '.join(one['sentence'] for one in alternatives)}"
         said += f"; {told_apart} would tell" if told_apart is not None else "; no case that was asked tells them apart"
     return f"{said}."
+
+
+def what_is_left(cases: Sequence[Mapping[str, Any]]) -> str:
+    """Return in a sentence which items the cases that nothing explains leave, and which are excluded in all of them."""
+    told = [case for case in cases if case.get("blamed_items")]
+    if not told:
+        return ""
+    left = [item for item in TITLES if any(item in case["blamed_items"] for case in told)]
+    out = {
+        item: next(check for case in told if (check := case["excluded"].get(item)) is not None)
+        for item in TITLES
+        if item not in left and any(item in case["excluded"] for case in told)
+    }
+    named = " or ".join(f"{item} {TITLES[item]}" for item in left)
+    said = f"To blame is {named}." if len(left) <= FEW else f"{len(left)} items may be to blame."
+    if out:
+        said += f" Excluded: {', '.join(f'{item} (by {check})' for item, check in out.items())}."
+    return said
 
 
 def _nothing(searched: Searched, of: int) -> dict[str, Any]:

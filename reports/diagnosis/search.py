@@ -46,22 +46,26 @@ class Searched:
     notes: tuple[str, ...] = field(default=())
 
 
-class _Clock:
+class Clock:
+    """Processor time [s] that is left for looking."""
+
     def __init__(self, seconds: float) -> None:
         self._start, self._most = time.process_time(), seconds
 
     @property
     def spent(self) -> float:
+        """Return what is spent [s]."""
         return time.process_time() - self._start
 
     @property
     def over(self) -> bool:
+        """Say whether nothing is left."""
         return self.spent > self._most
 
 
 def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool = True) -> Searched:
     """Return the mistakes that explain what the evidence shows, within so much processor time [s]."""
-    clock = _Clock(seconds)
+    clock = Clock(seconds)
     failing = spread([one for one in evidence if one.failed])
     failing = [one for one in failing if one.stages and np.count_nonzero(one.wrong) > 0]
     passing = spread([one for one in evidence if not one.failed and one.stages])
@@ -102,7 +106,7 @@ def _left(
     screen: Sequence[Evidence],
     failing: Sequence[Evidence],
     passing: Sequence[Evidence],
-    clock: _Clock,
+    clock: Clock,
 ) -> list[Found]:
     """Return the hypotheses that no case contradicts and that enough pixels speak for."""
     left = [one for one in hypotheses if not clock.over and _fits(one, screen, {}) is not None]
@@ -145,7 +149,7 @@ def _pairs(
     screen: Sequence[Evidence],
     failing: Sequence[Evidence],
     passing: Sequence[Evidence],
-    clock: _Clock,
+    clock: Clock,
 ) -> list[Found]:
     """Return pairs: a mistake that explains the first wrong stage by itself, and another beside it."""
     shown = [one for one in [*screen, *failing] if one.first_wrong is not None][:SCREENING]
@@ -169,7 +173,7 @@ def _upto(last: Stage | None) -> tuple[Stage, ...]:
     return IMAGE_STAGES if last is None else IMAGE_STAGES[: IMAGE_STAGES.index(last) + 1]
 
 
-def _settled(left: list[Found], cases: Sequence[Evidence], clock: _Clock) -> list[Found]:
+def _settled(left: list[Found], cases: Sequence[Evidence], clock: Clock) -> list[Found]:
     """Return those that are left when every case that tells two of them apart has spoken."""
     index = 0
     while index < len(cases) and len(left) > 1 and not clock.over:

@@ -70,13 +70,13 @@ class Evidence:
     @cached_property
     def wrong(self) -> np.ndarray:
         """Return the pixels (height, width) away from edges at which a stage is not right."""
-        return _off(self.right, {stage: self.ours[stage] for stage in self.stages}) & ~self.right.edge
+        return deviates(self.right, {stage: self.ours[stage] for stage in self.stages}) & ~self.right.edge
 
     @cached_property
     def first_wrong(self) -> Stage | None:
         """Return the first stage that is wrong in more pixels than may be, or None."""
         for stage in reversed(self.stages):
-            off = _off(self.right, {stage: self.ours[stage]}) & ~self.right.edge
+            off = deviates(self.right, {stage: self.ours[stage]}) & ~self.right.edge
             if np.count_nonzero(off) > ALLOWED * off.size:
                 return stage
         return None
@@ -135,8 +135,8 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
 
 def _tally(evidence: Evidence, supposed: Answered, ours: Answers, right: Answers, judged: np.ndarray) -> Tally:
     """Count what agrees with a supposed answer in the pixels that are judged."""
-    off = _off(supposed, ours) & judged
-    telling = judged & ~evidence.right.edge & _off(supposed, right, times=2)
+    off = deviates(supposed, ours) & judged
+    telling = judged & ~evidence.right.edge & deviates(supposed, right, times=2)
     return Tally(
         judged=int(np.count_nonzero(judged)),
         off=int(np.count_nonzero(off)),
@@ -151,12 +151,12 @@ def differ(evidence: Evidence, one: Way, other: Way) -> bool:
         first, second = (evidence.under(way) for way in (one, other))
     except Unanswerable:
         return False
-    apart = _off(first, {stage: second.answers[stage] for stage in evidence.stages}, times=2)
+    apart = deviates(first, {stage: second.answers[stage] for stage in evidence.stages}, times=2)
     apart &= ~first.edge & ~second.edge
     return int(np.count_nonzero(apart)) > ALLOWED * apart.size
 
 
-def _off(supposed: Answered, ours: Answers, *, times: float = 1) -> np.ndarray:
+def deviates(supposed: Answered, ours: Answers, *, times: float = 1) -> np.ndarray:
     """Return the pixels (height, width) at which some stage is not the supposed one, within so many limits."""
     found = np.zeros(supposed.edge.shape, dtype=bool)
     for stage, image in ours.items():

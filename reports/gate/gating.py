@@ -8,6 +8,7 @@ from typing import Any
 
 from reports.gate.expectations import EXPECTABLE, Expectation
 from reports.judge.outcomes import Outcome
+from reports.publish.headline import blamed_items
 
 GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 
@@ -115,8 +116,8 @@ def _objection(case: Mapping[str, Any], check: Mapping[str, Any], entry: Expecta
         return "regression", f"{check['verdict']}, where nothing can be expected of it: {check.get('reason') or ''}"
     if check["verdict"] != entry.verdict:
         return "regression", f"{check['verdict']}, and {entry.verdict} is expected"
-    if entry.item is not None and case.get("item") != entry.item:
-        return "regression", f"{case.get('item') or 'nothing'} is blamed, and {entry.item} is expected"
+    if entry.item is not None and entry.item not in (case.get("blamed_items") or [case.get("item")]):
+        return "regression", f"{blamed_items(case) or 'nothing'} is blamed, and {entry.item} is expected"
     for what, value, (low, high) in (("error over limit", ratio, entry.ratio), ("wrong pixels", wrong, entry.wrong)):
         if not value <= high:
             return "regression", f"{value:.4g} {what}, and at most {high:.4g} is expected"

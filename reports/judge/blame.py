@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from cases.case import ITEMS
 from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from cases.stages import Stage
 
@@ -18,6 +19,42 @@ HITS: dict[type[Shape], tuple[str, ...]] = {
 # rad: a normal that is wrong for another reason comes this near to one of two by chance in one case of a million.
 CLOSE = 1e-3
 NORMALS: dict[type[Shape], str] = {Sphere: "NRM-1", Cube: "NRM-2"}
+MATRICES = ("XF-1", "XF-2")
+_HITS = ("HIT-1", "HIT-2", "HIT-3", "HIT-4", "HIT-5", "HIT-6", "HIT-7", "HIT-8", "HIT-9")
+# Items whose formula can make a stage wrong though the stages before it are right. A feeler meets shapes as well,
+# behind the eye and from inside, where no ray of the camera shows it; a light is left out of visibility or of the sum.
+COMPUTED: dict[Stage, tuple[str, ...]] = {
+    Stage.CAMERA: ("CAM-1", "CAM-2", "CAM-3", "CAM-5"),
+    Stage.RAY: ("CAM-1", "CAM-2", "CAM-3", "CAM-4", "CAM-5"),
+    Stage.OBJECT: (*MATRICES, *_HITS),
+    Stage.DISTANCE: (*MATRICES, *_HITS),
+    Stage.POSITION: MATRICES,
+    Stage.NORMAL: ("XF-2", "NRM-1", "NRM-2", "NRM-3"),
+    Stage.VISIBILITY: (*MATRICES, *_HITS, "LIT-1", "LIT-2", "LIT-3", "LIT-4", "LIT-5", "RAD-2"),
+    Stage.IRRADIANCE: ("LIT-1", "RAD-1", "RAD-2", "RAD-3", "RAD-5"),
+    Stage.EXITANCE: ("RAD-4",),
+    Stage.RADIANCE: ("NRM-3", "RAD-4"),
+}
+# Kinds of shapes without which an item is not asked for.
+OF_SHAPES: dict[str, tuple[type[Shape], ...]] = {
+    **{name: tuple(kind for kind, names in HITS.items() if name in names) for names in HITS.values() for name in names},
+    **{name: (kind,) for kind, name in NORMALS.items()},
+}
+
+
+def candidates(stage: Stage, passing: Collection[Stage], shapes: Collection[str]) -> tuple[str, ...]:
+    """Return the items that may be to blame where `stage` is the first that is wrong.
+
+    That is those of the stage itself and of each stage before it that nobody has seen pass. `passing` are the stages
+    written that pass in the case, `shapes` the names of the scene's kinds of shapes.
+    """
+    order = list(Stage)
+    suspects = [stage, *(before for before in order[: order.index(stage)] if before not in passing)]
+    if Stage.RAY in passing and stage is not Stage.CAMERA:
+        suspects = [one for one in suspects if one is not Stage.CAMERA]  # of a camera images show nothing but its rays
+    named = {name for one in suspects for name in COMPUTED[one]}
+    kinds = {name: {kind.__name__ for kind in kinds} for name, kinds in OF_SHAPES.items()}
+    return tuple(name for name in ITEMS if name in named and (name not in kinds or kinds[name] & set(shapes)))
 
 
 def item(

@@ -73,6 +73,7 @@ def _test(case: dict[str, Any], cause: str) -> dict[str, Any]:
         "extra": {
             "stage": case.get("stage"),
             "item": case.get("item"),
+            "blamed_items": case.get("blamed_items") or [],
             "worst_ratio": worst_ratio(case),
             "reproduce": case.get("reproduce"),
         },

@@ -14,6 +14,7 @@ from reports.publish.headline import (
     blame,
     causes,
     examined_line,
+    excluded,
     headline,
     no_say,
     shouts,
@@ -78,7 +79,8 @@ def case_row(folder: Path, file: str, case: Mapping[str, Any], cause: str) -> di
     return {
         **{key: case.get(key) for key in _OF_A_CASE},
         "file": file,
-        "blame": blame(dict(case)),
+        "blame": blame(case),
+        **({"excluded": told} if (told := excluded(case)) else {}),
         "cause": cause,
         "ratio": worst_ratio(dict(case)),
         "cells": cells,

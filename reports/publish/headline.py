@@ -145,9 +145,28 @@ UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED, Outco
 BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING})
 
 
-def blame(case: dict[str, Any]) -> str:
-    """Return the blamed stage and specification id of a case, or an empty string."""
-    return " ".join(legible(case[key]) for key in ("stage", "item") if case.get(key))
+FEW = 4  # items that are told by name
+
+
+def blame(case: Mapping[str, Any]) -> str:
+    """Return the blamed stage of a case and the specification ids that may be to blame, or an empty string."""
+    return " ".join(filter(None, (legible(case.get("stage") or ""), blamed_items(case))))
+
+
+def blamed_items(case: Mapping[str, Any]) -> str:
+    """Return the specification ids that may be to blame for a case, in words, or an empty string."""
+    told = case.get("blamed_items")
+    items = [legible(item) for item in told if item] if isinstance(told, list | tuple) else []
+    if len(items) <= 1:
+        return items[0] if items else legible(case.get("item") or "")
+    return f"{', '.join(items[:-1])} or {items[-1]}" if len(items) <= FEW else f"one of {len(items)} items"
+
+
+def excluded(case: Mapping[str, Any]) -> str:
+    """Return which items a case's evidence excludes, and by which checks, in words, or an empty string."""
+    told = case.get("excluded")
+    pairs = told.items() if isinstance(told, Mapping) else ()
+    return ", ".join(f"{legible(item)} (by {legible(check)})" for item, check in pairs)
 
 
 def worst_ratio(case: Mapping[str, Any]) -> float | None:

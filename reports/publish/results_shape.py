@@ -82,6 +82,8 @@ OF_A_CASE: dict[str, Kind] = {
     **dict.fromkeys(("seconds", "judge_seconds"), _SECONDS),
     **dict.fromkeys(("checks", "renders", "unsupported", "expectations", "notes", "consistency"), _LIST),
     "covers": _NAMES,
+    "blamed_items": _NAMES,
+    "excluded": _OBJECT,
     "adjudication": _MAYBE_OBJECT,
     "paths": _OBJECT,
 }

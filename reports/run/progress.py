@@ -11,7 +11,7 @@ from rich.text import Text
 
 from reports.judge.outcomes import Outcome
 from reports.plain import at_worst, legible
-from reports.publish.headline import ratio_of
+from reports.publish.headline import blamed_items, ratio_of
 from reports.run.kinds import JUDGE, RECALLING, TRACING
 
 COLOURS = {
@@ -108,7 +108,7 @@ def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Tabl
             record["name"],
             Text(outcome.value, style=COLOURS[outcome]),
             record["stage"] or "",
-            record["item"] or "",
+            blamed_items(record),
             "" if ratio is None else f"{ratio:.3g}",
             where,
         )

@@ -94,6 +94,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
         if drawing.pending:
             save_results(request.out, results)  # before anybody waits for a picture
             shown.enter_context(console.status("drawing"))
+    _blame(results, tracer=subject.is_tracer)
     if request.diagnose and not interrupted and results["summary"][Outcome.FAIL.value]:
         save_results(request.out, results)  # before anybody waits for a cause
         _diagnose(request, results, console)
@@ -134,6 +135,16 @@ def _remember(request: RunRequest, results: dict[str, Any], console: Console) ->
         results["environment"]["history"] = f"not kept: {error}"
         console.print(f"the run is not in its history: {error}", style="yellow", soft_wrap=True)
         return []
+
+
+def _blame(results: dict[str, Any], *, tracer: bool) -> None:
+    """Write into each failing case's record which items its stages leave to blame."""
+    from reports.diagnosis.blaming import by_stages, put
+
+    for case in results["cases"]:
+        blamed = by_stages(case, ran=tracer)
+        if blamed is not None:
+            put(case, blamed)
 
 
 def _diagnose(request: RunRequest, results: dict[str, Any], console: Console) -> None:

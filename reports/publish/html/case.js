@@ -10,6 +10,7 @@
         step(around.before, "\u2191 previous", "k"), step(around.after, "\u2193 next", "j")),
       e("h1", {}, rayproof.pill(row.verdict), " ", e("bdi", {}, row.name)),
       row.cause ? e("p", { class: "reason cause" }, e("strong", {}, "Cause: "), e("bdi", {}, row.cause)) : null,
+      row.excluded ? e("p", { class: "reason" }, e("strong", {}, "Excluded: "), e("bdi", {}, row.excluded)) : null,
       row.reason ? e("p", { class: "reason" }, row.blame ? e("strong", {}, `${row.blame}: `) : null, e("bdi", {}, row.reason)) : null,
       e("p", {}, row.stresses),
       e("p", {}, (row.covers || []).map((id) => e("a", { class: "chip", href: rayproof.link({ id }) }, id)), " ",

@@ -75,17 +75,29 @@
           e("td", { class: "figure" }, row.cases), e("td", { class: "figure" }, row.voices)))))));
   };
 
+  // One row a cause, or for what is blamed where no cause is known, with its cases below.
   rayproof.blamed = function (results) {
     const bad = results.cases.filter((row) => !["pass", "warn", "undecided", "unsupported"].includes(row.verdict));
     if (!bad.length) return null;
+    const groups = new Map();
+    for (const row of bad) {
+      const key = `${row.verdict} ${row.cause || row.blame}`;
+      if (!groups.has(key)) groups.set(key, []);
+      groups.get(key).push(row);
+    }
+    const causes = results.causes || [];
+    const told = new Set(bad.map((row) => row.cause));
+    const shown = [...groups.values()].slice(0, 8);
+    const left = bad.length - shown.reduce((sum, rows) => sum + rows.length, 0);
     return e("section", { class: "panel blamed", "aria-label": "What is blamed" },
-      e("h2", {}, (results.causes || []).length ? "What is wrong" : "What is blamed"),
-      (results.causes || []).map((text) => e("p", { class: "cause" }, e("strong", {}, e("bdi", {}, text)))),
-      e("ul", {}, bad.slice(0, 8).map((row) => e("li", {}, rayproof.pill(row.verdict), " ",
-        row.blame ? e("strong", {}, row.blame) : e("span", { class: "muted" }, "no stage"), " in ",
-        e("a", { href: rayproof.link({ case: row.name, stage: row.stage }) }, e("bdi", {}, row.name)),
-        row.reason ? e("bdi", { class: "muted" }, ` \u2013 ${row.reason}`) : null))),
-      bad.length > 8 ? e("p", { class: "muted" }, `and ${bad.length - 8} more in the list below`) : null);
+      e("h2", {}, causes.length ? "What is wrong" : "What is blamed"),
+      causes.filter((text) => !told.has(text)).map((text) => e("p", { class: "cause" }, e("strong", {}, e("bdi", {}, text)))),
+      e("ul", {}, shown.map(([row, ...rest]) => e("li", {}, rayproof.pill(row.verdict), " ",
+        row.cause || row.blame ? e("strong", {}, e("bdi", {}, row.cause || row.blame)) : e("span", { class: "muted" }, "no stage"), " in ",
+        [row, ...rest].slice(0, 8).flatMap((one, place) => [place ? ", " : "", e("a", { href: rayproof.link({ case: one.name, stage: one.stage }) }, e("bdi", {}, one.name))]),
+        rest.length > 7 ? ` and ${rest.length - 7} more` : "",
+        row.reason ? e("bdi", { class: "muted" }, ` \u2013 ${rest.length ? `${row.name}: ` : ""}${row.reason}`) : null))),
+      left ? e("p", { class: "muted" }, `and ${left} more in the list below`) : null);
   };
 
   rayproof.review = function (results) {

@@ -11,7 +11,7 @@ from cases.stages import Stage
 from reference.analytic import Analytic
 from reports.diagnosis import MISTAKES
 from reports.diagnosis.answering import Answered
-from reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, _bound, estimated
+from reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated
 from reports.diagnosis.search import search
 from reports.diagnosis.trial import Evidence, trial
 
@@ -51,7 +51,7 @@ def rightly(name: str) -> Answered:
 
 def under(name: str, mistake: str, parameter: float = 0.0) -> Evidence:
     """Return the radiance that a renderer with a mistake writes."""
-    way = _bound(MISTAKES[mistake].ways[0], parameter)
+    way = bound(MISTAKES[mistake].ways[0], parameter)
     answers = evidence(name).under(way).answers
     return evidence(name, {Stage.RADIANCE: answers[Stage.RADIANCE]})
 
@@ -72,10 +72,10 @@ def test_a_mistake_is_said_in_a_verb_phrase_and_concerns_items(name: str) -> Non
 def test_every_way_of_a_mistake_answers_a_scene_and_none_speaks_against_itself(name: str) -> None:
     scene = evidence("random_scenes/seed_1")
     for way in MISTAKES[name].ways:
-        bound = _bound(way, 1.5 if MISTAKES[name].fit is not None else 0.0)
-        answers = scene.under(bound).answers
+        with_it = bound(way, 1.5 if MISTAKES[name].fit is not None else 0.0)
+        answers = scene.under(with_it).answers
 
-        tally = trial(evidence("random_scenes/seed_1", dict(answers)), bound)
+        tally = trial(evidence("random_scenes/seed_1", dict(answers)), with_it)
 
         assert tally is not None
         assert (tally.off, tally.agree) == (0, tally.telling)

@@ -1,0 +1,166 @@
+"""What is blamed is the set that the evidence leaves: the right item is in it, and what is out is out by a check."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cases.families import select
+from reference.analytic import Analytic
+from reports.diagnosis import measuring
+from reports.diagnosis.blaming import Blamed, by_stages, narrowed, put
+from reports.diagnosis.diagnosing import narrow
+from reports.diagnosis.saying import entries
+from reports.diagnosis.search import search
+from reports.diagnosis.trial import Evidence
+from reports.judge.judging import judge_case
+from reports.judge.oracle import stages_of
+from reports.judge.parties import Witness
+from reports.run.supported import count_what_is_supported
+from reports.subjects import PROGRAM, Subject
+from reports.subjects.program import candidate
+
+ORACLE = Analytic()
+needs_compiler = pytest.mark.skipif(measuring.compiler() is None, reason="there is no C++ compiler")
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return measuring.built(tmp_path_factory.mktemp("mistaken"))
+
+
+def shown(
+    program: Path, mistake: str, names: list[str], *more: str
+) -> tuple[list[dict[str, Any]], dict[str, Evidence]]:
+    """Return the records of a program with a mistake, judged before the oracle alone, and its evidence."""
+    command = (str(program), "--mistake", mistake, *more, "{scene}", "{output}")
+    subject = Subject(name=PROGRAM, title="exec:mistaken", command=command)
+    records, evidence = [], {}
+    for case in select(names):
+        given = candidate(subject, case.scene, case=case.name, samples=1)
+        answers = ORACLE.render(case.scene, stages_of(case.scene))
+        truth = Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
+        found = judge_case(case, [given], [truth], ORACLE, {})
+        count_what_is_supported(found, [given])
+        record = {
+            "name": case.name,
+            "verdict": found.outcome.value,
+            "stage": None if found.stage is None else found.stage.value,
+            "shapes": [type(shape).__name__ for shape in case.scene.shapes],
+            "checks": [check.as_json() for check in found.checks],
+        }
+        if (blamed := by_stages(record, ran=False)) is not None:
+            put(record, blamed)
+        records.append(record)
+        evidence[case.name] = Evidence(
+            case=case.name,
+            scene=case.scene,
+            load=lambda answers=given.answers: dict(answers or {}),
+            failed=found.outcome.value == "fail",
+            oracle=ORACLE,
+            undecided=None,
+        )
+    return records, evidence
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("mistake", "more", "names", "items"),
+    [
+        ("no_falloff", ["--only", "radiance"], ["primitives/sphere", "primitives/cube"], ["RAD-1"]),
+        ("clips_nothing", [], ["clipping/sphere_depth", "clipping/sphere_shell", "primitives/sphere"], ["HIT-2"]),
+        ("pixel_corner", [], ["primitives/sphere", "primitives/cube"], ["CAM-3"]),
+    ],
+)
+def test_what_a_named_mistake_concerns_is_blamed_and_nothing_else(
+    program: Path, mistake: str, more: list[str], names: list[str], items: list[str]
+) -> None:
+    records, evidence = shown(program, mistake, names, *more)
+    failing = [one for one in evidence.values() if one.failed]
+    causes = entries(search(list(evidence.values())), failing, [], of=len(failing))
+
+    narrow({"cases": records}, evidence, PROGRAM, causes, seconds=20)
+
+    failed = [record for record in records if record["verdict"] == "fail"]
+    assert failed
+    for record in failed:
+        assert record["blamed_items"] == items, record
+        assert record["item"] == (items[0] if len(items) == 1 else None)
+
+
+def test_a_named_mistake_and_what_has_the_same_pixels_are_blamed_in_the_cases_that_it_explains() -> None:
+    records = [failing("ray") | {"name": name} for name in ("a/explained", "a/another")]
+    for record in records:
+        put(record, Blamed(items=("CAM-1", "CAM-3", "CAM-4")))
+    case = select(["primitives/sphere"])[0]
+    known = Evidence(case=case.name, scene=case.scene, load=dict, failed=True, oracle=ORACLE, undecided=None)
+    evidence: dict[str, Evidence] = dict.fromkeys(("a/explained", "a/another"), known)
+    other = {"items": ["CAM-3"]}
+    cause = {"mistake": "left_handed", "cases": ["a/explained"], "items": ["CAM-1"], "alternatives": [other]}
+
+    narrow({"cases": records}, evidence, PROGRAM, [cause], seconds=0)
+
+    assert records[0]["blamed_items"] == ["CAM-1", "CAM-3"]
+    assert records[1]["blamed_items"] == ["CAM-1", "CAM-3", "CAM-4"]
+
+
+@needs_compiler
+def test_of_an_unknown_mistake_items_are_out_only_by_a_check_that_passes(program: Path) -> None:
+    records, evidence = shown(program, "softened_falloff", ["primitives/cube", "several_lights/simplified"])
+    (failing,), (passing,) = ([one for one in records if one["verdict"] == kind] for kind in ("fail", "pass"))
+
+    blamed = by_stages(failing, ran=False)
+    assert blamed is not None
+
+    found = narrowed(
+        [(failing, evidence[failing["name"]], blamed)],
+        [(passing, evidence[passing["name"]])],
+        PROGRAM,
+        seconds=20,
+    )[failing["name"]]
+
+    assert "RAD-1" in found.items
+    assert found.excluded["RAD-2"] == "several_lights/simplified: irradiance"
+    assert not {"RAD-4", "NRM-2", "CAM-4"} & set(found.items), "these stages pass in the case itself"
+
+
+def failing(stage: str, *passing: str) -> dict[str, Any]:
+    """Return the record of a case of spheres that fails at a stage and passes at others."""
+    checks = [{"configuration": PROGRAM, "stage": one, "verdict": "pass"} for one in passing]
+    checks.append({"configuration": PROGRAM, "stage": stage, "verdict": "fail"})
+    return {"verdict": "fail", "stage": stage, "checks": checks, "shapes": ["Sphere"]}
+
+
+def test_a_marchers_distances_are_no_fault_of_its_camera_whose_rays_pass() -> None:
+    blamed = by_stages(failing("distance", "ray", "object"), ran=False)
+
+    assert blamed is not None
+    assert "HIT-1" in blamed.items
+    assert not any(item.startswith("CAM") for item in blamed.items)
+
+
+def test_radiance_alone_leaves_every_item_that_its_shapes_ask_for() -> None:
+    blamed = by_stages(failing("radiance"), ran=False)
+
+    assert blamed is not None
+    assert {"CAM-3", "XF-1", "HIT-1", "HIT-2", "NRM-1", "NRM-3", "LIT-5", "RAD-1", "RAD-4", "RAD-5"} <= set(
+        blamed.items
+    )
+    assert not {"HIT-3", "NRM-2", "HIT-7"} & set(blamed.items)
+
+
+def test_shadows_alone_may_come_of_a_shape_that_only_feelers_meet_wrongly() -> None:
+    blamed = by_stages(failing("visibility", "ray", "object", "distance", "position", "normal"), ran=False)
+
+    assert blamed is not None
+    assert {"HIT-1", "XF-1", "LIT-1", "LIT-5"} <= set(blamed.items)
+
+
+def test_one_item_is_named_only_where_nothing_else_is_left() -> None:
+    record = failing("exitance", "ray", "object", "distance", "position", "normal", "visibility", "irradiance")
+    blamed = by_stages(record, ran=False)
+    assert blamed is not None
+
+    put(record, blamed)
+
+    assert (record["item"], record["blamed_items"]) == ("RAD-4", ["RAD-4"])
