@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from cases.ladders.draws.light import balls, floors
+from cases.ladders.draws.light import balls, floors, lids
 from cases.ladders.ladder import Failure, Gate, Ladder
 
 NO_K = "none: lit or not"
@@ -211,5 +211,23 @@ LADDERS = (
         ),
         first_to_break="feeler/skip_last: the neighbour is not the shape that was left",
         survivor="feeler/error_bound, normal_offset",
+    ),
+    _feeler(
+        name="SHD-LIGHT-END",
+        slots=("feeler", "segment", "obstructed"),
+        parameter="height of a blocker below or above the light, over the light's own; half of them stand behind it",
+        values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
+        draw=lids,
+        fails=(
+            BELOW,
+            Failure(formulas=("endless",), because="erratum E10: a blocker behind the light counts"),
+            Failure(
+                formulas=("mitsuba",),
+                because="its last 15 000 epsilons of the way are not tested, 9e-4 of it",
+                precisions=("float32",),
+            ),
+        ),
+        first_to_break="segment/endless, then feeler/mitsuba",
+        survivor="segment/to_light",
     ),
 )

@@ -1,6 +1,6 @@
-"""Ladders of points on spheres and of the normals there."""
+"""Ladders of points on spheres, planes and triangles, and of the normals on spheres."""
 
-from cases.ladders.draws import special
+from cases.ladders.draws import special, triangle
 from cases.ladders.draws import sphere as draws
 from cases.ladders.ladder import Failure, Gate, Ladder, Law
 
@@ -47,5 +47,25 @@ LADDERS = (
         survivor="sphere_normal/from_center",
         saturated=float("inf"),
         laws=(Law(formulas=("from_center",), slope=0.0, because="the formula only sees p - c"),),
+    ),
+    *(
+        Ladder(
+            name=f"PNT-{shape.upper()}",
+            group="triangle, square, plane",
+            question="point",
+            slots=("position",),
+            parameter="distance of the eye [m]",
+            values=(1e1, 1e2, 1e3, 1e4, 1e5, 1e6),
+            draw=draw,
+            unit="m",
+            condition="|n| . (|o| + |t d| + |a|): o + t d is rounded at the size of the way",
+            options={"shape": shape},
+            gate=Gate(reaches={"float32": reach, "float64": 1e6}),
+            first_to_break="all alike; Pharr et al. (2023), 6.8: a point by barycentric coordinates would not",
+            survivor="none: a point by o + t d rounds at the size of t",
+            saturated=float("inf"),
+            laws=(Law(formulas=("*",), slope=1.0, because="o + t d rounds at the size of t: u D"),),
+        )
+        for shape, draw, reach in (("plane", triangle.plane_far, 1e6), ("triangle", triangle.well_shaped, 1e3))
     ),
 )

@@ -2,10 +2,22 @@
 
 from typing import Any
 
+from cases.ladders.draws import matrices
 from cases.ladders.draws import triangle as draws
 from cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 MISPRINTS = ("printed_third_row", "unsigned_areas")
+RIGHT = (
+    "moeller_trumbore",
+    "moeller_trumbore_epsilon",
+    "scalar_triple",
+    "signed_areas",
+    "baldwin_weber",
+    "pluecker",
+    "woop",
+    "woop_kahan",
+    "woop_float64_fallback",
+)
 MISPRINTED = Failure(formulas=MISPRINTS, because="erratum E6 or E5: another condition than the triangle's")
 NO_AREA = "what has no area may be hit by rounding; the tracer leaves such triangles out beforehand"
 
@@ -21,6 +33,26 @@ def _ladder(**about: Any) -> Ladder:
         "options": {"shape": "triangle", "natural": "roundings"},
     }
     return Ladder(**(given | about))
+
+
+def _tree(bundle: int = 1, **about: Any) -> Ladder:
+    last = about["values"][-1]
+    return Ladder(
+        group="box",
+        question="tree",
+        slots=("triangle",),
+        only=("woop_kahan",),
+        unit="triangles lost",
+        condition="none: met or lost",
+        kind="count",
+        rays=1024,
+        quick_rays=256,
+        options={"shape": "triangle", "bundle": bundle},
+        gate=Gate(reaches={"float32": last, "float64": last}, misclassified=0.0, index=float("inf")),
+        first_to_break="slabs without room for their own roundings: the far end comes before the near one",
+        survivor="beams in tracer/acceleration, moved outward by 16 u (Ize 2013: 2 gamma(3))",
+        **about,
+    )
 
 
 LADDERS = (
@@ -132,5 +164,92 @@ LADDERS = (
         ),
         first_to_break="triangle/moeller_trumbore_epsilon: a determinant is an area, not a number",
         survivor="triangle/moeller_trumbore, woop",
+    ),
+    _ladder(
+        name="TRI-SHORT",
+        parameter="size of a triangle [m], seen from 3 m",
+        values=(1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
+        draw=draws.sized,
+        gate=Gate(reaches={"float32": 1e-4, "float64": 1e-6}),
+        fails=(
+            MISPRINTED,
+            Failure(
+                formulas=("moeller_trumbore_epsilon",), because="an absolute epsilon on an area deletes small triangles"
+            ),
+        ),
+        first_to_break="triangle/moeller_trumbore_epsilon, then all alike: barycentrics lose u D / size",
+        survivor="all for t",
+        laws=(Law(formulas=RIGHT, slope=0.0, because="t is that of the plane, which the corners give at any size"),),
+    ),
+    _ladder(
+        name="TRI-LONG",
+        parameter="size of a triangle [m], seen from 3 m",
+        values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7),
+        draw=draws.sized,
+        gate=Gate(reaches={"float32": 1e7, "float64": 1e7}, index=100.0),
+        fails=(MISPRINTED,),
+        first_to_break="triangle/woop, woop_kahan, pluecker: up to 28 K u",
+        survivor="triangle/baldwin_weber in float32, whose matrix is made in float64",
+        measured="predicted: 4 K u for all. The shear mixes the axes, so that t is off by the longest of them, where K"
+        " counts what lies along the normal: 28 K u at most for woop_kahan, 9 for moeller_trumbore",
+        laws=(
+            Law(
+                formulas=("baldwin_weber",), slope=0.0, because="its matrix is made in float64", precisions=("float32",)
+            ),
+            Law(formulas=RIGHT, slope=1.0, because="corners are left with u L beside the ray", skip=2),
+        ),
+    ),
+    _ladder(
+        name="TRI-BAKED",
+        question="baked_distance",
+        parameter="distance from the world's origin to which a mesh is moved [m]",
+        values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5),
+        draw=matrices.triangles(matrices.moved),
+        condition="|n| . (|o| + |t d|) / (|n . d| |t|): the world's origin is the origin",
+        gate=Gate(reaches={"float32": 1e5, "float64": 1e5}),
+        fails=(MISPRINTED,),
+        first_to_break="the baking, not a formula: corners are float32 in either precision",
+        survivor="none; a ray taken into object space would not see the translation (XF-FAR)",
+        laws=(Law(formulas=RIGHT, slope=1.0, because="a corner is left with u T, u that of float32", skip=2),),
+    ),
+    _ladder(
+        name="TRI-ORDER",
+        question="order",
+        slots=("nearest", "triangle"),
+        parameter="gap between two parallel triangles [m], seen from 3 m",
+        values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7),
+        draw=draws.layers,
+        kind="count",
+        unit="surfaces in the wrong order",
+        condition="none: right or wrong",
+        gate=Gate(reaches={"float32": 1e-5, "float64": 1e-7}),
+        fails=(MISPRINTED,),
+        first_to_break="all alike, where the gap is a few roundings of t",
+        survivor="float64; nearest/smaller compares exactly whatever it is given",
+    ),
+    _tree(
+        name="TREE-FAR",
+        parameter="distance of the eye [sheets]",
+        values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5),
+        draw=draws.tiles(far=True),
+    ),
+    _tree(
+        name="TREE-FAR-BEAM",
+        parameter="distance of the eye [sheets], four rays at once",
+        values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5),
+        draw=draws.tiles(far=True),
+        bundle=4,
+    ),
+    _tree(
+        name="TREE-MOVED",
+        parameter="distance from the world's origin [sheets]",
+        values=(0.0, 1.0, 1e1, 1e2, 1e3),
+        draw=draws.tiles(moved=True),
+    ),
+    _tree(
+        name="TREE-GRAZE",
+        parameter="cosine of incidence, along an axis",
+        values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5),
+        draw=draws.tiles(grazing=True),
     ),
 )

@@ -16,11 +16,15 @@ PER_VALUE = 4  # rays of every value of a sweep that the witness sees
 
 def pairs(inputs: Mapping[str, np.ndarray]) -> Columns:
     """Return inputs (rays,) and (rays, k) as pairs and tuples of pairs."""
-    return {name: _parts(array, Pair) for name, array in inputs.items()}
+    return parts(inputs, Pair)
 
 
-def _parts(array: np.ndarray, number: Callable[[Any], Any]) -> Any:
-    return number(array) if array.ndim == 1 else tuple(number(array[:, i]) for i in range(array.shape[1]))
+def parts(inputs: Mapping[str, np.ndarray], number: Callable[[Any], Any]) -> Columns:
+    """Return inputs (rays,) and (rays, k) as numbers of a kind that is made from arrays, and tuples of them."""
+    return {
+        name: number(array) if array.ndim == 1 else tuple(number(array[:, i]) for i in range(array.shape[1]))
+        for name, array in inputs.items()
+    }
 
 
 def single(inputs: Mapping[str, np.ndarray], ray: int, number: Callable[[float], Any]) -> Columns:
@@ -83,6 +87,25 @@ def witnessed(
     finally:
         ctx.prec = old
     return seen, worst
+
+
+def confirmed(
+    predicates: Mathematics, inputs: Mapping[str, np.ndarray], signs: Mapping[str, np.ndarray], rays: np.ndarray
+) -> tuple[int, float]:
+    """Return how many signs of `rays` were asked of balls of many bits, and 1 if one contradicts, else 0.
+
+    A ball of zero alone is a tie; one that merely holds zero confirms nothing but a tie.
+    """
+    seen, wrong = 0, False
+    old, ctx.prec = ctx.prec, WITNESS_BITS
+    try:
+        for ray in rays:
+            for name, ball in predicates(single(inputs, int(ray), arb)).items():
+                sign = int(bool(ball > 0)) - int(bool(ball < 0))
+                seen, wrong = seen + 1, wrong or sign != int(signs[name][ray])
+    finally:
+        ctx.prec = old
+    return seen, float(wrong)
 
 
 def inputs_length(inputs: Mapping[str, np.ndarray]) -> int:

@@ -158,11 +158,15 @@ class Triangle:
         parts = self._parts(x)
         return {"t": parts["t"] / parts["det"]}
 
-    def decide(self, signs: Signs, values: Mapping[str, Pair], inputs: Mapping[str, np.ndarray]) -> Hit:
-        """Return a hit where no area differs in sign from the determinant and t is positive."""
+    def met(self, signs: Signs) -> np.ndarray:
+        """Return where no area differs in sign from the determinant and t is positive."""
         det = signs["det"].astype(int)
         inside = np.all([signs[name] * det >= 0 for name in "uvw"], axis=0)
-        hit = (det != 0) & inside & (signs["t"] * det > 0)
+        return (det != 0) & inside & (signs["t"] * det > 0)
+
+    def decide(self, signs: Signs, values: Mapping[str, Pair], inputs: Mapping[str, np.ndarray]) -> Hit:
+        """Return a hit where the triangle is met."""
+        hit = self.met(signs)
         normal = np.cross(inputs["b"] - inputs["a"], inputs["c"] - inputs["a"])
         with np.errstate(all="ignore"):
             normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)

@@ -46,6 +46,20 @@ def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine
     return draw
 
 
+def lids(share: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return hits on planes, and blockers parallel to them, at `share` of the way's height before or behind the light.
+
+    The blocker is anchored above the plane's own point, so that where it stands is what a formula has to find out.
+    """
+    drawn = floors()(0.0, count, generator, precision)
+    height = np.sum((drawn["light"] - drawn["point"]) * drawn["normal"], axis=1)
+    side = np.where(generator.random(count) < 0.5, -1.0, 1.0)
+    above = (height * (1 + side * share))[:, None] * drawn["normal"]
+    return drawn | {
+        "blocker": rounded(drawn["point"] + above / np.sum(drawn["normal"] ** 2, axis=1)[:, None], precision)
+    }
+
+
 def balls(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, swept: str = "") -> Draw:
     """Return a draw of hits on spheres of radius `scale`, likewise; the blocker is a plane across the normal."""
 

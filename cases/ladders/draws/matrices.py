@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cases.ladders.draws import directions, rotation, rounded
+from cases.ladders.draws import across, directions, rotation, rounded
 from cases.ladders.ladder import Draw, Inputs
 
 MATRICES = 2  # per value
@@ -74,6 +74,31 @@ def rays(make: Make, *, reach: float = 1.2, flat: bool = False) -> Draw:
         direction = world - origin
         unit = rounded(direction / np.linalg.norm(direction, axis=1, keepdims=True), precision)
         return {"matrix": matrix, "o": origin, "d": unit}
+
+    return draw
+
+
+def triangles(make: Make) -> Draw:
+    """Return a draw of unit triangles in object space, float32 as meshes have them, and rays at them in world space."""
+
+    def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+        matrix = _blocks(make, value, count, generator, precision)
+        linear, shift = matrix.reshape(-1, 3, 4)[:, :, :3], matrix.reshape(-1, 3, 4)[:, :, 3]
+        along = directions(len(matrix), generator)
+        start = directions(len(matrix), generator)
+        corners = [start, start + along, start + 0.4 * along + across(along, generator)]
+        corners = [rounded(corner, "float32") for corner in corners]
+        weights = 0.1 + 0.7 * generator.dirichlet((1.0, 1.0, 1.0), len(matrix))
+        target = sum(corner * weights[:, i : i + 1] for i, corner in enumerate(corners))
+        first, second, third = (np.einsum("nij,nj->ni", linear, corner) for corner in corners)
+        normal = np.cross(second - first, third - first)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        slope = np.sqrt(generator.uniform(0.3, 1.0, (len(matrix), 1)))
+        world = np.einsum("nij,nj->ni", linear, target) + shift
+        away = slope * normal + np.sqrt(1 - slope**2) * across(normal, generator)
+        origin = rounded(world + 3 * away, precision)
+        unit = (world - origin) / np.linalg.norm(world - origin, axis=1, keepdims=True)
+        return {"matrix": matrix, "o": origin, "d": rounded(unit, precision), **dict(zip("abc", corners, strict=True))}
 
     return draw
 

@@ -81,6 +81,65 @@ def scaled(scale: float, count: int, generator: np.random.Generator, precision: 
     return drawn | {name: rounded(drawn[name] * scale, precision) for name in "oabc"}
 
 
+def sized(size: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays at points well inside triangles of this size, from 3 m."""
+    start, *others = _triangles(count, generator)
+    corners = [start, *(start + (corner - start) * size for corner in others)]
+    weights = 0.1 + 0.7 * _weights(count, generator)
+    # The eye stays as near to the world's origin as the point that it sees, however large the triangle.
+    target = sum(corner * weights[:, i : i + 1] for i, corner in enumerate(corners))
+    moved = [corner - target + start for corner in corners]
+    return _aimed(moved, weights, generator, precision, cosine=np.sqrt(generator.uniform(0.3, 1.0, count)))
+
+
+def layers(gap: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays at points well inside unit triangles, and the same triangles moved by `gap` m to either side."""
+    weights = 0.1 + 0.7 * _weights(count, generator)
+    drawn = _aimed(_triangles(count, generator), weights, generator, precision)
+    normal = _unit(np.cross(drawn["b"] - drawn["a"], drawn["c"] - drawn["a"]))
+    side = np.where(generator.random(count) < 0.5, -gap, gap)[:, None]
+    return drawn | {f"{name}2": rounded(drawn[name] + side * normal, precision) for name in "abc"}
+
+
+def tiles(*, far: bool = False, moved: bool = False, grazing: bool = False) -> Draw:
+    """Return a draw of right triangles in a flat sheet of cells, each with a ray at a point near its border.
+
+    Sides and sheet lie along the axes, so that boxes have no thickness and their corners are those of the triangles.
+    Four rays in a row start from one point. The value is the distance of the eye in sheets, how far everything is moved
+    in sheets, or the cosine of incidence, at which rays go along one axis with the other component +0 or -0.
+    """
+
+    def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+        cells = int(np.ceil(np.sqrt(count)))
+        place = np.stack(np.divmod(generator.permutation(cells * cells)[:count], cells), axis=1) / cells - 0.5
+        flat, side = np.zeros((count, 1)), 0.9 / cells
+        shift = value * np.array([0.6, -0.48, 0.64]) if moved else np.zeros(3)
+        # Meshes have float32 corners.
+        corners = [
+            rounded(np.concatenate([place + np.array(step) * side, flat], axis=1) + shift, "float32")
+            for step in ((0, 0), (1, 0), (0, 1))
+        ]
+        weights = 0.02 + 0.94 * generator.dirichlet((0.3, 0.3, 0.3), count)
+        target = sum(corner * weights[:, i : i + 1] for i, corner in enumerate(corners))
+        groups = -(-count // 4)
+        eye = np.repeat(directions(groups, generator) * (3 * value if far else 3.0), 4, axis=0)[:count] + shift
+        eye[:, 2] = shift[2] + np.repeat(np.where(generator.random(groups) < 0.5, -1.0, 1.0), 4)[:count] * (
+            abs(eye[:, 2] - shift[2]) + 0.1
+        )
+        origin = rounded(eye, precision)
+        if grazing:
+            # Each its own origin then: rays along one axis that meet different triangles cannot share one.
+            along = generator.integers(2, size=count)
+            direction = np.where(generator.random((count, 3)) < 0.5, -0.0, 0.0)
+            direction[np.arange(count), along] = 1.0
+            direction[:, 2] = -value
+            origin = rounded(target - 3.0 * direction, precision)
+            return {"o": origin, "d": rounded(direction, precision), **dict(zip("abc", corners, strict=True))}
+        return {"o": origin, "d": rounded(_unit(target - origin), precision), **dict(zip("abc", corners, strict=True))}
+
+    return draw
+
+
 def degenerate(kind: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
     """Return triangles without area: 1 a point, 2 two equal corners, 3 a middle corner, 4 a zero-length direction."""
     whole = generator.integers(-8, 9, size=(3, count, 3)).astype(np.float64)

@@ -12,16 +12,17 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
+from cases.baking import world_triangles
 from cases.ladders.ladder import Inputs, Ladder
 from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Cube, Plane, Shape, Sphere, Square
-from reports.stability.device import uploaded
+from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square
+from reports.stability.device import downloaded, uploaded
 from reports.stability.exactly import Columns, decided, evaluated, sample, witnessed
-from reports.stability.geometry import ahead, ray_of
+from reports.stability.geometry import ahead, ray_of, record
 from reports.stability.mathematics import cross, dot, minus, normalized
 from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from reports.stability.questions.distance import graded
-from reports.stability.shapes import SHAPES, towards
+from reports.stability.shapes import SHAPES, Triangle, towards
 from tracer.arrays import ArrayTypes, array_types
 from tracer.catalogue import Formula
 from tracer.configuration import Configuration
@@ -174,3 +175,70 @@ def angles(computed: np.ndarray, exact: dict[str, Any]) -> np.ndarray:
         sine = cross(true, tuple(computed[:, i] for i in range(3)))
         across = np.sqrt(sum(component.high**2 for component in sine))
         return np.arctan2(across, dot(true, tuple(computed[:, i] for i in range(3))).high)
+
+
+def in_world_space(x: Columns) -> Columns:
+    """Return the ray, and the triangle in world space."""
+    m = x["matrix"]
+
+    def placed(corner: Any) -> Any:
+        return tuple(
+            m[4 * i] * corner[0] + m[4 * i + 1] * corner[1] + m[4 * i + 2] * corner[2] + m[4 * i + 3] for i in range(3)
+        )
+
+    return {"o": x["o"], "d": x["d"]} | {name: placed(x[name]) for name in "abc"}
+
+
+class Baked(Triangle):
+    """A triangle whose corners were rounded where they stand: K weighs them, and the ray, from the world's origin."""
+
+    center = None
+
+
+@QUESTIONS.register("baked_distance")
+class BakedDistance:
+    """The t of a triangle that was baked into world space, whose corners are float32 in either precision.
+
+    Truth takes the corners as they would be without that rounding.
+    """
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return hit and t of the exact corners."""
+        shape = Baked()
+        signs = decided(lambda x: shape.predicates(in_world_space(x)), inputs)
+
+        def values(x: Columns) -> dict[str, Any]:
+            return shape.values(in_world_space(x))
+
+        found = evaluated(values, inputs)
+        world = evaluated(
+            lambda x: {f"{name}{i}": v for name in "abc" for i, v in enumerate(in_world_space(x)[name])}, inputs
+        )
+        given = {name: np.stack([world[f"{name}{i}"].high for i in range(3)], axis=1) for name in "abc"}
+        given |= {"o": inputs["o"], "d": inputs["d"]}
+        hit = shape.decide(signs, found, given)
+        facts = {"hit": hit, "given": given, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
+        witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
+        return Truth(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return t per ray, all triangles in one kernel."""
+        corners = np.concatenate([_baked(inputs, block) for block in blocks(inputs)])
+        given = inputs | {name: corners[:, i].astype(np.float64) for i, name in enumerate("abc")}
+        columns = uploaded({name: given[name] for name in "odabc"}, array_types(precision))
+        t = formula.function(
+            ray_of(columns), record("triangle", columns, array_types(precision)), ahead(array_types(precision))
+        )
+        return downloaded({"t": t}, len(corners))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return misses and errors, in roundings of float32 always: that is what corners are rounded to."""
+        return graded(ladder, truth, answer["t"], "float32")
+
+
+def _baked(inputs: Inputs, block: slice) -> np.ndarray:
+    """Return the world-space corners (rays, 3, 3) of the triangles that share a matrix, as every renderer gets them."""
+    corners = np.stack([inputs[name][block] for name in "abc"], axis=1)
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
+    matrix = rows(inputs["matrix"][block.start])
+    return world_triangles(Mesh(vertices=corners.reshape(-1, 3), faces=faces, albedo=ALBEDO, to_world=matrix))

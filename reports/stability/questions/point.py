@@ -1,6 +1,6 @@
-"""The point on a sphere and its normal: how far the point lies off the true surface, how the normal turns away.
+"""The point on a shape and its normal: how far the point lies off the true surface, how the normal turns away.
 
-Inputs as for "distance" with a sphere; the distance is the default formula's, so what differs is the point alone.
+Inputs as for "distance" with that shape; the distance is the default formula's, so what differs is the point alone.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from cases.rounding import UNIT_ROUNDOFF
 from reports.stability.device import downloaded, uploaded
 from reports.stability.exactly import Columns, decided, evaluated, sample, witnessed
 from reports.stability.geometry import ahead, ray_of, record
-from reports.stability.mathematics import dot, minus, normalized
+from reports.stability.mathematics import cross, dot, minus, normalized
 from reports.stability.pairs import Pair
 from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from reports.stability.questions.distance import Distance
@@ -26,7 +26,7 @@ from tracer.rays import Ray
 
 @dataclass(frozen=True, kw_only=True)
 class InPlace:
-    """What a position formula may ask, for a sphere whose object space is world space."""
+    """What a position formula may ask, where object space is world space and `everywhere` says that all are spheres."""
 
     ray: Ray
     center: Any
@@ -42,9 +42,37 @@ class InPlace:
         return self.everywhere, self.center, self.radius
 
 
+def off_surface(shape: str, p: np.ndarray, x: Inputs) -> np.ndarray:
+    """Return the distance [m] of points (rays, 3) from the true surface."""
+    if shape == "plane":
+        return abs(p[:, 2])
+    at = tuple(Pair(p[:, i]) for i in range(3))
+    if shape == "sphere":
+        local = minus(at, tuple(x["c"].T))
+        return abs(dot(local, local).sqrt().minus(x["r"]))
+    a, b, c = (tuple(Pair(x[name][:, i]) for i in range(3)) for name in "abc")
+    normal = normalized(cross(minus(b, a), minus(c, a)))
+    return abs(dot(normal, minus(at, a)).high)
+
+
+def rounding(shape: str, x: Inputs, t: np.ndarray) -> np.ndarray:
+    """Return what K u multiplies [m]: a sphere's own numbers, or what the ray's components along the normal sum up to.
+
+    A point on a sphere can be as near as its own rounding, since the sphere's numbers are larger than zero. Of a flat
+    shape whose numbers may all be zero only the way to it is left, o and t d.
+    """
+    if shape == "sphere":
+        return np.linalg.norm(x["c"], axis=1) + x["r"]
+    reach = abs(x["o"]) + abs(t[:, None] * x["d"])
+    if shape == "plane":
+        return reach[:, 2]
+    normal = np.cross(x["b"] - x["a"], x["c"] - x["a"])
+    return np.sum(abs(normal) * (reach + abs(x["a"])), axis=1) / np.linalg.norm(normal, axis=1)
+
+
 @QUESTIONS.register("point")
 class Point:
-    """The slot `position`: the distance of the computed point from the surface [r]; K u = u (|c| + r) / r."""
+    """The slot `position`: the distance of the computed point from the surface, on a sphere in radii."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return which rays hit."""
@@ -53,28 +81,33 @@ class Point:
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return points [m]."""
-        types = array_types(precision)
+        types, shape = array_types(precision), str(ladder.options["shape"])
         columns = uploaded(inputs, types)
         ray = ray_of(columns)
-        t = FORMULAS[f"sphere/{FORMULAS.slots['sphere']}"].function(ray, record("sphere", columns, types), ahead(types))
-        place = InPlace(ray=ray, center=columns["c"], radius=columns["r"], everywhere=types.Bool(True))
+        t = FORMULAS[f"{shape}/{FORMULAS.slots[shape]}"].function(ray, record(shape, columns, types), ahead(types))
+        place = InPlace(
+            ray=ray,
+            center=columns.get("c", types.Vector(0.0)),
+            radius=columns.get("r", types.Float(1.0)),
+            everywhere=types.Bool(shape == "sphere"),
+        )
         return downloaded({"p": formula.function(ray, t, place), "t": t}, len(inputs["o"]))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
         """Return distances from the surface; a ray that the default formula lost is not the point's fault."""
+        shape = str(ladder.options["shape"])
         counted = truth.counted & np.isfinite(answer["t"])
         with np.errstate(all="ignore"):
-            local = tuple(Pair(answer["p"][:, i]) - inputs["c"][:, i] for i in range(3))
-            off = np.where(counted, abs(dot(local, local).sqrt().minus(inputs["r"])), np.nan)
-        size = np.linalg.norm(inputs["c"], axis=1) + inputs["r"]
+            off = np.where(counted, off_surface(shape, answer["p"], inputs), np.nan)
+            index = off / (UNIT_ROUNDOFF[precision] * rounding(shape, inputs, answer["t"]))
         rays = len(off)
         return Grades(
             counted=counted,
             false_hit=nothing(rays),
             false_miss=nothing(rays),
             invalid=counted & np.isnan(off),
-            error=off / inputs["r"],
-            index=off / (UNIT_ROUNDOFF[precision] * size),
+            error=off / inputs["r"] if shape == "sphere" else off,
+            index=index,
         )
 
 

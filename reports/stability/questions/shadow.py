@@ -3,7 +3,8 @@
 Every ray asks both. Lit: the own surface alone, which a light above the horizon can never be behind (on a sphere seen
 from outside and on a plane the own root is divided out by algebra: truth knows no epsilon). Shadowed: a blocker, a
 plane `gap` above the hit along the normal, between the hit and the light; truth is by construction, the gap being far
-larger than the blocker's own rounding.
+larger than the blocker's own rounding. With an input `blocker` the plane stands through that point instead, before the
+light or behind it: rationals say which, and behind it nothing may be stopped.
 Inputs: o, d, point (on the surface), normal, gap, light; curved surfaces also c, r. Acne is a false miss of light, a
 leak a false hit.
 """
@@ -15,13 +16,14 @@ import numpy as np
 
 from cases.ladders.ladder import Inputs, Ladder
 from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import rational, sample, single
+from reports.stability.exactly import Columns, confirmed, decided, rational, sample, single
 from reports.stability.geometry import ahead, ray_of
 from reports.stability.mathematics import dot, minus
 from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
 from tracer.arrays import ArrayTypes, array_types
 from tracer.catalogue import FORMULAS, Formula
 from tracer.clearance import clearance
+from tracer.configuration import Configuration
 from tracer.feeling import Hit
 from tracer.geometry import SphereArrays
 from tracer.rays import Interval, Ray
@@ -42,21 +44,28 @@ def met(t: Any, interval: Interval) -> Any:
 
 @QUESTIONS.register("shadow")
 class Shadow:
-    """The slot `feeler`; segment and obstruction by default."""
+    """The slots `feeler`, `segment` and `obstructed`, each with the defaults of the others."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return which rays count: eye and light are on the same side, and the way to the light crosses the gap."""
         view = np.sum(inputs["normal"] * inputs["d"], axis=1)
         way = inputs["light"] - inputs["point"]
         lit = np.sum(way * inputs["normal"], axis=1)
-        return Truth(counted=(view < 0) & (lit > 2 * inputs["gap"]), facts={}, witness=_witness(inputs, rungs))
+        counted = (view < 0) & (lit > 2 * inputs["gap"])
+        if "blocker" not in inputs:
+            return Truth(counted=counted, facts={"blocked": counted}, witness=_witness(inputs, rungs))
+        signs = decided(before_light, inputs)
+        witness = Witness(*confirmed(before_light, inputs, signs, sample(rungs)))
+        return Truth(counted=counted, facts={"blocked": signs["before"] > 0}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return where the own surface, and where the blocker, stops the feeler."""
         types = array_types(precision)
+        configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
+        strategy = configuration.formula("feeler")
         columns = uploaded(inputs, types)
         columns = columns | self._hit(ladder, columns, types)
-        wide = bool(formula.facts["doubles"]) and precision != FLOAT64
+        wide = bool(strategy.facts["doubles"]) and precision != FLOAT64
         if wide:
             types = array_types(FLOAT64)
             wider = uploaded(inputs, types)
@@ -72,14 +81,15 @@ class Shadow:
             ray=ray_of(columns),
             distance=columns["t"],
         )
-        start = formula.function(hit, cosine, reach)
-        direction, end = FORMULAS[f"segment/{FORMULAS.slots['segment']}"].function(start.origin, columns["light"])
+        start = strategy.function(hit, cosine, reach)
+        direction, end = configuration["segment"](start.origin, columns["light"])
         feeler = Ray(origin=start.origin, direction=direction)
         interval = Interval(nearest=types.Float(start.nearest), farthest=types.Float(end * (1 - start.shorter)))
         skipped = start.skip is not None and not ladder.options.get("adjacent")
         own = types.Bool(False) if skipped else self._own(ladder, columns, feeler, interval)
-        blocker = columns["point"] + columns["normal"] * columns["gap"]
-        stopped = met(plane_t(feeler, blocker, columns["normal"]), interval)
+        blocker = columns.get("blocker", columns["point"] + columns["normal"] * columns["gap"])
+        t = plane_t(feeler, blocker, columns["normal"])
+        stopped = configuration["obstructed"](dr.select(met(t, interval), t, dr.inf))
         if start.skip is not None and ladder.options.get("self_shadow"):
             stopped = types.Bool(False)
         one = types.Float(1.0)
@@ -112,8 +122,9 @@ class Shadow:
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
         """Return acne as false misses and leaks as false hits (of light)."""
-        acne = truth.counted & (answer["own"] > 0)
-        leak = truth.counted & (answer["stopped"] == 0)
+        stopped, blocked = answer["stopped"] > 0, truth.facts["blocked"]
+        acne = truth.counted & ((answer["own"] > 0) | (stopped & ~blocked))
+        leak = truth.counted & blocked & ~stopped
         unknown = np.full(len(acne), np.nan)
         return Grades(
             counted=truth.counted,
@@ -124,6 +135,11 @@ class Shadow:
             index=unknown,
             counts={"acne": acne, "leak": leak},
         )
+
+
+def before_light(x: Columns) -> dict[str, Any]:
+    """Return what is positive where the blocker's plane stands before the light, as seen from the point."""
+    return {"before": dot(minus(x["light"], x["blocker"]), x["normal"])}
 
 
 def _witness(inputs: Inputs, rungs: np.ndarray) -> Witness:
