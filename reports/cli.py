@@ -33,6 +33,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "list": ("reports.commands.list:catalogue", "List cases, formulas, references, metrics or laws."),
     "show": ("reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
     "probe": ("reports.commands.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
+    "call": ("reports.commands.call:call", "Call a program under test once, and keep all that it was handed and said."),
     "stability": ("reports.commands.stability:stability", "Measure formulas on ladders of ill-conditioned inputs."),
     "oracle": ("reports.commands.oracle:oracle", "Enclose every stage of some pixels between certified bounds."),
     "render": ("reports.commands.render:render", "Render a scene file with the tracer alone."),

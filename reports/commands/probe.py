@@ -10,9 +10,11 @@ from cases.scene import Scene
 from cases.stages import IMAGE_STAGES, Stage, exr_channels
 from reports.commands.lookup import Repeated, configurations, references_named, scene_named
 from reports.commands.output import say, shout, show_table, write_json
-from reports.commands.usage import UsageError
+from reports.commands.run import subject_named
+from reports.commands.usage import UsageError, told_in_one_line
 
 if TYPE_CHECKING:
+    from reports.subjects import Subject
     from tracer.configuration import Configuration
 
 Column = dict[str, Any]  # row name -> number, or the sentence that says why there is none
@@ -25,6 +27,8 @@ def probe(
     *,
     formula: Repeated = (),
     require: Repeated = (),
+    subject: str = "tracer",
+    env: Repeated = (),
     cache: bool = True,
     json: Path | None = None,
 ) -> int:
@@ -42,6 +46,10 @@ def probe(
         A formula for the tracer, such as triangle=signed_areas. Repeatable.
     require
         A reference that answers on request only, such as certified. Repeatable.
+    subject
+        Another renderer, whose answers come first: a reference by name, or "exec:COMMAND {scene} {output}".
+    env
+        A variable of the environment that a program gets beside the usual ones. Repeatable.
     cache
         Take from the cache what references answered before; the tracer always renders.
     json
@@ -54,18 +62,33 @@ def probe(
         raise UsageError(f"pixel ({x}, {y}) lies outside the image: X from 0 to {width - 1}, Y from 0 to {height - 1}")
     chosen = configurations(["float32", "float64"], formula)
     names = references_named(require)
+    tested = subject_named(subject, env)
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
     from tracer.llvm import select
 
     select()
-    columns = {f"tracer-{one.name}": tracer_pixel(one, scene, x, y) for one in chosen}
-    columns |= {name: reference_pixel(name, scene, x, y, cached=cache) for name in names}
+    columns = {} if tested.is_tracer else {tested.name: subject_pixel(tested, scene, x, y)}
+    columns |= {f"tracer-{one.name}": tracer_pixel(one, scene, x, y) for one in chosen}
+    columns |= {name: reference_pixel(name, scene, x, y, cached=cache) for name in names if name != tested.name}
     write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns})
     say(f"{case}, pixel ({x}, {y}) of {width} x {height}")
     stages = dict.fromkeys(name for column in columns.values() for name in column)
     rows = [[name, *(short(column.get(name, "")) for column in columns.values())] for name in stages]
     show_table("One pixel, every stage", ["stage", *columns], rows)
     return 0
+
+
+def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
+    """Return what another renderer than the tracer answers at a pixel, or why it does not."""
+    from reports.judge.oracle import stages_of
+    from reports.run.asked import answered
+
+    with told_in_one_line():
+        found = answered(subject, scene)
+    if found.error is not None:
+        return {str(stage): f"error: {found.error}" for stage in stages_of(scene)}
+    refused = {str(stage): f"unsupported: {why}" for stage, why in found.unsupported.items()}
+    return pixel(scene, x, y, found.answers or {}) | refused
 
 
 def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -> Column:

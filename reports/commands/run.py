@@ -253,6 +253,17 @@ def under_test(
     )
 
 
+def subject_named(
+    subject: str, env: tuple[str, ...] = (), *, confine: bool = False, seconds: float = USUAL_LIMIT
+) -> "Subject":
+    """Return the subject that is named so, with the usual limits; one line says why it cannot be put under test."""
+    from reports.subjects.surroundings import Surroundings
+
+    with told_in_one_line():
+        surroundings = Surroundings(variables=env, confined=confine)
+        return under_test(subject, seconds=seconds, memory=8.0, surroundings=surroundings, before_oracle=False)
+
+
 def check_selectors(selectors: tuple[str, ...], subject: "Subject") -> None:
     """Raise ValueError, LookupError or OSError for the first selector that names no case and no valid scene file."""
     from cases.families import select

@@ -39,6 +39,7 @@ def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path
         "pixels": pixels,
         "picture": picture_of(folder, case),
         "view": view,
+        "call": call_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
         "mask_names": {str(bit): name for bit, name in NAMES.items()},
@@ -57,6 +58,12 @@ def view_of(folder: Path, case: dict[str, Any]) -> str | None:
     """Return the case's 3-D view relative to `folder`, if it was made."""
     view = case.get("view") or view_path(case)
     return view if view and inside(folder, view) else None
+
+
+def call_of(folder: Path, case: dict[str, Any]) -> str | None:
+    """Return where the call of a program under test is kept, relative to `folder`, if it is."""
+    call = case.get("call")
+    return call if isinstance(call, str) and inside(folder, call) and (folder / call).is_file() else None
 
 
 def camera_of(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:

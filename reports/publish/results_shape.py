@@ -78,7 +78,7 @@ OF_A_GATE: dict[str, Kind] = {
 OF_A_DETAIL: dict[str, Kind] = {"worst_ratio": _MAYBE_RATIO, "references": _NAMES}
 OF_A_CASE: dict[str, Kind] = {
     **dict.fromkeys(("stage", "item", "reason", "stresses", "reproduce"), _MAYBE_TEXT),
-    **dict.fromkeys(("picture", "view", "thumbnail", "pixels", "scene"), _PATH),
+    **dict.fromkeys(("picture", "view", "thumbnail", "pixels", "scene", "call"), _PATH),
     **dict.fromkeys(("seconds", "judge_seconds"), _SECONDS),
     **dict.fromkeys(("checks", "renders", "unsupported", "expectations", "notes", "consistency"), _LIST),
     "covers": _NAMES,

@@ -1,10 +1,14 @@
-"""Asking a program what it can, in a worker of its own: whatever it does then, it does not do to the command line."""
+"""Asking a subject in a worker of its own: whatever it does then, it does not do to the command line."""
 
-from reports.run.orders import QuestionTask
+from cases.scene import Scene
+from reports.judge.parties import Candidate
+from reports.run.kinds import UNDER_TEST
+from reports.run.orders import QuestionTask, SubjectTask
 from reports.run.pool import Pool
 from reports.run.worker import Reply
 from reports.subjects import PROGRAM, Subject
 from reports.subjects.capabilities import Capabilities
+from reports.subjects.keeping import Keep
 
 LONGEST = 30.0  # s; a program that starts more slowly need not be asked
 
@@ -17,15 +21,34 @@ def ask(subject: Subject) -> Capabilities:
 
     """
     seconds = min(LONGEST, subject.seconds)
-    pool = Pool(jobs=1, timeout=2 * LONGEST)
+    reply = _reply(PROGRAM, QuestionTask(subject=subject, seconds=seconds), timeout=2 * LONGEST)
+    if isinstance(reply.value, Capabilities):
+        return reply.value
+    raise ValueError(reply.value if reply.error is None else reply.error)
+
+
+def answered(subject: Subject, scene: Scene, *, keep: Keep | None = None) -> Candidate:
+    """Return what a subject that is not the tracer answers to a scene; a program's call is kept in a folder, if given.
+
+    Raises:
+        ValueError: its worker crashed or ran out of time; what a program comes to is the candidate's error.
+
+    """
+    kind = PROGRAM if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}"
+    task = SubjectTask(scene=scene, samples=1, case="call", subject=subject, keep=keep)
+    reply = _reply(kind, task, timeout=2 * subject.seconds + LONGEST)
+    if reply.error is not None:
+        raise ValueError(reply.error)
+    return reply.value[0]
+
+
+def _reply(kind: str, task: QuestionTask | SubjectTask, *, timeout: float) -> Reply:
+    pool = Pool(jobs=1, timeout=timeout)
     replies: list[Reply] = []
     try:
-        pool.submit(PROGRAM, QuestionTask(subject=subject, seconds=seconds), replies.append)
+        pool.submit(kind, task, replies.append)
         while not replies:
             pool.step()
     finally:
         pool.close()
-    (reply,) = replies
-    if isinstance(reply.value, Capabilities):
-        return reply.value
-    raise ValueError(reply.value if reply.error is None else reply.error)
+    return replies[0]

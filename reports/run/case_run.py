@@ -19,6 +19,8 @@ from reports.run.size import is_large
 from reports.run.unjudged import unjudged
 from reports.run.worker import Reply
 from reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
+from reports.subjects.keeping import FOLDER as CALLS
+from reports.subjects.keeping import Keep
 
 
 class CaseRun:
@@ -123,7 +125,9 @@ class CaseRun:
             return TRACER, task
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
-        task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject)
+        kept = subject.name == PROGRAM == self._subject.name
+        keep = Keep(folder=self._folder / CALLS / case.name) if kept else None
+        task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject, keep=keep)
         return subject.name if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}", task
 
     def _traced(self, name: str, reply: Reply) -> None:

@@ -7,6 +7,7 @@ from cases.case import Case
 from cases.scene import Scene
 from reports.judge.parties import Candidate, Witness
 from reports.subjects import THE_TRACER, Subject
+from reports.subjects.keeping import Keep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +48,7 @@ class SubjectTask:
     samples: int
     case: str
     subject: Subject
+    keep: Keep | None = None  # where a program's call itself is left
 
 
 @dataclass(frozen=True, kw_only=True)

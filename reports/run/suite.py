@@ -35,10 +35,13 @@ from reports.run.progress import worst_first
 from reports.run.request import RunRequest
 from reports.run.supported import concerning
 from reports.run.workers import workers
-from reports.run.workload import render_and_judge
+from reports.run.workload import FIRST, render_and_judge
+from reports.subjects import PROGRAM
+from reports.subjects.keeping import FOLDER as CALLS
+from reports.subjects.keeping import TOLD
 from reports.terminal import console as terminal
 
-FAILED, INTERRUPTED = 1, 130
+FAILED, NOT_MEASURED, INTERRUPTED = 1, 3, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
 MOST_OF_A_GATE = 12  # lines of a kind in the terminal
 DIAGNOSING = 20.0  # s of processor time for naming the mistake
@@ -88,12 +91,14 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     start, started = time.perf_counter(), datetime.now(UTC)
     pool = pool or workers(request)
     with ExitStack() as shown, Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
-        records, interrupted = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
+        records, interrupted, hopeless = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
         results = results_document(planned, records, heard, faults, started, subject)
-        results["finished"] = not interrupted
+        results["finished"] = not interrupted and hopeless is None
         if drawing.pending:
             save_results(request.out, results)  # before anybody waits for a picture
             shown.enter_context(console.status("drawing"))
+    if subject.name == PROGRAM:
+        _link_calls(request.out, results)
     _blame(results, tracer=subject.is_tracer)
     if request.diagnose and not interrupted and results["summary"][Outcome.FAIL.value]:
         save_results(request.out, results)  # before anybody waits for a cause
@@ -110,6 +115,10 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
         settle(request.out, {record["key"] for record in records if record.get("key")})
     for sentence in worse:
         console.print(f"worse than its history: {sentence}", style="yellow", soft_wrap=True)
+    if hopeless is not None:
+        said = f"stopped: the first {FIRST} calls fail alike: {hopeless}; `rayproof call` makes one of them by hand"
+        console.print(legible(said), style="bold red", soft_wrap=True, markup=False)
+        return NOT_MEASURED
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
@@ -135,6 +144,14 @@ def _remember(request: RunRequest, results: dict[str, Any], console: Console) ->
         results["environment"]["history"] = f"not kept: {error}"
         console.print(f"the run is not in its history: {error}", style="yellow", soft_wrap=True)
         return []
+
+
+def _link_calls(folder: Path, results: dict[str, Any]) -> None:
+    """Write into each record where its call is kept."""
+    for case in results["cases"]:
+        told = Path(CALLS, case["name"], TOLD)
+        if (folder / told).is_file():
+            case["call"] = told.as_posix()
 
 
 def _blame(results: dict[str, Any], *, tracer: bool) -> None:
@@ -185,7 +202,7 @@ def _clear(folder: Path) -> None:
     Only where there is a run's journal: what is not ours is left alone.
     """
     if (folder / JOURNAL).is_file():
-        for name in ("images", "scenes", "pictures", "data"):
+        for name in ("images", "scenes", "pictures", "data", CALLS):
             shutil.rmtree(folder / name, ignore_errors=True)
 
 

@@ -94,4 +94,5 @@ def _run_program(task: SubjectTask | QuestionTask) -> Any:
             return str(wrong)
     able = task.subject.capabilities
     versions = {task.subject.name: f"{able.title} ({able.precision}, written as float32)"}
-    return candidate(task.subject, task.scene, case=task.case, samples=task.samples), versions, ()
+    answered = candidate(task.subject, task.scene, case=task.case, samples=task.samples, keep=task.keep)
+    return answered, versions, ()

@@ -1,6 +1,7 @@
 """The work between plan and results: a few cases at once through the pool, each recorded as it finishes."""
 
-from collections.abc import Collection
+import re
+from collections.abc import Collection, Mapping
 from functools import partial
 from typing import Any
 
@@ -20,10 +21,13 @@ from reports.run.pool import Pool
 from reports.run.progress import CaseProgress
 from reports.run.request import RunRequest
 from reports.run.size import bands_of, deadline
+from reports.subjects import PROGRAM
 
 # Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
 # to judge for the other processors, so few pixels that what they were answered, up to 2 KB each, is small in memory.
 AT_LEAST = 3
+FIRST = 3  # calls of a program; if they fail alike, so will the rest
+_CHANGING = re.compile(r"\S*rayproof-\S*|\d+")  # a call's own folder, and numbers such as a process's
 PIXELS = 2**17
 
 
@@ -35,14 +39,17 @@ def render_and_judge(
     drawing: Drawing,
     store: Store | None,
     pool: Pool,
-) -> tuple[list[dict[str, Any]], bool]:
-    """Return the records in the plan's order, and whether the user interrupted."""
+) -> tuple[list[dict[str, Any]], bool, str | None]:
+    """Return the records in the plan's order, whether the user interrupted, and why a program cannot be called.
+
+    Where the first calls of a program under test all fail alike, the rest is not made.
+    """
     subject = request.subject
     records: dict[str, dict[str, Any]] = {}
     asked = demands(request, references)
     keys = {one.case.name: record_key(one, asked).digest for one in planned}
     memory = None if store is None else Memory(store, asked)
-    interrupted = False
+    interrupted, calls = False, FirstCalls(len(planned)) if subject.name == PROGRAM else None
     under_way: dict[str, int] = {}  # name -> pixels
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
         in_bands: dict[str, BandedRun] = {}
@@ -55,6 +62,8 @@ def render_and_judge(
             drawing.submit(record)
             journal.append(keys[name], record)
             progress.finished(record, again=False)
+            if calls is not None:
+                calls.finished(record)
 
         def start(one: PlannedCase) -> None:
             seconds = _patience(request, one, references)
@@ -95,7 +104,7 @@ def render_and_judge(
                 else:
                     todo.append(one)
             pending = iter(todo)
-            while len(records) < len(planned):
+            while len(records) < len(planned) and (calls is None or calls.hopeless is None):
                 while has_room(under_way.values()) and (one := next(pending, None)) is not None:
                     under_way[one.case.name] = _pixels(one.case)
                     start(one)
@@ -109,7 +118,29 @@ def render_and_judge(
             interrupted = True
         finally:
             pool.close()
-    return [records[one.case.name] for one in planned if one.case.name in records], interrupted
+    found = [records[one.case.name] for one in planned if one.case.name in records]
+    return found, interrupted, None if calls is None else calls.hopeless
+
+
+class FirstCalls:
+    """The first calls of a program: whether they all failed, in the same words."""
+
+    def __init__(self, planned: int) -> None:
+        self._asked = planned > FIRST  # of so few cases all are made
+        self._said: list[str] = []
+        self.hopeless: str | None = None  # what they all ended in
+
+    def finished(self, record: Mapping[str, Any]) -> None:
+        """Take up what became of another case."""
+        if not self._asked:
+            return
+        error = next(
+            (str(one["error"]) for one in record["renders"] if one["renderer"] == PROGRAM and one["error"]), None
+        )
+        self._said.append("" if error is None else _CHANGING.sub("", error))
+        self._asked = error is not None and len(self._said) < FIRST
+        if error is not None and len(self._said) == FIRST and len({*self._said}) == 1:
+            self.hopeless = error
 
 
 def _patience(request: RunRequest, planned: PlannedCase, references: tuple[str, ...]) -> float | None:

@@ -31,6 +31,8 @@ class Ended:
     problem: str | None
     refusal: str | None  # why it says it cannot, in its own words
     said: str  # what it printed
+    complaint: str = ""  # what it printed on standard error, the end of it
+    code: int | None = None  # its exit code, or less a signal's number
 
 
 def call(
@@ -67,18 +69,19 @@ def call(
                 process.kill()
                 process.wait()
             left = end_below(os.getpid(), besides=others)
-        text, note = _tail(said), ""
+        text, wrong, note = _tail(said), _tail(complaint), ""
+        about = {"said": text, "complaint": wrong, "code": process.returncode}
         if problem is None and process.returncode == CANNOT:
-            return Ended(problem=None, refusal=_first_line(text) or "It says that it cannot.", said=text)
+            return Ended(problem=None, refusal=_first_line(text) or "It says that it cannot.", **about)
         if problem is None and process.returncode != 0:
             problem = _end(process.returncode, output)
             note = _withheld(surroundings)
         if problem is None and left:
             problem = f"it left {len(left)} process{'es' if len(left) > 1 else ''} running ({left[0]}), now ended"
-        last = _last_line(_tail(complaint)) if problem is not None else ""
+        last = _last_line(wrong) if problem is not None else ""
         if problem is not None:
             problem = f"{problem}: {last}{note}" if last else f"{problem}{note}"
-        return Ended(problem=problem, refusal=None, said=text)
+        return Ended(problem=problem, refusal=None, **about)
 
 
 def _withheld(surroundings: Surroundings) -> str:

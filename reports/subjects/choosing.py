@@ -14,6 +14,7 @@ from reports.subjects.capabilities import Capabilities
 from reports.subjects.surroundings import Surroundings, reason_unconfined
 
 PREFIX = f"{PROGRAM}:"
+OUTPUTS = ("{output}", "{output.pfm}")
 
 
 def chosen(
@@ -75,6 +76,10 @@ def _program(
     found = shutil.which(words[0])
     if found is None:
         raise ValueError(f"--subject {text}: {words[0]!r} is no program that can be run")
+    if not any(output in word for word in words for output in OUTPUTS):
+        raise ValueError(
+            f"--subject {text}: none of its words is {' or '.join(OUTPUTS)}, the path of the image that it is to write"
+        )
     # Every call has a folder of its own: what is named relative to this one must be found from there.
     command = (str(Path(found).absolute()), *map(_absolute, words[1:]))
     for name in surroundings.variables:

@@ -17,6 +17,7 @@ from reports.subjects import ITEMS_OF_OTHERS, Subject
 from reports.subjects.calls import Ended, call
 from reports.subjects.capabilities import Capabilities, capabilities_from
 from reports.subjects.handing_over import hand_over, triangulated
+from reports.subjects.keeping import Keep, filled, image_name, keep_call, keep_output
 from reports.subjects.taking_back import FLOAT, Taken, take_back
 
 CAMERA = "The protocol has no channel for matrices."
@@ -65,8 +66,11 @@ def allowance(scene: Scene) -> int:
     return ROOM + GENEROUS * channels * scene.camera.width * scene.camera.height * 4
 
 
-def candidate(subject: Subject, scene: Scene, *, case: str, samples: int) -> Candidate:
-    """Return the program's answers to a scene, or the error that it ended in; never raises for what it does."""
+def candidate(subject: Subject, scene: Scene, *, case: str, samples: int, keep: Keep | None = None) -> Candidate:
+    """Return the program's answers to a scene, or the error that it ended in; never raises for what it does.
+
+    `keep` says where to leave the call itself, to be looked at: what it was handed, and what it said.
+    """
     able, stages = subject.capabilities, stages_of(scene)
     blank = Candidate(
         name=subject.name,
@@ -81,7 +85,7 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int) -> Can
     try:
         if why is not None:
             raise Refused(why)
-        taken = _image(subject, scene, case)
+        taken = _image(subject, scene, case, keep=keep)
         mean = _mean(subject, scene, case, samples) if samples > 1 and Stage.RADIANCE in taken.images else None
     except Refused as cannot:
         return replace(blank, answers={}, unsupported=dict.fromkeys(stages, str(cannot)))
@@ -96,7 +100,7 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int) -> Can
     return replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
 
 
-def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1) -> Taken:
+def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1, keep: Keep | None = None) -> Taken:
     """Return one image of the program.
 
     Raises:
@@ -106,22 +110,23 @@ def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1) -> Ta
     """
     able = subject.capabilities
     with _Place(case) as place:
-        path = hand_over(triangulated(scene) if able.triangulated else scene, place.folder)
-        names = {
-            "{scene}": str(path),
-            "{output}": str(place.folder / "image.exr"),
-            "{output.pfm}": str(place.folder / "image.pfm"),
-            "{samples}": str(samples),
-        }
-        arguments = [_filled(word, names) for word in subject.command]
+        given = triangulated(scene) if able.triangulated else scene
+        path = hand_over(given, place.folder)
+        arguments = filled(subject.command, path.parent, samples=samples)
         most = allowance(scene)
         ended = _called(subject, arguments, place, seconds=subject.seconds, output=most)
+        if keep is not None:
+            keep_call(keep.folder, given, filled(subject.command, Path(), samples=samples), ended)
         _conclude(ended, place)
-        image = "image.pfm" if any("{output.pfm}" in word for word in subject.command) else "image.exr"
+        image = place.folder / image_name(subject.command)
         try:
-            taken = take_back(place.folder / image, scene, most=most)
+            taken = take_back(image, scene, most=most)
         except ValueError as wrong:
+            if keep is not None:
+                keep_output(keep.folder, image)
             raise ProgramError(f"the program ended well, but {wrong}") from None
+        if keep is not None and keep.image:
+            keep_output(keep.folder, image)
     for stage in able.stages or ():
         if stage not in taken.images and stage in stages_of(scene):
             raise ProgramError(f"the program declares {stage} and wrote no channel of it")
@@ -157,12 +162,6 @@ def _without_faces(images: dict[Stage, np.ndarray], scene: Scene) -> dict[Stage,
         if not isinstance(shape, Mesh):
             objects[objects[..., 0] == index, 1] = 0.0
     return images | {Stage.OBJECT: objects}
-
-
-def _filled(word: str, names: dict[str, str]) -> str:
-    for name, value in names.items():
-        word = word.replace(name, value)
-    return word
 
 
 class _Place:

@@ -61,10 +61,11 @@ def test_a_program_comes_with_what_it_declares(rayproof: Rayproof, asked: list[R
     script.write_text("""#!/bin/sh\necho '{"protocol": 1, "name": "mine", "shapes": ["mesh"]}'\n""")
     script.chmod(0o755)
 
-    rayproof("run", "--out", tmp_path / "out", "--subject", f"exec:{script} {{scene}}", "--timeout", 7, "--memory", 0.5)
+    command = f"exec:{script} {{scene}} {{output}}"
+    rayproof("run", "--out", tmp_path / "out", "--subject", command, "--timeout", 7, "--memory", 0.5)
 
     subject = asked[0].subject
-    assert subject.command == (str(script), "{scene}")
+    assert subject.command == (str(script), "{scene}", "{output}")
     assert subject.capabilities == Capabilities(name="mine", shapes=("mesh",))
     assert (subject.seconds, subject.memory) == (7.0, 2**29)
 

@@ -28,7 +28,7 @@ def test_results_are_there_before_anybody_waits_for_a_picture(tmp_path: Path, mo
 
     monkeypatch.setattr(suite, "Drawing", Waiting)
     monkeypatch.setattr(suite, "stand_guards", lambda: None)
-    monkeypatch.setattr(suite, "render_and_judge", lambda *_: ([], True))
+    monkeypatch.setattr(suite, "render_and_judge", lambda *_: ([], True, None))
     suite.run(
         RunRequest(
             selectors=("primitives/sphere",),

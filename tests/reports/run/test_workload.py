@@ -1,6 +1,8 @@
 """As many cases are on their way as keep all processors busy."""
 
-from reports.run.workload import AT_LEAST, PIXELS, has_room
+from typing import Any
+
+from reports.run.workload import AT_LEAST, PIXELS, FirstCalls, has_room
 
 
 def test_small_cases_start_until_their_pixels_are_many():
@@ -15,3 +17,28 @@ def test_small_cases_start_until_their_pixels_are_many():
 def test_a_few_large_ones_start_all_the_same():
     assert has_room([PIXELS] * (AT_LEAST - 1))
     assert not has_room([PIXELS] * AT_LEAST)
+
+
+def record(error: str | None) -> dict[str, Any]:
+    """Return the record of a case in which a program ended so."""
+    return {"renders": [{"renderer": "exec", "error": error}, {"renderer": "analytic", "error": None}]}
+
+
+def after(*errors: str | None, planned: int = 9) -> str | None:
+    calls = FirstCalls(planned)
+    for error in errors:
+        calls.finished(record(error))
+    return calls.hopeless
+
+
+def test_first_calls_that_fail_alike_are_hopeless_whatever_their_folder_is_called():
+    said = [f"exit code 1: no file /tmp/rayproof-{word}/a-b/model.bin" for word in ("x", "y", "z")]
+
+    assert after(*said) == said[-1]
+    assert after(*said[:2]) is None
+
+
+def test_one_image_other_words_or_few_cases_are_a_reason_to_go_on():
+    assert after("exit code 1", None, "exit code 1", "exit code 1") is None
+    assert after("exit code 1", "it was ended by SIGSEGV", "exit code 1") is None
+    assert after("exit code 1", "exit code 1", "exit code 1", planned=3) is None

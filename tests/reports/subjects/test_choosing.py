@@ -37,18 +37,18 @@ def test_a_program_is_found_and_its_files_made_absolute(tmp_path: Path, monkeypa
 def test_a_word_that_is_too_long_for_a_path_is_a_word(tmp_path: Path) -> None:
     script = "pass # " + 5000 * "x"
 
-    assert choose(f"exec:python3 -c '{script}' {{scene}}").command[1:] == ("-c", script, "{scene}")
+    assert choose(f"exec:python3 -c '{script}' {{scene}} {{output}}").command[2] == script
 
 
 def test_a_program_that_was_built_anew_is_another_subject(tmp_path: Path) -> None:
     path = tmp_path / "render"
     path.write_text("#!/bin/sh\n")
     path.chmod(0o755)
-    before = choose(f"exec:{path} {{scene}}").identity
+    before = choose(f"exec:{path} {{scene}} {{output}}").identity
 
-    assert choose(f"exec:{path} {{scene}}").identity == before
+    assert choose(f"exec:{path} {{scene}} {{output}}").identity == before
     path.write_text("#!/bin/sh\nexit 1\n")
-    assert choose(f"exec:{path} {{scene}}").identity != before
+    assert choose(f"exec:{path} {{scene}} {{output}}").identity != before
 
 
 WRONG = {
@@ -56,6 +56,7 @@ WRONG = {
     "the oracle": ("analytic", "double_double"),
     "no command": ("exec:", "no command"),
     "no program": ("exec:no-such-renderer {scene}", "'no-such-renderer' is no program"),
+    "no image to write": ("exec:true {scene}", "none of its words is {output} or {output.pfm}"),
     "open quote": ("exec:true 'half", "quotation"),
 }
 
@@ -73,7 +74,7 @@ def test_a_wrong_answer_to_the_question_refuses_the_program() -> None:
         raise ValueError("protocol must be 1, got 2")
 
     with pytest.raises(ValueError, match="its answer to --capabilities: protocol must be 1"):
-        chosen(f"exec:{sys.executable}", seconds=5.0, memory=2**30, ask=wrong)
+        chosen(f"exec:{sys.executable} {{output}}", seconds=5.0, memory=2**30, ask=wrong)
 
 
 def test_neither_the_subject_nor_its_kin_is_a_witness() -> None:

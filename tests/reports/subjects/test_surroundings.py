@@ -72,7 +72,7 @@ def test_a_program_that_fails_is_told_what_was_withheld(tmp_path: Path, monkeypa
 def test_a_variable_that_is_not_there_is_no_name() -> None:
     with pytest.raises(ValueError, match="--env NOT_SET: there is no environment variable"):
         chosen(
-            f"exec:{sys.executable}",
+            f"exec:{sys.executable} {{output}}",
             seconds=1,
             memory=2**30,
             ask=lambda _: pytest.fail("asked"),

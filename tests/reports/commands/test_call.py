@@ -1,0 +1,55 @@
+"""`rayproof call` makes one call of a program by hand, and `rayproof probe` puts it beside the rest."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from cases.families import select
+from cases.stages import Stage
+from reference.analytic import Analytic
+from reports.judge.oracle import stages_of
+from reports.publish.exr import write_answers
+from tests.reports.commands.conftest import Rayproof
+
+
+def script(folder: Path, *lines: str) -> str:
+    """Return a program under test that runs these lines, with SCENE and OUTPUT in its hands."""
+    path = folder / "program.py"
+    path.write_text("\n".join(["import shutil, sys", "SCENE, OUTPUT = (sys.argv[1:] + ['', ''])[:2]", *lines]))
+    return f"exec:{sys.executable} -S {path} {{scene}} {{output}}"
+
+
+def test_a_call_that_fails_is_told_with_its_exit_code_and_its_words(rayproof: Rayproof, tmp_path: Path) -> None:
+    subject = script(tmp_path, "SCENE and sys.exit('the model is missing')")
+
+    ended = rayproof("call", "transforms/mesh_sheared", "--subject", subject, "--out", tmp_path / "call")
+
+    assert ended.code == 1
+    assert "exit code: 1" in ended.out
+    assert "the model is missing" in ended.out
+    assert {"scene.json", "mesh-0.obj", "call.txt"} <= {path.name for path in (tmp_path / "call").iterdir()}
+
+
+def test_a_call_of_what_is_no_program_is_refused_in_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof("call", "primitives/sphere", "--subject", "embree", "--out", tmp_path / "call")
+
+    assert ended.code == 2
+    assert len(ended.error.splitlines()) == 1
+    assert not (tmp_path / "call").exists()
+
+
+def test_a_program_s_pixel_stands_beside_those_of_the_panel(rayproof: Rayproof, tmp_path: Path) -> None:
+    scene = select(["primitives/sphere"])[0].scene
+    answers = Analytic().render(scene, stages_of(scene))
+    images = {stage: image for stage, image in answers.items() if stage is not Stage.CAMERA}
+    write_answers(tmp_path / "prepared.exr", images, lights=len(scene.lights))
+    subject = script(tmp_path, f"OUTPUT and shutil.copyfile({str(tmp_path / 'prepared.exr')!r}, OUTPUT)")
+
+    ended = rayproof("probe", "primitives/sphere", 48, 36, "--subject", subject, "--json", tmp_path / "pixel.json")
+
+    shown = json.loads((tmp_path / "pixel.json").read_text())["renderers"]
+    assert ended.code == 0
+    assert shown["exec"]["radiance.R"] == pytest.approx(shown["analytic"]["radiance.R"], rel=1e-6)
+    assert shown["exec"]["camera"].startswith("unsupported: ")
