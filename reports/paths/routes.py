@@ -52,7 +52,7 @@ class Route:
     suits: Callable[[Scene, Configuration], bool] = lambda scene, configuration: True
 
 
-def _full_light(scene: Scene, answers: Answers) -> np.ndarray:
+def full_light(scene: Scene, answers: Answers) -> np.ndarray:
     """Return the radiance of each pixel if every light that it sees stood in its zenith, (height, width, 3)."""
     albedo = np.array([shape.albedo for shape in scene.shapes] or [(0.0, 0.0, 0.0)])
     hit = answers[Stage.OBJECT][..., 0].astype(int)
@@ -88,7 +88,7 @@ def _numbers(scene: Scene, configuration: Configuration, answers: Answers) -> It
 
 
 def _frames(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
-    limit = gamma(FOLDED, precision=configuration.precision) * _full_light(scene, answers)
+    limit = gamma(FOLDED, precision=configuration.precision) * full_light(scene, answers)
     image = Frames(scene, configuration).pixels().astype(np.float64)
     yield Compared(stage=Stage.RADIANCE, image=image, beside=_judged(scene, answers), limit=limit)
 
@@ -103,7 +103,7 @@ def _frames_of_samples(scene: Scene, configuration: Configuration, answers: Answ
     large = render(finer(scene, SIDE), IMAGE_STAGES, configuration)
     # Added up one by one and divided by how many there are, in the working precision.
     roundings = FOLDED + SIDE * SIDE + 1
-    limit = gamma(roundings, precision=configuration.precision) * box_mean(_full_light(scene, large), SIDE)
+    limit = gamma(roundings, precision=configuration.precision) * box_mean(full_light(scene, large), SIDE)
     image = Frames(scene, configuration, samples=SIDE).pixels().astype(np.float64)
     yield Compared(stage=Stage.RADIANCE, image=image, beside=box_mean(large[Stage.RADIANCE], SIDE), limit=limit)
 

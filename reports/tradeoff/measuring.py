@@ -10,16 +10,19 @@ from reports.tradeoff.formulas import Task, entries
 from reports.tradeoff.ladders import LADDER, ladder_entries
 from reports.tradeoff.overall import overall
 from reports.tradeoff.points import Point, front, point_record
+from reports.tradeoff.routes import ROUTES, route_entries
 from reports.tradeoff.sampling import sampling_entries
 from reports.tradeoff.tasks import Sampled
 from tracer.versions import versions
 
-KINDS = {"samples": "samples", LADDER: "ladders"}  # the first half of a diagram's name; others are slots
+SAMPLES = "samples"
+KINDS = {SAMPLES: "samples", ROUTES: "paths", LADDER: "ladders"}  # the first half of a diagram's name; others are slots
 BUDGET = 0.6  # s of launches per point
 AXES = {
     "formulas": ("ns per ray", "p99 of |dt| / (K u32)"),
     "ladders": ("ns per ray", "p99 of error / (K u32)"),
     "samples": ("ns per pixel", "RMSE of radiance over its mean"),
+    "paths": ("ns per pixel", "p99 of |dL| / (full light u32)"),
 }
 
 
@@ -34,7 +37,9 @@ def measure(
     """Return all points and diagrams as docs/tradeoff.md describes them."""
     start = time.monotonic()
     ready = [entry for task in formulas for entry in entries(task, tell)]
-    ready += [entry for one in sampled for entry in sampling_entries(one.diagram, one.scene, tell)]
+    for one in sampled:
+        ready += sampling_entries(f"{SAMPLES}/{one.family}", one.scene, tell)
+        ready += route_entries(f"{ROUTES}/{one.family}", one.scene, tell)
     ready += [entry for ladder in climbed for entry in ladder_entries(ladder, tell)]
     tell(f"run times of {len(ready)} points")
     seconds = interleave([entry.launch for entry in ready], repetitions=repetitions, budget=BUDGET)

@@ -23,14 +23,14 @@ MOST_SCENES = 2  # of a family in one diagram
 
 @dataclass(frozen=True, kw_only=True)
 class Sampled:
-    """A diagram of samples per pixel to be."""
+    """A family's diagrams of a whole image to be: of samples per pixel, and of the tracer's routes."""
 
-    diagram: str
+    family: str
     scene: Scene
 
 
 def tasks(selectors: Sequence[str]) -> tuple[tuple[Task, ...], tuple[Sampled, ...], tuple[Ladder, ...]]:
-    """Return the diagrams of formulas, of samples per pixel and of ladders that `selectors` name.
+    """Return the diagrams of formulas, of whole images and of ladders that `selectors` name.
 
     Raises:
         LookupError: a selector names neither a case nor a stress nor a ladder.
@@ -62,7 +62,7 @@ def tasks(selectors: Sequence[str]) -> tuple[tuple[Task, ...], tuple[Sampled, ..
         # The family's own word that its pixels are averages comes first.
         lit.sort(key=lambda case: -case.samples)
         if lit:
-            sampled.append(Sampled(diagram=f"samples/{name}", scene=lit[0].scene))
+            sampled.append(Sampled(family=name, scene=lit[0].scene))
     return tuple(formulas), tuple(sampled), climbed
 
 

@@ -7,16 +7,18 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cases.families import select
 from reports.publish.tradeoff import diagrams
-from reports.tradeoff import sampling
+from reports.tradeoff import routes, sampling
 from reports.tradeoff.drawing import svg
 from reports.tradeoff.files import page, write
 from reports.tradeoff.measuring import measure
 from reports.tradeoff.tasks import DEFAULT, QUICK, Sampled, tasks
 from tests.reports.commands.conftest import Rayproof
+from tracer.frames import Frames
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +29,8 @@ def result() -> dict[str, Any]:
     patch.setattr(sampling, "SAMPLES_TIMED", 2**10)
     patch.setattr(sampling, "SAMPLES_WALL", 2**10)
     formulas, _, climbed = tasks(["grazing_plane", "far_sphere_1e3", "SPH-FAR"])
-    sampled = Sampled(diagram="samples/antialiased", scene=select(["antialiased/sphere"])[0].scene)
+    patch.setattr(routes, "RAYS", 2**10)
+    sampled = Sampled(family="antialiased", scene=select(["antialiased/sphere"])[0].scene)
     found = measure(formulas, [sampled], climbed, repetitions=3, tell=lambda _: None)
     patch.undo()
     return found
@@ -69,6 +72,34 @@ def test_more_samples_come_nearer_to_the_coverage_whoever_renders(result: dict[s
 
     for who in ("tracer, float32", "tracer, float64", "mitsuba_llvm, float32", "mitsuba_scalar, float32"):
         assert sampled[f"{who}, 4 per pixel"]["error"] < sampled[f"{who}, 1 per pixel"]["error"]
+
+
+def test_routes_err_alike_in_one_precision_and_none_strays_from_what_it_declares(result: dict[str, Any]) -> None:
+    images = points(result, "paths/antialiased")
+
+    assert len(images) == 8
+    assert {point["wrong"] for point in images.values()} == {0.0}
+    for precision in ("float32", "float64"):
+        judged = images[f"stages, {precision}"]["error"]
+        assert images[f"numbers, {precision}"]["error"] == judged
+        u = {"float32": 1.0, "float64": 2.0**-29}[precision]
+        # gamma(FOLDED) in roundings of float32, to the judged error and not a share of it.
+        for name in ("literals", "frames"):
+            assert images[f"{name}, {precision}"]["error"] <= judged + 1.01 * routes.FOLDED * u
+    assert images["stages, float64"]["error"] < images["stages, float32"]["error"] / 1e6
+
+
+def test_a_route_that_strays_is_told_with_the_share_of_its_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = select(["antialiased/sphere"])[0].scene
+    monkeypatch.setattr(routes, "RAYS", 2**10)
+    monkeypatch.setattr(routes, "PRECISIONS", ("float32",))
+    right = Frames.pixels
+    monkeypatch.setattr(Frames, "pixels", lambda frames: right(frames) * np.float32(1 + 2.0**-17))
+
+    strayed = {e.point.variant: e.point.wrong for e in routes.route_entries("paths/x", scene, lambda _: None)}
+
+    assert strayed["frames"] > 0.1
+    assert strayed["literals"] == strayed["numbers"] == strayed["stages"] == 0
 
 
 def test_every_front_is_among_its_points(result: dict[str, Any]) -> None:
