@@ -18,8 +18,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 Answers = dict[Stage, Any]
 

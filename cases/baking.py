@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.scene import IDENTITY, Mesh, Shape, Triangle
+from rayproof.cases.scene import IDENTITY, Mesh, Shape, Triangle
 
 
 @lru_cache(maxsize=64)

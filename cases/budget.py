@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.scene import SceneError
+from rayproof.cases.scene import SceneError
 
 FREE_BYTES = 64 * 2**20  # that any scene may take once its arrays are unfolded, however small its files are
 BYTES_A_BYTE = 16  # more for each byte read: a face of a text mesh has 8 characters and takes 24 bytes

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 # Every item of the specification, in its order.
 ITEMS: tuple[str, ...] = (

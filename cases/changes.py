@@ -6,9 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from cases.relations import Map
-from cases.scene import IDENTITY, Camera, Cube, Matrix, Mesh, PointLight, Rgb, Scene, Shape, Sphere, Triangle, Vector
-from cases.stages import Stage
+from rayproof.cases.relations import Map
+from rayproof.cases.scene import (
+    IDENTITY,
+    Camera,
+    Cube,
+    Matrix,
+    Mesh,
+    PointLight,
+    Rgb,
+    Scene,
+    Shape,
+    Sphere,
+    Triangle,
+    Vector,
+)
+from rayproof.cases.stages import Stage
 
 BLACK: Rgb = (0.0, 0.0, 0.0)
 

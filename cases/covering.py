@@ -1,7 +1,7 @@
 """Which specification items a scene exercises with the default formulas; a family adds the alternatives by hand."""
 
-from cases.case import ITEMS
-from cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.case import ITEMS
+from rayproof.cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 
 HIT_ITEMS: tuple[tuple[type[Shape], str], ...] = (
     (Sphere, "HIT-1"),

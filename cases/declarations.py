@@ -12,8 +12,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
-from cases.registry import Registry
-from cases.stages import Stage
+from rayproof.cases.registry import Registry
+from rayproof.cases.stages import Stage
 
 Thing = TypeVar("Thing")
 

@@ -23,7 +23,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
 
-START = "import sys; sys.path.insert(0, sys.argv[1]); from cases.foreign import serve; serve(*sys.argv[2:])"
+START = "import sys; sys.path.insert(0, sys.argv[1]); from rayproof.cases.foreign import serve; serve(*sys.argv[2:])"
 PATIENCE = 60.0  # s of wall clock beyond the processor time granted: the machine may be busy, a process stopped
 LONGEST = 64 * 2**10  # bytes of facts
 KEPT = 32 * 2**20  # bytes of content after which the child is not kept, and gives its memory back
@@ -41,7 +41,7 @@ class _Child:
         self.content = tempfile.TemporaryFile()  # noqa: SIM115  both are closed by `end`
         self.answer = tempfile.TemporaryFile()  # noqa: SIM115
         files = (self.content.fileno(), self.answer.fileno())
-        root = str(Path(__file__).resolve().parents[1])
+        root = str(Path(__file__).parents[2])  # the folder that holds the package `rayproof`
         self.process = subprocess.Popen(
             [sys.executable, "-I", "-c", START, root, module, *map(str, files)],
             stdin=subprocess.PIPE,

@@ -9,12 +9,12 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from cases.budget import BYTES_A_BYTE, FREE_BYTES, Budget
-from cases.foreign import ForeignError, ask
-from cases.mesh_headers import CLAIMS
-from cases.own_folder import content_of, path_within
-from cases.scene import SceneError
-from cases.scene_fields import shown
+from rayproof.cases.budget import BYTES_A_BYTE, FREE_BYTES, Budget
+from rayproof.cases.foreign import ForeignError, ask
+from rayproof.cases.mesh_headers import CLAIMS
+from rayproof.cases.own_folder import content_of, path_within
+from rayproof.cases.scene import SceneError
+from rayproof.cases.scene_fields import shown
 
 LARGEST = 256 * 2**20  # bytes of a mesh file
 # What trimesh may take, beside its own code: a text file of 2 million triangles needs a third of it.
@@ -71,7 +71,7 @@ def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarr
         content = MATERIALS.sub(b"", content)
     try:
         facts, arrays = ask(
-            "cases.mesh_parsing",
+            "rayproof.cases.mesh_parsing",
             suffix[1:],
             content,
             seconds=SECONDS + len(content) / BYTES_A_SECOND,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from cases.budget import LIMITS
+from rayproof.cases.budget import LIMITS
 
 
 def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:

@@ -4,8 +4,8 @@ import os
 import stat
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from cases.scene import SceneError
-from cases.scene_fields import shown
+from rayproof.cases.scene import SceneError
+from rayproof.cases.scene_fields import shown
 
 
 def path_within(

@@ -5,7 +5,7 @@ from math import atan2, cos, degrees, radians, sin
 
 import numpy as np
 
-from cases.scene import Camera, Matrix, Vector
+from rayproof.cases.scene import Camera, Matrix, Vector
 
 
 def _matrix(entries: np.ndarray) -> Matrix:

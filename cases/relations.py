@@ -12,9 +12,9 @@ from typing import Protocol
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 GEOMETRY = (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from cases.scene import Matrix, SceneError, Vector
+from rayproof.cases.scene import Matrix, SceneError, Vector
 
 LONGEST = 60  # characters of a hostile value that a message repeats
 

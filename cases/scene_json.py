@@ -13,9 +13,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from cases.budget import Budget
-from cases.mesh_file import read_mesh
-from cases.scene import (
+from rayproof.cases.budget import Budget
+from rayproof.cases.mesh_file import read_mesh
+from rayproof.cases.scene import (
     CLIPS,
     IDENTITY,
     SHADINGS,
@@ -31,8 +31,8 @@ from cases.scene import (
     Square,
     Triangle,
 )
-from cases.scene_fields import Field, object_from, shown
-from cases.scene_schema import schema
+from rayproof.cases.scene_fields import Field, object_from, shown
+from rayproof.cases.scene_schema import schema
 
 __all__ = ["load_scene", "save_scene", "scene_from_json", "scene_to_json", "schema"]
 

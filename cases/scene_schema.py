@@ -3,7 +3,7 @@
 from copy import deepcopy
 from typing import Any
 
-from cases.scene import CLIPS, SHADINGS
+from rayproof.cases.scene import CLIPS, SHADINGS
 
 NUMBER = {"type": "number"}
 POSITIVE = {"type": "number", "exclusiveMinimum": 0}

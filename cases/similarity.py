@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cases.scene import Matrix
+from rayproof.cases.scene import Matrix
 
 # One to within the rounding of the float64 numbers that describe it.
 SIMILAR = 1e-13

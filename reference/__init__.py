@@ -21,7 +21,9 @@ Beyond the protocol a class may have, each looked up by name:
     light_epsilon                of a feeler's length: blockers nearer to the light than this are not seen
 """
 
-from cases.answers import Reference
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.answers import Reference
+from rayproof.cases.declarations import DeclaredRegistry
 
-REFERENCES: DeclaredRegistry[type[Reference]] = DeclaredRegistry("reference", package="reference", name="REFERENCES")
+REFERENCES: DeclaredRegistry[type[Reference]] = DeclaredRegistry(
+    "reference", package="rayproof.reference", name="REFERENCES"
+)

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from reports.run.stopping import Stopping
+from rayproof.reports.run.stopping import Stopping
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -20,38 +20,59 @@ Exit codes: 0 all pass or warn, 1 some fail, 2 bad usage or input, 3 something c
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": (
-        "reports.commands.run:run",
+        "rayproof.reports.commands.run:run",
         "Judge the tracer or another renderer on cases or scene files; write a report.",
     ),
-    "audit": ("reports.commands.audit:audit", "Plant faults one at a time and show which the harness kills."),
-    "laws": ("reports.commands.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
+    "audit": ("rayproof.reports.commands.audit:audit", "Plant faults one at a time and show which the harness kills."),
+    "laws": ("rayproof.reports.commands.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
     "expect": (
-        "reports.commands.expect:expect",
+        "rayproof.reports.commands.expect:expect",
         "Accept what fails as known, shrink such a file, hold a run against it.",
     ),
-    "report": ("reports.commands.report:report", "Publish a results folder again, without rendering."),
-    "list": ("reports.commands.list:catalogue", "List cases, formulas, references, metrics or laws."),
-    "show": ("reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
-    "probe": ("reports.commands.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
-    "call": ("reports.commands.call:call", "Call a program under test once, and keep all that it was handed and said."),
-    "stability": ("reports.commands.stability:stability", "Measure formulas on ladders of ill-conditioned inputs."),
-    "oracle": ("reports.commands.oracle:oracle", "Enclose every stage of some pixels between certified bounds."),
-    "render": ("reports.commands.render:render", "Render a scene file with the tracer alone."),
-    "import": ("reports.commands.exchange:import_scene", "Turn another program's scene into a scene file."),
-    "export": ("reports.commands.exchange:export_scene", "Write a scene as Mitsuba 3 XML."),
-    "compare": ("reports.commands.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
-    "tradeoff": ("reports.commands.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
-    "bench": ("reports.commands.bench:bench", "Time the tracer beside Mitsuba and others, with the errors."),
+    "report": ("rayproof.reports.commands.report:report", "Publish a results folder again, without rendering."),
+    "list": ("rayproof.reports.commands.list:catalogue", "List cases, formulas, references, metrics or laws."),
+    "show": ("rayproof.reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
+    "probe": ("rayproof.reports.commands.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
+    "call": (
+        "rayproof.reports.commands.call:call",
+        "Call a program under test once, and keep all that it was handed and said.",
+    ),
+    "stability": (
+        "rayproof.reports.commands.stability:stability",
+        "Measure formulas on ladders of ill-conditioned inputs.",
+    ),
+    "oracle": (
+        "rayproof.reports.commands.oracle:oracle",
+        "Enclose every stage of some pixels between certified bounds.",
+    ),
+    "render": ("rayproof.reports.commands.render:render", "Render a scene file with the tracer alone."),
+    "import": ("rayproof.reports.commands.exchange:import_scene", "Turn another program's scene into a scene file."),
+    "export": ("rayproof.reports.commands.exchange:export_scene", "Write a scene as Mitsuba 3 XML."),
+    "compare": (
+        "rayproof.reports.commands.compare:compare",
+        "Compare two formulas, configurations or runs: errors and time.",
+    ),
+    "tradeoff": (
+        "rayproof.reports.commands.tradeoff:tradeoff",
+        "Draw error against run time: formulas, precisions, samples.",
+    ),
+    "bench": ("rayproof.reports.commands.bench:bench", "Time the tracer beside Mitsuba and others, with the errors."),
     "paths": (
-        "reports.commands.paths:paths",
+        "rayproof.reports.commands.paths:paths",
         "Show the tracer's execution paths: run, compared, shown to matter.",
     ),
-    "growth": ("reports.commands.growth:growth", "Show what a run costs as the suite grows."),
-    "history": ("reports.commands.history:history", "Show error and time of each case over the runs that were kept."),
-    "adapt": ("reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
-    "cache": ("reports.commands.cache:cache", "List, verify or clear what earlier runs kept."),
-    "soak": ("reports.commands.soak:soak", "Kill, stop and starve runs, and show that nothing is lost or left."),
-    "schema": ("reports.commands.schema:schema", "Print the JSON Schema of scene files."),
+    "growth": ("rayproof.reports.commands.growth:growth", "Show what a run costs as the suite grows."),
+    "history": (
+        "rayproof.reports.commands.history:history",
+        "Show error and time of each case over the runs that were kept.",
+    ),
+    "adapt": ("rayproof.reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
+    "cache": ("rayproof.reports.commands.cache:cache", "List, verify or clear what earlier runs kept."),
+    "soak": (
+        "rayproof.reports.commands.soak:soak",
+        "Kill, stop and starve runs, and show that nothing is lost or left.",
+    ),
+    "schema": ("rayproof.reports.commands.schema:schema", "Print the JSON Schema of scene files."),
 }
 
 BAD_USAGE, NOT_MEASURED, INTERRUPTED = 2, 3, 130
@@ -109,8 +130,8 @@ def _called(given: list[str]) -> int:
     """Run a command; return the exit code, also of what is told in one line."""
     from cyclopts import CycloptsError
 
-    from reports.commands.usage import UsageError, disown, one_line
-    from tracer.llvm import NoBackendError
+    from rayproof.reports.commands.usage import UsageError, disown, one_line
+    from rayproof.tracer.llvm import NoBackendError
 
     try:
         result = application()(given, exit_on_error=False, print_error=False, result_action="return_value")

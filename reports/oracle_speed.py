@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
 
 ROUNDS = 3
 LANES = 2**20  # rays of one launch
@@ -42,8 +42,8 @@ def speeds(scene: Scene) -> Mapping[str, Speed | str]:
     through every stage, at 2^20 image points in the order of an image: on fewer the launch itself is what one would
     measure. Large meshes have to do with fewer.
     """
-    from reference.certified import Certified
-    from reference.double_double import DoubleDouble
+    from rayproof.reference.certified import Certified
+    from rayproof.reference.double_double import DoubleDouble
 
     certified, pairs = Certified(), DoubleDouble()
     found: dict[str, Speed | str] = {}
@@ -91,7 +91,7 @@ def _best(work: Callable[[], tuple[int, int, float]], *, after: int = 0) -> Spee
 
 def _whole_image(scene: Scene) -> tuple[int, int, float]:
     """Certify every stage of every pixel; return pixels, processes, and 0 for processor time spent elsewhere."""
-    from reference.certified import Certified
+    from rayproof.reference.certified import Certified
 
     Certified().render(scene, IMAGE_STAGES)
     return scene.camera.width * scene.camera.height, 1, 0.0
@@ -109,7 +109,7 @@ def _by_two(pool: ProcessPoolExecutor, scene: Scene) -> tuple[int, int, float]:
 
 
 def _launch(scene: Scene, points: np.ndarray) -> tuple[int, int, float]:
-    from reference.double_double import DoubleDouble
+    from rayproof.reference.double_double import DoubleDouble
 
     DoubleDouble().at(scene, [Stage.RADIANCE], points)
     return len(points), 1, 0.0

@@ -1,4 +1,4 @@
-"""The JavaScript libraries beside the report's own scripts, made anew: `python -m reports.vendoring`.
+"""The JavaScript libraries beside the report's own scripts, made anew: `python -m rayproof.reports.vendoring`.
 
 `vtk-viewer.js` is the viewer of the installed trame-vtk without what a report must not do: ask for icons on the web,
 read addresses, wait for dropped files, talk to the console. `plotly-basic.min.js` is that of the npm package. Both

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from tracer import llvm
+from rayproof.tracer import llvm
 
 llvm.select()
 

@@ -23,9 +23,9 @@ def output(*command: str) -> str:
 
 @pytest.mark.parametrize("package", ["cases", "reference", "reports", "tracer"])
 def test_the_packages_come_from_this_checkout(package: str) -> None:
-    module = importlib.import_module(package)
+    module = importlib.import_module(f"rayproof.{package}")
 
-    assert Path(str(module.__file__)).parent == CHECKOUT / package
+    assert Path(str(module.__file__)).resolve().parent == CHECKOUT / package
 
 
 def test_the_import_contracts_hold() -> None:
@@ -47,7 +47,7 @@ def test_the_types_check() -> None:
 def test_help_imports_nothing_heavy() -> None:
     code = f"""
 import sys
-from reports.cli import main
+from rayproof.reports.cli import main
 assert main(["--help"]) == 0
 sys.exit(", ".join(name for name in {HEAVY} if name in sys.modules) or 0)
 """

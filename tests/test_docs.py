@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from cases.case import ITEMS
-from cases.scene_json import scene_from_json
-from reports.cli import COMMANDS
+from rayproof.cases.case import ITEMS
+from rayproof.cases.scene_json import scene_from_json
+from rayproof.reports.cli import COMMANDS
 
 CHECKOUT = Path(__file__).parents[1]
 PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
@@ -29,9 +29,9 @@ EXAMPLES = {
 
 USES = {
     "tracer/intersections/sphere_closest_point.py": """
-from cases.families import select
-from tracer.configuration import Configuration
-from tracer.render import render
+from rayproof.cases.families import select
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 scene = select(["primitives/sphere"])[0].scene
 ours, usual = (
     render(scene, [Stage.DISTANCE], Configuration.parse(name))[Stage.DISTANCE]
@@ -43,18 +43,18 @@ assert 0 < hit.sum() < hit.size and (hit == np.isfinite(usual)).all()
 assert np.allclose(ours[hit], usual[hit], rtol=1e-12, atol=0)
 """,
     "cases/families/needles.py": """
-from cases.families import select
+from rayproof.cases.families import select
 assert len(select(["needles"])) == 3
 """,
     "reference/flat_grey.py": """
 assert REFERENCES["flat_grey"]().version()
 """,
     "cases/laws/clip_free.py": """
-from cases.families import select
-from reference.analytic import Analytic
-from reports.judge.oracle import stages_of
-from reports.laws.judging import judge
-from reports.laws.work import small
+from rayproof.cases.families import select
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.laws.judging import judge
+from rayproof.reports.laws.work import small
 scene = small(select(["clipping/sphere_none"])[0].scene)
 found = [judge(one, "float64") for one in LAWS["clip_free"](scene, lambda one: Analytic().render(one, stages_of(one)))]
 assert found and not any(one.alarm for one in found)

@@ -12,7 +12,7 @@ from typing import Any
 
 import drjit as dr
 
-from tracer import llvm
+from rayproof.tracer import llvm
 
 SUFFIXES = {"float32": "f", "float64": "f64"}  # of the names of Dr.Jit's types
 BACKENDS = {"cuda": dr.JitBackend.CUDA, "llvm": dr.JitBackend.LLVM}  # the first that is there is taken

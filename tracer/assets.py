@@ -9,7 +9,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from tracer.arrays import ArrayTypes
+from rayproof.tracer.arrays import ArrayTypes
 
 ALIGNMENT = 64  # bytes; packets are read from aligned memory only, and numpy's is aligned to 16
 

@@ -12,15 +12,15 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Plane, Shape, Triangle, Vector
-from tracer.branches import where
-from tracer.cones import Cone, Directions, cone
-from tracer.feeling import Feeler
-from tracer.geometry import SLOTS, upload
-from tracer.placement import Placement
-from tracer.rays import Interval, Nearest, Ray
-from tracer.setting import Setting
-from tracer.triangles import degenerate
+from rayproof.cases.scene import Plane, Shape, Triangle, Vector
+from rayproof.tracer.branches import where
+from rayproof.tracer.cones import Cone, Directions, cone
+from rayproof.tracer.feeling import Feeler
+from rayproof.tracer.geometry import SLOTS, upload
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.rays import Interval, Nearest, Ray
+from rayproof.tracer.setting import Setting
+from rayproof.tracer.triangles import degenerate
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,11 +6,11 @@ from typing import Any
 
 import drjit as dr
 
-from tracer.frame import Frame, Viewpoint
-from tracer.interleaving import next_step
-from tracer.lanes import Lanes
-from tracer.rays import Interval, Ray
-from tracer.setting import Setting
+from rayproof.tracer.frame import Frame, Viewpoint
+from rayproof.tracer.interleaving import next_step
+from rayproof.tracer.lanes import Lanes
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.setting import Setting
 
 WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and that of its neighbour 0.3
 

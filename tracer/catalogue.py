@@ -5,15 +5,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
-from cases.declarations import DeclaredRegistry
-from cases.stages import Stage
-from tracer.camera import CAMERA
-from tracer.clipping import CLIPPING
-from tracer.feelers import FEELERS
-from tracer.intersections import INTERSECTIONS
-from tracer.normals import NORMALS
-from tracer.shading import SHADING
-from tracer.transforms import TRANSFORMS
+from rayproof.cases.declarations import DeclaredRegistry
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
+from rayproof.tracer.clipping import CLIPPING
+from rayproof.tracer.feelers import FEELERS
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.normals import NORMALS
+from rayproof.tracer.shading import SHADING
+from rayproof.tracer.transforms import TRANSFORMS
 
 Kind = Literal["right", "control", "fault"]
 KINDS: tuple[Kind, ...] = ("right", "control", "fault")

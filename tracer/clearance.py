@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Mesh, Shape, Sphere, Triangle
-from tracer.placement import Placement
-from tracer.triangles import slenderness
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Mesh, Shape, Sphere, Triangle
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.triangles import slenderness
 
 FACTOR = 16.0
 

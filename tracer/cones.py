@@ -22,14 +22,14 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Cube, Shape, Sphere, Square, Triangle
-from tracer.acceleration.beams import larger, reduced, smaller
-from tracer.arrays import ArrayTypes
-from tracer.geometry import HALF
-from tracer.parameters import Parameters
-from tracer.placement import Placement
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Cube, Shape, Sphere, Square, Triangle
+from rayproof.tracer.acceleration.beams import larger, reduced, smaller
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.geometry import HALF
+from rayproof.tracer.parameters import Parameters
+from rayproof.tracer.placement import Placement
 
 ROUNDINGS = 32.0
 CORNERS = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-HALF, HALF) for z in (-HALF, HALF)])

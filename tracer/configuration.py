@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from cases.rounding import PRECISIONS
-from tracer.catalogue import FORMULAS, Formula
+from rayproof.cases.rounding import PRECISIONS
+from rayproof.tracer.catalogue import FORMULAS, Formula
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from tracer.rays import Interval, Ray
+from rayproof.tracer.rays import Interval, Ray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,10 +6,10 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Camera
-from tracer.arrays import ArrayTypes
-from tracer.configuration import Configuration
-from tracer.parameters import Parameters
+from rayproof.cases.scene import Camera
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.parameters import Parameters
 
 
 @dataclass(frozen=True, kw_only=True)

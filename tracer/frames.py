@@ -16,15 +16,15 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.scene import Scene
-from tracer.arrays import ArrayTypes, array_types
-from tracer.assets import Assets
-from tracer.branches import asked
-from tracer.configuration import Configuration
-from tracer.interleaving import next_step
-from tracer.lanes import Lanes
-from tracer.plan import Plan, plan
-from tracer.trace import Trace
+from rayproof.cases.scene import Scene
+from rayproof.tracer.arrays import ArrayTypes, array_types
+from rayproof.tracer.assets import Assets
+from rayproof.tracer.branches import asked
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.interleaving import next_step
+from rayproof.tracer.lanes import Lanes
+from rayproof.tracer.plan import Plan, plan
+from rayproof.tracer.trace import Trace
 
 PACKETS = (8, 4)  # numbers that are written at once, as many pixels as stand in a row
 CHANNELS = 3

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Plane, Shape, Sphere, Square, Triangle
-from tracer.arrays import ArrayTypes
-from tracer.placement import Placement
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square, Triangle
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.placement import Placement
 
 HALF = 0.5  # m, half the size of the unit cube and the unit square
 

@@ -8,11 +8,11 @@ from typing import Any, TypeVar
 import drjit as dr
 import numpy as np
 
-from cases.scene import Shape
-from tracer.gathered import GatheredPlacement
-from tracer.placement import Placement
-from tracer.rays import Nearest
-from tracer.world import World
+from rayproof.cases.scene import Shape
+from rayproof.tracer.gathered import GatheredPlacement
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.rays import Nearest
+from rayproof.tracer.world import World
 
 Value = TypeVar("Value", bound=Hashable)
 

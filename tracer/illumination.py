@@ -7,14 +7,14 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Vector
-from tracer.feeling import Feeler, Hit
-from tracer.interleaving import next_step
-from tracer.lights import InTurn
-from tracer.rays import Interval, Ray
-from tracer.starting_points import starting_points
-from tracer.surfaces import Surfaces
-from tracer.world import World
+from rayproof.cases.scene import Vector
+from rayproof.tracer.feeling import Feeler, Hit
+from rayproof.tracer.interleaving import next_step
+from rayproof.tracer.lights import InTurn
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.starting_points import starting_points
+from rayproof.tracer.surfaces import Surfaces
+from rayproof.tracer.world import World
 
 MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
 

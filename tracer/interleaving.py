@@ -7,7 +7,7 @@ hundred instructions ahead, less than one sample has: step by step it finds othe
 
 import drjit as dr
 
-from tracer.arrays import BACKENDS, ArrayTypes
+from rayproof.tracer.arrays import BACKENDS, ArrayTypes
 
 
 def next_step(types: ArrayTypes, *, samples: int) -> None:

@@ -6,11 +6,11 @@ from typing import Any, Protocol
 import drjit as dr
 import numpy as np
 
-from cases.scene import Scene
-from tracer.arrays import ArrayTypes
-from tracer.assets import Assets
-from tracer.surfaces import Surfaces
-from tracer.world import World
+from rayproof.cases.scene import Scene
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.assets import Assets
+from rayproof.tracer.surfaces import Surfaces
+from rayproof.tracer.world import World
 
 
 class Lighting(Protocol):

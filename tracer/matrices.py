@@ -4,7 +4,7 @@ from typing import Any
 
 import drjit as dr
 
-from tracer.arrays import array_types
+from rayproof.tracer.arrays import array_types
 
 
 def _types(like: Any) -> Any:

@@ -8,18 +8,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import radians, tan
 
-from cases.scene import Mesh, Plane, Scene, Shape, Triangle
-from tracer.acceleration.choosing import MOST_BY_AREA
-from tracer.arrays import backend
-from tracer.camera_rays import WIDEST
-from tracer.configuration import Configuration
-from tracer.geometry import SLOTS, square_vectors
-from tracer.illumination import MANY
-from tracer.placement import Placement
-from tracer.plan import Plan
-from tracer.trees import flat
-from tracer.triangles import degenerate
-from tracer.world import can_shadow_itself
+from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Triangle
+from rayproof.tracer.acceleration.choosing import MOST_BY_AREA
+from rayproof.tracer.arrays import backend
+from rayproof.tracer.camera_rays import WIDEST
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.geometry import SLOTS, square_vectors
+from rayproof.tracer.illumination import MANY
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.plan import Plan
+from rayproof.tracer.trees import flat
+from rayproof.tracer.triangles import degenerate
+from rayproof.tracer.world import can_shadow_itself
 
 STAGES, NUMBERS, FRAMES = "stages", "numbers", "frames"
 

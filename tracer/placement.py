@@ -11,8 +11,8 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.scene import IDENTITY, Matrix
-from tracer.parameters import LITERALS, Parameters
+from rayproof.cases.scene import IDENTITY, Matrix
+from rayproof.tracer.parameters import LITERALS, Parameters
 
 
 @dataclass(frozen=True, kw_only=True)

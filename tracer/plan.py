@@ -9,9 +9,9 @@ takes feelers one by one.
 
 from dataclasses import dataclass
 
-from cases.scene import Mesh, Plane, Scene, Shape
-from tracer.configuration import Configuration
-from tracer.geometry import SLOTS
+from rayproof.cases.scene import Mesh, Plane, Scene, Shape
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.geometry import SLOTS
 
 HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
 SEVERAL = 24  # shapes in all that are, where a lane takes several samples and goes past those that it cannot meet

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.scene import Plane, Scene
-from tracer.clearance import extent
+from rayproof.cases.scene import Plane, Scene
+from rayproof.tracer.clearance import extent
 
 # The quadratic's 4 A C takes the square of a difference of two points, at most 48 L^2 for coordinates up to L, which
 # must stay below 2^128 (2^1024). The same from the other end: 1 / L^2 and L^2 / 48 must not be subnormal.

@@ -10,14 +10,14 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from tracer.configuration import Configuration
-from tracer.parameters import Numbers, Stages
-from tracer.plan import Plan
-from tracer.reach import beyond
-from tracer.trace import Trace
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.parameters import Numbers, Stages
+from rayproof.tracer.plan import Plan
+from rayproof.tracer.reach import beyond
+from rayproof.tracer.trace import Trace
 
 
 def _numbers(array: Any) -> np.ndarray:

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-from cases.scene import Scene
-from tracer.arrays import ArrayTypes
-from tracer.assets import Assets
-from tracer.configuration import Configuration
-from tracer.parameters import Parameters
-from tracer.plan import Plan
+from rayproof.cases.scene import Scene
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.assets import Assets
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.parameters import Parameters
+from rayproof.tracer.plan import Plan
 
 
 @dataclass(frozen=True, kw_only=True)

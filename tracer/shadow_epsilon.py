@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from tracer.clearance import bound
-from tracer.configuration import Configuration
+from rayproof.tracer.clearance import bound
+from rayproof.tracer.configuration import Configuration
 
 
 def shadow_epsilon(configuration: Configuration, *, scale: Any, spread: Any = 1.0) -> Any:

@@ -11,7 +11,7 @@ from typing import Any
 
 import drjit as dr
 
-from tracer.rays import Interval, Ray
+from rayproof.tracer.rays import Interval, Ray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import drjit as dr
 
-from tracer.arrays import array_types
-from tracer.feeling import Hit
-from tracer.rays import Interval, Ray
-from tracer.surfaces import Surfaces
-from tracer.world import World
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.feeling import Hit
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.surfaces import Surfaces
+from rayproof.tracer.world import World
 
 WINDOW = 2.0**-10  # of t, on either side: where the shape that a pixel shows is met again
 

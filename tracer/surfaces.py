@@ -7,13 +7,13 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Cube, Mesh, Shape, Sphere, Triangle
-from tracer.clearance import clearance, extent, spread
-from tracer.hit_shapes import HitShapes
-from tracer.placement import Placement
-from tracer.rays import Nearest, Ray
-from tracer.triangles import object_normals
-from tracer.world import World
+from rayproof.cases.scene import Cube, Mesh, Shape, Sphere, Triangle
+from rayproof.tracer.clearance import clearance, extent, spread
+from rayproof.tracer.hit_shapes import HitShapes
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.rays import Nearest, Ray
+from rayproof.tracer.triangles import object_normals
+from rayproof.tracer.world import World
 
 
 @dataclass(frozen=True, kw_only=True)

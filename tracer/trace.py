@@ -7,23 +7,23 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Scene
-from cases.stages import Stage
-from tracer.acceleration.beams import reduced
-from tracer.arrays import array_types
-from tracer.assets import Assets
-from tracer.branches import where
-from tracer.camera_rays import CameraRays
-from tracer.configuration import Configuration
-from tracer.illumination import Illumination
-from tracer.interleaving import next_step
-from tracer.lanes import Lanes
-from tracer.parameters import LITERALS, Parameters
-from tracer.plan import Plan, plan
-from tracer.rays import Nearest, Ray
-from tracer.setting import Setting
-from tracer.surfaces import Surfaces
-from tracer.world import World
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.tracer.acceleration.beams import reduced
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.assets import Assets
+from rayproof.tracer.branches import where
+from rayproof.tracer.camera_rays import CameraRays
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.illumination import Illumination
+from rayproof.tracer.interleaving import next_step
+from rayproof.tracer.lanes import Lanes
+from rayproof.tracer.parameters import LITERALS, Parameters
+from rayproof.tracer.plan import Plan, plan
+from rayproof.tracer.rays import Nearest, Ray
+from rayproof.tracer.setting import Setting
+from rayproof.tracer.surfaces import Surfaces
+from rayproof.tracer.world import World
 
 
 class Trace:

@@ -6,18 +6,18 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Mesh, Shape, Triangle
-from tracer.acceleration.beams import Beam, smaller
-from tracer.acceleration.crowds import Crowd, host_crowd
-from tracer.acceleration.forest import Forest, host_forest
-from tracer.acceleration.parting import any_hit_in_groups
-from tracer.acceleration.traverse import WIDER, Grove, Walk, nearest
-from tracer.feeling import Feeler
-from tracer.geometry import SLOTS, square_vectors
-from tracer.placement import Placement
-from tracer.rays import Interval, Nearest, Ray
-from tracer.setting import Setting
-from tracer.shear import prepare, turning_alike, turns
+from rayproof.cases.scene import Mesh, Shape, Triangle
+from rayproof.tracer.acceleration.beams import Beam, smaller
+from rayproof.tracer.acceleration.crowds import Crowd, host_crowd
+from rayproof.tracer.acceleration.forest import Forest, host_forest
+from rayproof.tracer.acceleration.parting import any_hit_in_groups
+from rayproof.tracer.acceleration.traverse import WIDER, Grove, Walk, nearest
+from rayproof.tracer.feeling import Feeler
+from rayproof.tracer.geometry import SLOTS, square_vectors
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.rays import Interval, Nearest, Ray
+from rayproof.tracer.setting import Setting
+from rayproof.tracer.shear import prepare, turning_alike, turns
 
 
 def flat(shape: Shape) -> bool:

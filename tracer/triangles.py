@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import IDENTITY, Mesh, Shape, Triangle
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import IDENTITY, Mesh, Shape, Triangle
 
 PIECE = 2**14  # triangles
 THREADS = min(8, os.cpu_count() or 1)  # numpy lets go of the interpreter in all that takes long

@@ -5,8 +5,8 @@ import os
 
 import drjit as dr
 
-from tracer.arrays import array_types, backend
-from tracer.llvm import VARIABLE
+from rayproof.tracer.arrays import array_types, backend
+from rayproof.tracer.llvm import VARIABLE
 
 
 def versions() -> dict[str, str]:

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
-from cases.scene import Shape, Vector
-from tracer.bodies import Bodies
-from tracer.feeling import Feeler
-from tracer.geometry import SLOTS
-from tracer.placement import Placement
-from tracer.rays import Interval, Nearest, Ray
-from tracer.setting import Setting
-from tracer.trees import Trees
+from rayproof.cases.scene import Shape, Vector
+from rayproof.tracer.bodies import Bodies
+from rayproof.tracer.feeling import Feeler
+from rayproof.tracer.geometry import SLOTS
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.rays import Interval, Nearest, Ray
+from rayproof.tracer.setting import Setting
+from rayproof.tracer.trees import Trees
 
 
 def can_shadow_itself(shape: Shape) -> bool:

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.scene import Mesh, Rgb
+from rayproof.cases.scene import Mesh, Rgb
 
 ALBEDO: Rgb = (0.7, 0.5, 0.3)
 SEED = 6

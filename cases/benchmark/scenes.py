@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.benchmark.meshes import bumpy, scanned, uneven
-from cases.placement import compose, rotation, scaling, translation
-from cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Vector
+from rayproof.cases.benchmark.meshes import bumpy, scanned, uneven
+from rayproof.cases.placement import compose, rotation, scaling, translation
+from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Vector
 
 SIZES = ((512, 512), (1920, 1080))  # px
 QUICK_SIZES = ((512, 512),)

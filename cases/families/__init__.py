@@ -10,12 +10,12 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import cache
 
-from cases.case import Case
-from cases.random import FAMILY as RANDOM
-from cases.random import case_named
-from cases.registry import Registry
+from rayproof.cases.case import Case
+from rayproof.cases.random import FAMILY as RANDOM
+from rayproof.cases.random import case_named
+from rayproof.cases.registry import Registry
 
-CASE_FAMILIES: Registry[Callable[[], Iterator[Case]]] = Registry("case family", package="cases.families")
+CASE_FAMILIES: Registry[Callable[[], Iterator[Case]]] = Registry("case family", package="rayproof.cases.families")
 
 
 @cache

@@ -6,12 +6,12 @@ eye and with the slant of the light; a strategy that starts too far away loses t
 
 from collections.abc import Iterator
 
-from cases.case import Case, PixelValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, translation
-from cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Square
-from cases.stages import Stage
+from rayproof.cases.case import Case, PixelValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Square
+from rayproof.cases.stages import Stage
 
 TILT = compose(translation(0.1, -0.2, -0.4), rotation((1.0, -0.6, 0.3), 11))
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.case import Case, UniformValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, translation
-from cases.scene import Camera, Cube, Mesh, PointLight, Scene, Shape, Sphere, Vector
-from cases.stages import Stage
+from rayproof.cases.case import Case, UniformValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.scene import Camera, Cube, Mesh, PointLight, Scene, Shape, Sphere, Vector
+from rayproof.cases.stages import Stage
 
 ALBEDO = (0.6, 0.45, 0.7)
 FLUX = (420.0, 510.0, 360.0)  # W

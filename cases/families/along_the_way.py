@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around
-from cases.scene import Camera, Matrix, PointLight, Scene, Square
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around
+from rayproof.cases.scene import Camera, Matrix, PointLight, Scene, Square
 
 PLACE = np.array((0.1, -0.2, 3.0))  # of the light [m]
 LIGHT = PointLight(position=(0.1, -0.2, 3.0), flux=(500.0, 420.0, 350.0))

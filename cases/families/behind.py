@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, translation
-from cases.scene import Clip, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.scene import Clip, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 FLOOR = Square(
     albedo=(0.6, 0.55, 0.5),

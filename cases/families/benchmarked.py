@@ -7,11 +7,11 @@ a tree, since a closed form tries each of them at every pixel, and they are larg
 from collections.abc import Iterator
 from dataclasses import replace
 
-from cases.benchmark.scenes import chosen
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.scene import Scene, Sphere
+from rayproof.cases.benchmark.scenes import chosen
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.scene import Scene, Sphere
 
 WIDTH, HEIGHT = 512, 256  # px
 FEWER, LARGER = 25, 3.0

@@ -6,11 +6,11 @@ forgotten aspect and a mirrored row from the right formula; the two methods must
 
 from collections.abc import Iterator
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, translation
-from cases.scene import Camera, Cube, Scene, Shape, Sphere, Square, Vector
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.scene import Camera, Cube, Scene, Shape, Sphere, Square, Vector
 
 TARGET: Vector = (0.3, -0.2, 0.4)
 SHAPES: tuple[Shape, ...] = (

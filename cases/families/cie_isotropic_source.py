@@ -8,13 +8,13 @@ Source: CIE 171:2006, Test Cases to Assess the Accuracy of Lighting Computer Pro
 from collections.abc import Iterator
 from math import pi
 
-from cases.case import Case, PixelValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import compose, frontal_fovy, mapped, rotation, scaling, translation
-from cases.rounding import gamma
-from cases.scene import IDENTITY, Camera, Matrix, PointLight, Scene, Square, Vector
-from cases.stages import Stage
+from rayproof.cases.case import Case, PixelValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import compose, frontal_fovy, mapped, rotation, scaling, translation
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import IDENTITY, Camera, Matrix, PointLight, Scene, Square, Vector
+from rayproof.cases.stages import Stage
 
 INTENSITY = (1000.0, 500.0, 250.0)  # cd = lm/sr, stored as W/sr; the first channel is the test's
 SOURCE_HEIGHT, EYE_HEIGHT = 3.0, 5.0  # m above the plane

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, translation
-from cases.scene import CLIPS, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.scene import CLIPS, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 FLOOR = Plane(
     albedo=(0.6, 0.6, 0.5), to_world=compose(translation(0.1, 0.0, -1.1), rotation((1.0, 0.3, 0.1), 6)), two_sided=True

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, translation
-from cases.scene import Mesh, PointLight, Scene, Vector
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, translation
+from rayproof.cases.scene import Mesh, PointLight, Scene, Vector
 
 ALBEDO = (0.65, 0.7, 0.45)
 LIGHT = PointLight(position=(0.8, -0.7, 4.1), flux=(400.0, 330.0, 460.0))

@@ -8,12 +8,12 @@ frontally, so that its pixels are equal squares and their sum is a midpoint rule
 from collections.abc import Iterator
 from math import atan, pi, sqrt
 
-from cases.case import Case, Flux
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import compose, frontal_fovy, rotation, scaling, translation
-from cases.rounding import gamma
-from cases.scene import Camera, PointLight, Scene, Shape, Square, Vector
+from rayproof.cases.case import Case, Flux
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import compose, frontal_fovy, rotation, scaling, translation
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Camera, PointLight, Scene, Shape, Square, Vector
 
 FLUX = (10_000.0, 4_000.0, 1_500.0)  # lm, stored as W; the first channel is the test's
 MIDDLE: Vector = (0.0, 0.0, 1.5)  # m

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-from cases.case import Case, UniformValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, shear, translation
-from cases.scene import Camera, Cube, PointLight, Scene, Shape, Sphere
-from cases.stages import Stage
+from rayproof.cases.case import Case, UniformValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
+from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Shape, Sphere
+from rayproof.cases.stages import Stage
 
 ALBEDO = (0.6, 0.7, 0.45)
 LIGHT = PointLight(position=(0.5, -0.4, 0.6), flux=(160.0, 120.0, 210.0))

@@ -7,13 +7,13 @@ Walsh, Photometry, 3rd ed. (1958), chapter 6).
 from collections.abc import Iterator
 from math import pi
 
-from cases.case import Case, UniformValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, mapped, rotation, scaling, translation
-from cases.rounding import gamma
-from cases.scene import IDENTITY, Matrix, PointLight, Scene, Sphere, Vector
-from cases.stages import Stage
+from rayproof.cases.case import Case, UniformValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import IDENTITY, Matrix, PointLight, Scene, Sphere, Vector
+from rayproof.cases.stages import Stage
 
 ALBEDO = (0.8, 0.6, 0.35)
 FLUX = (500.0, 320.0, 640.0)  # W

@@ -9,13 +9,13 @@ from math import pi
 
 import numpy as np
 
-from cases.case import Case, PixelValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, mapped, rotation, scaling, translation
-from cases.rounding import gamma
-from cases.scene import PointLight, Scene, Sphere, Square, Vector
-from cases.stages import Stage
+from rayproof.cases.case import Case, PixelValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import PointLight, Scene, Sphere, Square, Vector
+from rayproof.cases.stages import Stage
 
 CENTER: Vector = (0.2, 0.3, -0.1)
 TILT = compose(translation(*CENTER), rotation((0.7, -0.5, 0.4), 23))

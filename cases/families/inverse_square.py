@@ -7,13 +7,13 @@ The centre of the image sees the centre of the square, so E = Phi cos / (4 pi r^
 from collections.abc import Iterator
 from math import cos, pi, radians, sin, tan
 
-from cases.case import Case, PixelValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, mapped, rotation, scaling, translation
-from cases.rounding import gamma
-from cases.scene import PointLight, Scene, Square, Vector
-from cases.stages import Stage
+from rayproof.cases.case import Case, PixelValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import PointLight, Scene, Square, Vector
+from rayproof.cases.stages import Stage
 
 CENTER: Vector = (0.4, -0.3, 0.6)
 TILT = compose(translation(*CENTER), rotation((1.0, 0.5, 0.3), 28))

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, translation
-from cases.scene import IDENTITY, Matrix, Mesh, PointLight, Scene, Square
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.scene import IDENTITY, Matrix, Mesh, PointLight, Scene, Square
 
 SEED = 20060172
 ALBEDO = (0.75, 0.55, 0.35)

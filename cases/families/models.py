@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.mesh_file import read_mesh
-from cases.placement import camera_around, compose, rotation, scaling, translation
-from cases.scene import Mesh, PointLight, Scene, Square
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.mesh_file import read_mesh
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.scene import Mesh, PointLight, Scene, Square
 
 SIZE = 3.8  # m; the longest side of a model's box in the scene
 FLOOR = Square(

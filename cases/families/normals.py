@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, shear, translation
-from cases.scene import Cube, Plane, Scene, Shape, Sphere, Square
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
+from rayproof.cases.scene import Cube, Plane, Scene, Shape, Sphere, Square
 
 ALBEDO = (0.6, 0.5, 0.4)
 FLAT = compose(translation(0.2, 0.1, 0.1), rotation((0.5, 0.7, -0.3), 40), scaling(2.0, 1.5, 0.25))

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around
-from cases.scene import Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 ALBEDO = (0.75, 0.5, 0.3)
 LIGHT = PointLight(position=(2.1, -1.4, 3.3), flux=(310.0, 220.0, 420.0))

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from math import cos, sin
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, translation
-from cases.scene import SHADINGS, Cube, PointLight, Scene, Shape, Sphere, Square
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.scene import SHADINGS, Cube, PointLight, Scene, Shape, Sphere, Square
 
 SHAPES: tuple[Shape, ...] = (
     Square(

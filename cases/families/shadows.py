@@ -8,12 +8,12 @@ h r / sqrt(D^2 - r^2): similar triangles (Euclid, Elements VI.4) and the tangent
 from collections.abc import Iterator
 from math import sqrt
 
-from cases.case import Case, ShadowOutline
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, rotation, scaling, shear, translation
-from cases.rounding import gamma
-from cases.scene import Cube, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.case import Case, ShadowOutline
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 ANTI_ACNE = ("LIT-2", "LIT-3", "LIT-4")
 FLOOR = Plane(albedo=(0.6, 0.5, 0.7))

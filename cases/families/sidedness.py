@@ -8,12 +8,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.case import Case, UniformValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, mapped, rotation, scaling, translation
-from cases.scene import Matrix, Mesh, Plane, PointLight, Scene, Shape, Square, Triangle
-from cases.stages import Stage
+from rayproof.cases.case import Case, UniformValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
+from rayproof.cases.scene import Matrix, Mesh, Plane, PointLight, Scene, Shape, Square, Triangle
+from rayproof.cases.stages import Stage
 
 ALBEDO = (0.7, 0.5, 0.6)
 FLUX = (380.0, 260.0, 450.0)  # W

@@ -8,13 +8,13 @@ from math import cos, radians, sin, tan
 
 import numpy as np
 
-from cases.case import Case, PixelValue
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, mapped, rotation, scaling, translation
-from cases.rounding import gamma
-from cases.scene import Mesh, PointLight, Scene, Sphere, Square, Vector
-from cases.stages import Stage
+from rayproof.cases.case import Case, PixelValue
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Mesh, PointLight, Scene, Sphere, Square, Vector
+from rayproof.cases.stages import Stage
 
 CENTER: Vector = (-0.2, 0.3, 0.4)
 TILT = compose(translation(*CENTER), rotation((-0.4, 1.0, 0.2), 24))

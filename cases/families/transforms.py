@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.placement import camera_around, compose, mapped, rotation, scaling, shear, translation
-from cases.scene import Cube, Matrix, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, shear, translation
+from rayproof.cases.scene import Cube, Matrix, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
 
 ALBEDO = (0.35, 0.6, 0.8)
 PLACE: Vector = (0.7, -0.4, 0.5)

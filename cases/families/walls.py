@@ -7,10 +7,10 @@ can just tell for certain.
 
 from collections.abc import Iterator
 
-from cases.case import Case
-from cases.covering import covering
-from cases.families import CASE_FAMILIES
-from cases.scene import Camera, PointLight, Scene, Shape, Square
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.scene import Camera, PointLight, Scene, Shape, Square
 
 NEAR, FAR = 1.5, 12.0  # m
 CAMERA = Camera(

@@ -7,7 +7,7 @@ formula makes of the inputs is measured in `reports.stability`.
 import importlib
 import pkgutil
 
-from cases.ladders.ladder import Ladder
+from rayproof.cases.ladders.ladder import Ladder
 
 
 def all_ladders() -> tuple[Ladder, ...]:

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.ladders.draws import box as draws
-from cases.ladders.ladder import Failure, Gate, Ladder
+from rayproof.cases.ladders.draws import box as draws
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder
 
 K_BOX = "(|o_i| + 0.5 + |t d_i|) / (|d_i| |t|) on the axis that decides"
 NO_K = "none: right or wrong"

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.ladders.draws.camera import cameras
-from cases.ladders.ladder import Failure, Gate, Ladder, Law
+from rayproof.cases.ladders.draws.camera import cameras
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 K_VIEW = "1 + 1 / sin(F, up): the eye's coordinates do not enter, target - eye does"
 MULTIPLIED = ("matrix", "matrix_w_divide", "analytic_inverse")  # C3, C4, C5

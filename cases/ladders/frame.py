@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.ladders.draws import frame as draws
-from cases.ladders.ladder import Failure, Gate, Ladder, Law
+from rayproof.cases.ladders.draws import frame as draws
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 K_VALUE = "sum of |x df/dx| over the inputs x of the very expression, over its value"
 ANGLES = (179.9, 170.0, 120.0, 60.0, 10.0, 1.0, 1e-1, 1e-2, 1e-3)

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from cases.ladders.draws.light import ways
-from cases.ladders.draws.special import dark
-from cases.ladders.ladder import Failure, Gate, Ladder, Law
+from rayproof.cases.ladders.draws.light import ways
+from rayproof.cases.ladders.draws.special import dark
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 ULPS = "1: error / ulp of the result"
 

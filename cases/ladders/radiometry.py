@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from cases.ladders.draws import radiometry as draws
-from cases.ladders.draws import special
-from cases.ladders.ladder import Gate, Ladder, Law
+from rayproof.cases.ladders.draws import radiometry as draws
+from rayproof.cases.ladders.draws import special
+from rayproof.cases.ladders.ladder import Gate, Ladder, Law
 
 SIZES = (1.0, 1e6, 1e12, 1e24, 1e36, 1e-6, 1e-12, 1e-24, 1e-33)
 

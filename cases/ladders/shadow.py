@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.ladders.draws.light import balls, floors, lids
-from cases.ladders.ladder import Failure, Gate, Ladder
+from rayproof.cases.ladders.draws.light import balls, floors, lids
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder
 
 NO_K = "none: lit or not"
 BOUNDED = ("normal_offset", "error_bound", "minimum_t", "doubles")

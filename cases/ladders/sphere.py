@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.ladders.draws import sphere as draws
-from cases.ladders.ladder import Failure, Gate, Ladder, Law
+from rayproof.cases.ladders.draws import sphere as draws
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 # sphere/float64 solves the textbook's quadratic in float64: as good as any in float32, one of these in float64.
 QUADRATICS = ("textbook", "half_b", "stable_quadratic", "kahan", "first_positive")

@@ -1,8 +1,8 @@
 """Ladders of points on spheres, planes and triangles, and of the normals on spheres."""
 
-from cases.ladders.draws import special, triangle
-from cases.ladders.draws import sphere as draws
-from cases.ladders.ladder import Failure, Gate, Ladder, Law
+from rayproof.cases.ladders.draws import special, triangle
+from rayproof.cases.ladders.draws import sphere as draws
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 LADDERS = (
     Ladder(

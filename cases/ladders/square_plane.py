@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from cases.ladders.draws import matrices
-from cases.ladders.draws import triangle as draws
-from cases.ladders.ladder import Failure, Gate, Ladder, Law
+from rayproof.cases.ladders.draws import matrices
+from rayproof.cases.ladders.draws import triangle as draws
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 TWICE_THE_SIZE = Failure(formulas=("full_vectors",), because="erratum E7: twice the size")
 

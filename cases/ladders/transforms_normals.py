@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from cases.ladders.draws import matrices as draws
-from cases.ladders.draws import special
-from cases.ladders.ladder import Failure, Gate, Ladder, Law
+from rayproof.cases.ladders.draws import matrices as draws
+from rayproof.cases.ladders.draws import special
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 K_OBJECT = "K_local of the shape along the exact object-space ray"
 K_MATRIX = "cond(M), the ratio of its largest and smallest singular value"

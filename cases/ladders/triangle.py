@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from cases.ladders.draws import matrices
-from cases.ladders.draws import triangle as draws
-from cases.ladders.ladder import Failure, Gate, Ladder, Law
+from rayproof.cases.ladders.draws import matrices
+from rayproof.cases.ladders.draws import triangle as draws
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
 
 MISPRINTS = ("printed_third_row", "unsigned_areas")
 RIGHT = (

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from cases.ladders.draws import box, sphere, triangle
-from cases.ladders.draws.camera import cameras
-from cases.ladders.draws.light import ways
-from cases.ladders.draws.special import planted
-from cases.ladders.ladder import Failure, Gate, Ladder
+from rayproof.cases.ladders.draws import box, sphere, triangle
+from rayproof.cases.ladders.draws.camera import cameras
+from rayproof.cases.ladders.draws.light import ways
+from rayproof.cases.ladders.draws.special import planted
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder
 
 
 def _ladder(question: str, **about: Any) -> Ladder:

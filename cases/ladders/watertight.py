@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.ladders.draws import triangle as draws
-from cases.ladders.ladder import Failure, Gate, Ladder
+from rayproof.cases.ladders.draws import triangle as draws
+from rayproof.cases.ladders.ladder import Failure, Gate, Ladder
 
 LEAKING = (
     "moeller_trumbore",

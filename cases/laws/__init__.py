@@ -10,9 +10,9 @@ whatever the case. `staged=True`: it says nothing of radiance alone.
 
 from collections.abc import Callable, Iterator
 
-from cases.registry import Registry
-from cases.relations import Ask, Relation
-from cases.scene import Scene
+from rayproof.cases.registry import Registry
+from rayproof.cases.relations import Ask, Relation
+from rayproof.cases.scene import Scene
 
 Law = Callable[[Scene, Ask], Iterator[Relation]]
-LAWS: Registry[Law] = Registry("law", package="cases.laws")
+LAWS: Registry[Law] = Registry("law", package="rayproof.cases.laws")

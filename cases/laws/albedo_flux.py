@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from cases.changes import times, with_lights, with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import times, with_lights, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("albedo_flux", stage=Stage.EXITANCE, implicates=("RAD-1", "RAD-3", "RAD-4"))

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import vector, with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import vector, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 FACTORS = np.array((0.3, 0.9, 0.6))
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import with_camera
-from cases.laws import LAWS
-from cases.relations import Ask, Relation
-from cases.scene import Camera, PointLight, Scene, Square
-from cases.stages import Stage
+from rayproof.cases.changes import with_camera
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation
+from rayproof.cases.scene import Camera, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
 
 DEPTH = 2.0  # m
 CAMERA = Camera(

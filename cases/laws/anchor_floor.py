@@ -6,10 +6,10 @@ from math import pi
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Relation
-from cases.scene import Camera, PointLight, Scene, Square
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Relation
+from rayproof.cases.scene import Camera, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
 
 HEIGHT, ASIDE, ALBEDO, FLUX = 1.25, (0.4, -0.3), (0.25, 0.5, 0.75), (300.0, 500.0, 700.0)  # m, m, 1, W
 CAMERA = Camera(

@@ -5,11 +5,11 @@ from math import pi
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.placement import compose, rotation, scaling
-from cases.relations import Ask, Relation
-from cases.scene import Camera, Cube, PointLight, Scene, Shape, Sphere, Square
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import compose, rotation, scaling
+from rayproof.cases.relations import Ask, Relation
+from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Shape, Sphere, Square
+from rayproof.cases.stages import Stage
 
 AWAY, ALBEDO, FLUX = 4.0, (0.25, 0.5, 0.75), (3000.0, 5000.0, 7000.0)  # m, 1, W
 PLACED = compose(rotation((0, 0, 1), 30), scaling(1.5, 1.5, 1.5))

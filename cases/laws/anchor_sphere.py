@@ -5,10 +5,10 @@ from math import pi
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Relation
-from cases.scene import Camera, PointLight, Scene, Sphere
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Relation
+from rayproof.cases.scene import Camera, PointLight, Scene, Sphere
+from rayproof.cases.stages import Stage
 
 RADIUS, ALBEDO, FLUX = 2.5, (0.25, 0.5, 0.75), (300.0, 500.0, 700.0)  # m, 1, W
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.changes import moved_triangles, with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import IDENTITY, Mesh, Scene, Shape, Triangle
-from cases.stages import Stage
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.changes import moved_triangles, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import IDENTITY, Mesh, Scene, Shape, Triangle
+from rayproof.cases.stages import Stage
 
 
 def standing(shape: Shape) -> Shape:

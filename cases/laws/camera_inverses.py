@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.relations import Ask, Relation
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("camera_inverses", stage=Stage.CAMERA, implicates=("CAM-1", "CAM-2", "CAM-3"), staged=True)

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Conditions, Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from cases.changes import with_lights, with_shapes
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation, related
-from cases.scene import Rgb, Scene
-from cases.stages import Stage
+from rayproof.cases.changes import with_lights, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Conditions, Relation, related
+from rayproof.cases.scene import Rgb, Scene
+from rayproof.cases.stages import Stage
 
 
 def turned(colour: Rgb) -> Rgb:

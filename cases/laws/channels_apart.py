@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import vector, with_lights
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import vector, with_lights
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Conditions, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 RED = np.array((1.0, 0.0, 0.0))
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.changes import with_camera
-from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation
-from cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
-from cases.stages import Stage
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.changes import with_camera
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Conditions, Relation
+from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
+from rayproof.cases.stages import Stage
 
 MARGIN = 1.5  # times the farthest distance that a shape can have
 

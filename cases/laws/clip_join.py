@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import view, with_camera
-from cases.laws import LAWS
-from cases.relations import GEOMETRY, Ask, Relation
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import view, with_camera
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import GEOMETRY, Ask, Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("clip_join", stage=Stage.OBJECT, implicates=("HIT-2",))

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from math import atan, degrees, radians, tan
 
-from cases.changes import with_camera
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, everywhere, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import with_camera
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, everywhere, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 WIDE, TALL = 10, 6  # px on either side
 WIDTH, HEIGHT = 21, 17

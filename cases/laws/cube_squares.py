@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import coincide, matrix
-from cases.laws import LAWS
-from cases.placement import compose, rotation, translation
-from cases.relations import Ask, Relation, related
-from cases.scene import Cube, Matrix, Scene, Shape, Square
-from cases.stages import Stage
+from rayproof.cases.changes import coincide, matrix
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import compose, rotation, translation
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Cube, Matrix, Scene, Shape, Square
+from rayproof.cases.stages import Stage
 
 
 def sides() -> tuple[Matrix, ...]:

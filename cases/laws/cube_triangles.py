@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import coincide, with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import Cube, Mesh, Scene, Shape
-from cases.stages import Stage
+from rayproof.cases.changes import coincide, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import Cube, Mesh, Scene, Shape
+from rayproof.cases.stages import Stage
 
 CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # seen from outside

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Mesh, Scene, Shape, Triangle
-from cases.stages import Stage
+from rayproof.cases.changes import with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Mesh, Scene, Shape, Triangle
+from rayproof.cases.stages import Stage
 
 
 def reordered(shape: Shape) -> Shape:

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from cases.changes import times, with_lights
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import times, with_lights
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Conditions, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 FACTOR = 2.0**12  # bright enough for any value to pass 1, where displays clamp
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import BLACK, behind_the_eye, matrix, strong, vector, view, with_lights
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Cube, PointLight, Scene, Square
-from cases.stages import Stage
+from rayproof.cases.changes import BLACK, behind_the_eye, matrix, strong, vector, view, with_lights
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Cube, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("light_backed", stage=Stage.VISIBILITY, implicates=("LIT-1",))

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from cases.changes import vector, view, with_lights
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation, related
-from cases.scene import PointLight, Scene
-from cases.stages import Stage
+from rayproof.cases.changes import vector, view, with_lights
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Conditions, Relation, related
+from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("light_dark", stage=Stage.IRRADIANCE, implicates=("LIT-1", "RAD-5"))

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import strong, vector, view, with_lights
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation
-from cases.scene import PointLight, Scene
-from cases.stages import Stage
+from rayproof.cases.changes import strong, vector, view, with_lights
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Conditions, Relation
+from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.stages import Stage
 
 GOLDEN = (1 + 5**0.5) / 2
 VERTICES = np.array([(0, a, b * GOLDEN) for a in (-1, 1) for b in (-1, 1)], dtype=np.float64)

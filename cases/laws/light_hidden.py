@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from cases.changes import around, behind_the_eye, switched_on, view
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation, related
-from cases.scene import Cube, Scene, Sphere
-from cases.stages import Stage
+from rayproof.cases.changes import around, behind_the_eye, switched_on, view
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Conditions, Relation, related
+from rayproof.cases.scene import Cube, Scene, Sphere
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("light_hidden", stage=Stage.VISIBILITY, implicates=("LIT-1", "HIT-1", "HIT-3", "HIT-9"))

@@ -5,10 +5,10 @@ from math import pi
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.relations import Ask, Relation
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 NEEDED = (Stage.RAY, Stage.OBJECT, Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY)
 GRAZING = 1e-3  # cosine: nearer to the horizon a light may be on either side

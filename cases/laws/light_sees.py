@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import vector
-from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation
-from cases.scene import Camera, Scene
-from cases.stages import Stage
+from rayproof.cases.changes import vector
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Conditions, Relation
+from rayproof.cases.scene import Camera, Scene
+from rayproof.cases.stages import Stage
 
 PIXELS = 3  # that are asked about, each by an image of its own
 LEAST = 0.05  # cosine and share of the distance below which either answer would do

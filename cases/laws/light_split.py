@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from cases.changes import times, with_lights
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import times, with_lights
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 SHARES = (0.02, 0.08, 0.05, 0.2, 0.15, 0.1, 0.25, 0.15)  # in sum 1, and no two neighbours alike
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from cases.changes import at_least_two, with_lights
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, added
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import at_least_two, with_lights
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, added
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("lights_add", stage=Stage.IRRADIANCE, implicates=("LIT-1", "RAD-5"))

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import at_least_two, with_lights
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import at_least_two, with_lights
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("lights_commute", stage=Stage.VISIBILITY, implicates=("LIT-1", "RAD-5"))

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Mesh, Scene, Shape
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Mesh, Scene, Shape
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("mesh_parts", stage=Stage.OBJECT, implicates=("HIT-6", "HIT-9", "LIT-1"))

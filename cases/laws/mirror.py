@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import carried_by, has_triangles, moved
-from cases.laws import LAWS
-from cases.placement import scaling
-from cases.relations import Ask, Conditions, Relation, everywhere, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import carried_by, has_triangles, moved
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import scaling
+from rayproof.cases.relations import Ask, Conditions, Relation, everywhere, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 MIRROR = scaling(-1, 1, 1)
 

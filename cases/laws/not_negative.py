@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.relations import LIGHT, Ask, Conditions, Relation
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import LIGHT, Ask, Conditions, Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("not_negative", stage=Stage.IRRADIANCE, implicates=("RAD-2", "RAD-3", "LIT-1"))

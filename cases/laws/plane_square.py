@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import matrix, placed, with_shapes
-from cases.laws import LAWS
-from cases.placement import compose, scaling, translation
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import Plane, Scene, Shape, Square
-from cases.stages import Stage
+from rayproof.cases.changes import matrix, placed, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import compose, scaling, translation
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import Plane, Scene, Shape, Square
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("plane_square", stage=Stage.OBJECT, implicates=("HIT-4", "HIT-7"))

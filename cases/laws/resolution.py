@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from cases.changes import with_camera
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, everywhere, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import with_camera
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, everywhere, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 SIZE = (13, 11)
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import carried_by, has_triangles, moved
-from cases.laws import LAWS
-from cases.placement import compose, rotation, translation
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import carried_by, has_triangles, moved
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import compose, rotation, translation
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 MOTION = compose(translation(0.4, -0.3, 0.2), rotation((0.3, -0.5, 0.8), 77.0))
 

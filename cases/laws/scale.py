@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-from cases.changes import carried_by, has_triangles, moved
-from cases.laws import LAWS
-from cases.placement import scaling
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import carried_by, has_triangles, moved
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import scaling
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 FACTORS = (3.0, 0.01)
 

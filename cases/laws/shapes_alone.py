@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.laws import LAWS
-from cases.relations import GEOMETRY, Ask, Relation
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import GEOMETRY, Ask, Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 MOST = 12  # shapes
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import coincide
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import coincide
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("shapes_commute", stage=Stage.OBJECT, implicates=("HIT-9", "LIT-1"))

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from cases.changes import placed, rewound, with_shapes
-from cases.laws import LAWS
-from cases.placement import scaling
-from cases.relations import Ask, Relation, added
-from cases.scene import Mesh, Plane, Scene, Shape, Square, Triangle
-from cases.stages import Stage
+from rayproof.cases.changes import placed, rewound, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import scaling
+from rayproof.cases.relations import Ask, Relation, added
+from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Square, Triangle
+from rayproof.cases.stages import Stage
 
 TURN = scaling(1, -1, -1)  # half a turn about x
 

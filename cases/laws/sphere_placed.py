@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from cases.changes import placed, with_shapes
-from cases.laws import LAWS
-from cases.placement import compose, scaling, translation
-from cases.relations import Ask, Relation, related
-from cases.scene import Scene, Shape, Sphere
-from cases.stages import Stage
+from rayproof.cases.changes import placed, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import compose, scaling, translation
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Scene, Shape, Sphere
+from rayproof.cases.stages import Stage
 
 
 def by_matrix(shape: Shape) -> Shape:

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import has_triangles, with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import Mesh, Scene, Shape, Triangle
-from cases.stages import Stage
+from rayproof.cases.changes import has_triangles, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import Mesh, Scene, Shape, Triangle
+from rayproof.cases.stages import Stage
 
 LARGEST = 4000  # faces that a mesh may have; beyond, its quarters are too small to tell anything
 

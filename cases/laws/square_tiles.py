@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import coincide, placed
-from cases.laws import LAWS
-from cases.placement import compose, scaling, translation
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import Scene, Shape, Square
-from cases.stages import Stage
+from rayproof.cases.changes import coincide, placed
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import compose, scaling, translation
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import Scene, Shape, Square
+from rayproof.cases.stages import Stage
 
 THIRDS = (-1 / 3, 0.0, 1 / 3)
 

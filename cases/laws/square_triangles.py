@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import coincide, with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Conditions, Relation, related
-from cases.scene import Mesh, Scene, Shape, Square
-from cases.stages import Stage
+from rayproof.cases.changes import coincide, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Conditions, Relation, related
+from rayproof.cases.scene import Mesh, Scene, Shape, Square
+from rayproof.cases.stages import Stage
 
 CORNERS = ((-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0))
 

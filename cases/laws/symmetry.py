@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import matrix, placed, with_shapes
-from cases.laws import LAWS
-from cases.placement import compose, rotation, scaling, translation
-from cases.relations import Ask, Relation, related
-from cases.scene import Cube, Plane, Scene, Shape, Sphere, Square
-from cases.stages import Stage
+from rayproof.cases.changes import matrix, placed, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import compose, rotation, scaling, translation
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Cube, Plane, Scene, Shape, Sphere, Square
+from rayproof.cases.stages import Stage
 
 # Whole numbers: corners go to corners exactly.
 CYCLE = ((0.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))

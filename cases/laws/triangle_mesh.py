@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Mesh, Scene, Shape, Triangle
-from cases.stages import Stage
+from rayproof.cases.changes import with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Mesh, Scene, Shape, Triangle
+from rayproof.cases.stages import Stage
 
 
 def as_mesh(shape: Shape) -> Shape:

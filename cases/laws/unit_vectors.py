@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Relation
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @LAWS.register("unit_vectors", stage=Stage.NORMAL, implicates=("CAM-4", "NRM-1", "NRM-3"), staged=True)

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.changes import lit_from_the_eye, matrix, view
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
-from cases.stages import Stage
+from rayproof.cases.changes import lit_from_the_eye, matrix, view
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.stages import Stage
 
 COUNTS = (1, 9)  # of each kind: few, and more than renderers treat one by one
 CORNERS = ((0.0, 0.0, 0.5), (0.5, 0.0, -0.5), (-0.5, 0.4, -0.5), (-0.5, -0.4, -0.5))

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.changes import vector, view, with_camera
-from cases.laws import LAWS
-from cases.relations import Ask, Relation
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.changes import vector, view, with_camera
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 PIXELS = 4
 SIDE = 3  # px: the point in the middle, its neighbours about it

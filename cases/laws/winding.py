@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from cases.changes import has_triangles, rewound, with_shapes
-from cases.laws import LAWS
-from cases.relations import Ask, Relation, related
-from cases.scene import Mesh, Scene, Shape, Triangle
-from cases.stages import Stage
+from rayproof.cases.changes import has_triangles, rewound, with_shapes
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Ask, Relation, related
+from rayproof.cases.scene import Mesh, Scene, Shape, Triangle
+from rayproof.cases.stages import Stage
 
 
 def two_sided(shape: Shape) -> Shape:

@@ -10,12 +10,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from cases.case import Case
-from cases.covering import covering
-from cases.random.draft import plain_draft
-from cases.random.draws import Draws
-from cases.random.features import FEATURES, Step
-from cases.scene import Scene
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.random.draft import plain_draft
+from rayproof.cases.random.draws import Draws
+from rayproof.cases.random.features import FEATURES, Step
+from rayproof.cases.scene import Scene
 
 FAMILY = "random"
 EDITION = 1  # of the scenes that names stand for; another one says that they changed

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from cases.placement import compose, mapped, rotation, scaling, translation
-from cases.random.draws import Draws
-from cases.scene import (
+from rayproof.cases.placement import compose, mapped, rotation, scaling, translation
+from rayproof.cases.random.draws import Draws
+from rayproof.cases.scene import (
     PARALLEL,
     Camera,
     Clip,

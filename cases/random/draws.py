@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from cases.scene import Vector
+from rayproof.cases.scene import Vector
 
 T = TypeVar("T")
 STEP = 2.0**-53  # between neighbouring uniform numbers

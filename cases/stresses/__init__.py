@@ -8,10 +8,10 @@ formulas it tells apart. Scenes of one family are replicates: the same difficult
 
 from collections.abc import Callable, Iterator
 
-from cases.registry import Registry
-from cases.scene import Scene
+from rayproof.cases.registry import Registry
+from rayproof.cases.scene import Scene
 
-STRESSES: Registry[Callable[[], Iterator[tuple[str, Scene]]]] = Registry("stress", package="cases.stresses")
+STRESSES: Registry[Callable[[], Iterator[tuple[str, Scene]]]] = Registry("stress", package="rayproof.cases.stresses")
 
 WIDTH, HEIGHT = 64, 48  # px
 VIEWS = ((20.0, 30.0), (115.0, -25.0), (200.0, 55.0), (290.0, 5.0), (335.0, -50.0))  # degrees: azimuth, elevation

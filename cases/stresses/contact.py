@@ -5,9 +5,9 @@ A feeler that starts too high leaks light under the blocker; one that starts too
 
 from collections.abc import Iterator
 
-from cases.placement import camera_around, compose, scaling, translation
-from cases.scene import Plane, PointLight, Scene, Square
-from cases.stresses import HEIGHT, STRESSES, WIDTH
+from rayproof.cases.placement import camera_around, compose, scaling, translation
+from rayproof.cases.scene import Plane, PointLight, Scene, Square
+from rayproof.cases.stresses import HEIGHT, STRESSES, WIDTH
 
 ALBEDO = (0.75, 0.5, 0.3)
 GAP = 2.0**-10  # of the scale

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from cases.placement import camera_around
-from cases.scene import PointLight, Scene, Sphere
-from cases.stresses import HEIGHT, STRESSES, VIEWS, WIDTH
+from rayproof.cases.placement import camera_around
+from rayproof.cases.scene import PointLight, Scene, Sphere
+from rayproof.cases.stresses import HEIGHT, STRESSES, VIEWS, WIDTH
 
 ALBEDO = (0.75, 0.5, 0.3)
 LIGHT = PointLight(position=(3.0, -2.0, 4.0), flux=(300.0, 200.0, 400.0))

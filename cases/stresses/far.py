@@ -8,9 +8,9 @@ Ray/Sphere Intersection", Ray Tracing Gems (2019), chapter 7.
 from collections.abc import Callable, Iterator
 from math import atan, degrees
 
-from cases.placement import camera_around
-from cases.scene import Cube, PointLight, Scene, Shape, Sphere, Square, Triangle
-from cases.stresses import HEIGHT, STRESSES, VIEWS, WIDTH
+from rayproof.cases.placement import camera_around
+from rayproof.cases.scene import Cube, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.stresses import HEIGHT, STRESSES, VIEWS, WIDTH
 
 ALBEDO = (0.75, 0.5, 0.3)
 LIGHT = PointLight(position=(3.0, -2.0, 4.0), flux=(300.0, 200.0, 400.0))

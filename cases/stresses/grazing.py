@@ -6,8 +6,8 @@ from math import degrees
 
 import numpy as np
 
-from cases.scene import Camera, Plane, PointLight, Scene, Sphere, Square, Vector
-from cases.stresses import HEIGHT, STRESSES, VIEWS, WIDTH
+from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere, Square, Vector
+from rayproof.cases.stresses import HEIGHT, STRESSES, VIEWS, WIDTH
 
 ALBEDO = (0.75, 0.5, 0.3)
 LIGHT = PointLight(position=(3.0, -2.0, 4.0), flux=(300.0, 200.0, 400.0))

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.scene import Camera, PointLight, Scene, Triangle
-from cases.stresses import HEIGHT, STRESSES, VIEWS, WIDTH
+from rayproof.cases.scene import Camera, PointLight, Scene, Triangle
+from rayproof.cases.stresses import HEIGHT, STRESSES, VIEWS, WIDTH
 
 ALBEDO = (0.75, 0.5, 0.3)
 LIGHT = PointLight(position=(3.0, -2.0, 4.0), flux=(300.0, 200.0, 400.0))

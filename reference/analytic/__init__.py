@@ -4,14 +4,14 @@ from collections.abc import Collection
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.analytic.cameras import camera_answer
-from reference.analytic.edges import Edges, edges_of
-from reference.analytic.stages import NEXT, chain, rays
-from reference.analytic.views import pixel_centers
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.analytic.cameras import camera_answer
+from rayproof.reference.analytic.edges import Edges, edges_of
+from rayproof.reference.analytic.stages import NEXT, chain, rays
+from rayproof.reference.analytic.views import pixel_centers
 
 
 @REFERENCES.register("analytic", independent=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.scene import Camera
-from reference.analytic.views import View, pixel_centers, view_of
+from rayproof.cases.scene import Camera
+from rayproof.reference.analytic.views import View, pixel_centers, view_of
 
 
 def camera_answer(camera: Camera) -> dict[str, np.ndarray]:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.analytic.ends import Ends
-from reference.analytic.vectors import ON_SURFACE, dot, length
+from rayproof.reference.analytic.ends import Ends
+from rayproof.reference.analytic.vectors import ON_SURFACE, dot, length
 
 
 @dataclass(frozen=True, kw_only=True)

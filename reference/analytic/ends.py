@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.analytic.vectors import ON_SURFACE, dot
+from rayproof.reference.analytic.vectors import ON_SURFACE, dot
 
 
 @dataclass(frozen=True, kw_only=True)

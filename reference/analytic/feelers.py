@@ -8,12 +8,12 @@ holds the point as well: the open segment does not meet it there.
 
 import numpy as np
 
-from cases.scene import Cube, Scene
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.ends import ends_of
-from reference.analytic.polygons import Polygons
-from reference.analytic.surfaces import cube_points, surface_of
-from reference.analytic.vectors import dot
+from rayproof.cases.scene import Cube, Scene
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.ends import ends_of
+from rayproof.reference.analytic.polygons import Polygons
+from rayproof.reference.analytic.surfaces import cube_points, surface_of
+from rayproof.reference.analytic.vectors import dot
 
 
 def visibility(scene: Scene, objects: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:

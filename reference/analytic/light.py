@@ -6,8 +6,8 @@ whose normal is turned by theta fills cos(theta) / r^2 of it.
 
 import numpy as np
 
-from cases.scene import Scene
-from reference.analytic.vectors import dot, length
+from rayproof.cases.scene import Scene
+from rayproof.reference.analytic.vectors import dot, length
 
 
 def irradiance(scene: Scene, positions: np.ndarray, normals: np.ndarray, visible: np.ndarray) -> np.ndarray:

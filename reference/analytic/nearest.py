@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from cases.scene import Scene
-from reference.analytic.polygons import Polygons
-from reference.analytic.surfaces import surface_of
-from reference.analytic.views import view_of
+from rayproof.cases.scene import Scene
+from rayproof.reference.analytic.polygons import Polygons
+from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.views import view_of
 
 
 def clip_interval(scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from reference.analytic.vectors import cross, length
+from rayproof.reference.analytic.vectors import cross, length
 
 PAIRS = 1 << 16  # pairs of ray and piece handed out at once: a few megabytes of temporaries
 FEW = 24  # pieces below which culling costs more than it saves

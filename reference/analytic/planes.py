@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.analytic.ends import Ends
+from rayproof.reference.analytic.ends import Ends
 
 
 @dataclass(frozen=True, kw_only=True)

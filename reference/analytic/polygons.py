@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from reference.analytic.ends import Ends
-from reference.analytic.pencils import bundles
-from reference.analytic.vectors import cross, dot
+from rayproof.reference.analytic.ends import Ends
+from rayproof.reference.analytic.pencils import bundles
+from rayproof.reference.analytic.vectors import cross, dot
 
 BLOCK = 1 << 17  # faces or edges that are looked at together: what is made of them for one apex takes 100 MB at most
 

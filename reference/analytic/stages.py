@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic import feelers, light
-from reference.analytic.nearest import distances_to, nearest
-from reference.analytic.surfaces import outward_normals
-from reference.analytic.vectors import dot, length
-from reference.analytic.views import view_of
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import feelers, light
+from rayproof.reference.analytic.nearest import distances_to, nearest
+from rayproof.reference.analytic.surfaces import outward_normals
+from rayproof.reference.analytic.vectors import dot, length
+from rayproof.reference.analytic.views import view_of
 
 Rows = Mapping[Stage, np.ndarray]  # stage -> (N, channels)
 

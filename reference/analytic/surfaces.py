@@ -4,12 +4,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.planes import Flat
-from reference.analytic.polygons import Polygons
-from reference.analytic.vectors import cross, length
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.planes import Flat
+from rayproof.reference.analytic.polygons import Polygons
+from rayproof.reference.analytic.vectors import cross, length
 
 Surface = Ellipsoid | Flat | Polygons
 

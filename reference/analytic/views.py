@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.scene import Camera
+from rayproof.cases.scene import Camera
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,17 +7,17 @@ from typing import Any
 import flint
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage, exr_channels
-from reference import REFERENCES
-from reference.certified.bundles.walk import walked
-from reference.certified.cameras import camera_answer
-from reference.certified.continuing import continued
-from reference.certified.fields import START, precision
-from reference.certified.filters.suspects import everything, surfaces_of, suspects
-from reference.certified.paths import Suspects
-from reference.certified.truths import NARROW, NARROW_PAIR, Truth, enclosed, split, truths
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reference import REFERENCES
+from rayproof.reference.certified.bundles.walk import walked
+from rayproof.reference.certified.cameras import camera_answer
+from rayproof.reference.certified.continuing import continued
+from rayproof.reference.certified.fields import START, precision
+from rayproof.reference.certified.filters.suspects import everything, surfaces_of, suspects
+from rayproof.reference.certified.paths import Suspects
+from rayproof.reference.certified.truths import NARROW, NARROW_PAIR, Truth, enclosed, split, truths
 
 MOST_SURFACES = 200  # triangles and other shapes in a whole image; `at` and `enclose` take more
 

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from flint import fmpq
 
-from cases.scene import Camera
-from reference.certified.fields import Balls, exact, precision
-from reference.certified.vectors import dot
-from reference.certified.views import View, view_of
+from rayproof.cases.scene import Camera
+from rayproof.reference.certified.fields import Balls, exact, precision
+from rayproof.reference.certified.vectors import dot
+from rayproof.reference.certified.views import View, view_of
 
 BITS = 512
 

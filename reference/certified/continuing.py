@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx
 
-from cases.scene import Scene
-from cases.stages import FACTS, Stage, exr_channels
-from reference.certified.fields import MOST, START, UndecidedError
-from reference.certified.filters.suspects import hits_along, lights_from, surfaces_of
-from reference.certified.steps import STEPS, Given, Suspected, surface_of
-from reference.certified.towers import Algebraic
-from reference.certified.truths import BEFORE_EXACT, narrow, rounded
-from reference.certified.worlds import Worlds
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import FACTS, Stage, exr_channels
+from rayproof.reference.certified.fields import MOST, START, UndecidedError
+from rayproof.reference.certified.filters.suspects import hits_along, lights_from, surfaces_of
+from rayproof.reference.certified.steps import STEPS, Given, Suspected, surface_of
+from rayproof.reference.certified.towers import Algebraic
+from rayproof.reference.certified.truths import BEFORE_EXACT, narrow, rounded
+from rayproof.reference.certified.worlds import Worlds
 
 
 def continued(scene: Scene, stage: Stage, given: Mapping[Stage, np.ndarray]) -> np.ndarray:

@@ -7,11 +7,11 @@ from itertools import product
 
 from flint import fmpq
 
-from cases.scene import Cube
-from reference.certified.fields import Field, Number, Vector
-from reference.certified.placements import placement_of
-from reference.certified.vectors import Rational, applied, numbers, rows
-from reference.certified.windows import Window
+from rayproof.cases.scene import Cube
+from rayproof.reference.certified.fields import Field, Number, Vector
+from rayproof.reference.certified.placements import placement_of
+from rayproof.reference.certified.vectors import Rational, applied, numbers, rows
+from rayproof.reference.certified.windows import Window
 
 Branch = tuple[bool, tuple[int, int, int]]  # whether the ray enters here, and the signs of its direction
 

@@ -6,11 +6,11 @@ An answer that cannot be had raises `UndecidedError`; nothing here rounds.
 from collections.abc import Iterable
 from typing import Any
 
-from reference.certified.cubes import SeenCube
-from reference.certified.fields import Number, Vector
-from reference.certified.vectors import dot, minus
-from reference.certified.windows import Window
-from reference.certified.worlds import EYE, Surface, World
+from rayproof.reference.certified.cubes import SeenCube
+from rayproof.reference.certified.fields import Number, Vector
+from rayproof.reference.certified.vectors import dot, minus
+from rayproof.reference.certified.windows import Window
+from rayproof.reference.certified.worlds import EYE, Surface, World
 
 Branch = Any  # which of a surface's roots: its own affair
 Hit = tuple[Surface, Branch]

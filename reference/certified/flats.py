@@ -4,11 +4,11 @@ Triangles by Cramer's rule with the determinant's sign factored out, so that not
 (HIT-6); squares and planes in their own space (HIT-4, HIT-7).
 """
 
-from cases.scene import Mesh, Shape, Square, Triangle
-from reference.certified.fields import Field, Number, Vector
-from reference.certified.placements import corners_of, placement_of, rational, transposed, winding_of
-from reference.certified.vectors import Rational, Row, cross, dot, minus, numbers
-from reference.certified.windows import Window
+from rayproof.cases.scene import Mesh, Shape, Square, Triangle
+from rayproof.reference.certified.fields import Field, Number, Vector
+from rayproof.reference.certified.placements import corners_of, placement_of, rational, transposed, winding_of
+from rayproof.reference.certified.vectors import Rational, Row, cross, dot, minus, numbers
+from rayproof.reference.certified.windows import Window
 
 
 class SeenPlane:

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from reference.certified.fields import Vector
-from reference.certified.vectors import dot, minus
-from reference.certified.worlds import Surface, World
+from rayproof.reference.certified.fields import Vector
+from rayproof.reference.certified.vectors import dot, minus
+from rayproof.reference.certified.worlds import Surface, World
 
 
 def looks_at_viewer(world: World, surface: Surface, facing: int) -> bool:

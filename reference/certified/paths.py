@@ -4,12 +4,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cases.stages import IMAGE_STAGES, Stage
-from reference.certified.decisions import CubeFace, Hit, clip_window, cube_face, is_lit, nearest, outward, turned
-from reference.certified.fields import Number, UndecidedError, Vector
-from reference.certified.light import irradiance, leaving, looks_at_viewer
-from reference.certified.vectors import dot, scaled
-from reference.certified.worlds import EYE, Surface, World
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.certified.decisions import (
+    CubeFace,
+    Hit,
+    clip_window,
+    cube_face,
+    is_lit,
+    nearest,
+    outward,
+    turned,
+)
+from rayproof.reference.certified.fields import Number, UndecidedError, Vector
+from rayproof.reference.certified.light import irradiance, leaving, looks_at_viewer
+from rayproof.reference.certified.vectors import dot, scaled
+from rayproof.reference.certified.worlds import EYE, Surface, World
 
 # Places in the list of image stages; comparing them is a tenth of the work of comparing enumeration members.
 OBJECT, NORMAL, VISIBILITY, IRRADIANCE = (

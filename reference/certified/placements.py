@@ -6,10 +6,10 @@ from functools import lru_cache
 
 from flint import fmpq
 
-from cases.baking import world_triangles
-from cases.scene import Mesh, Shape, Sphere, Triangle
-from reference.certified.fields import exact
-from reference.certified.vectors import Rational, cross, dot, minus
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Mesh, Shape, Sphere, Triangle
+from rayproof.reference.certified.fields import exact
+from rayproof.reference.certified.vectors import Rational, cross, dot, minus
 
 Square3 = tuple[Rational, Rational, Rational]
 

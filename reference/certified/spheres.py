@@ -2,11 +2,11 @@
 
 from flint import fmpq
 
-from cases.scene import Sphere
-from reference.certified.fields import Field, Number, Vector
-from reference.certified.placements import placement_of, transposed
-from reference.certified.vectors import Rational, applied, dot, numbers, rows
-from reference.certified.windows import Window
+from rayproof.cases.scene import Sphere
+from rayproof.reference.certified.fields import Field, Number, Vector
+from rayproof.reference.certified.placements import placement_of, transposed
+from rayproof.reference.certified.vectors import Rational, applied, dot, numbers, rows
+from rayproof.reference.certified.windows import Window
 
 
 class SeenSphere:

@@ -6,13 +6,13 @@ Every function here works in any field, so that a tie goes to exact numbers, and
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from cases.stages import Stage
-from reference.certified.decisions import clip_window, cube_face, is_lit, nearest, outward, turned
-from reference.certified.fields import Vector
-from reference.certified.light import irradiance
-from reference.certified.vectors import along, dot, minus, scaled
-from reference.certified.windows import Window
-from reference.certified.worlds import EYE, Surface, World
+from rayproof.cases.stages import Stage
+from rayproof.reference.certified.decisions import clip_window, cube_face, is_lit, nearest, outward, turned
+from rayproof.reference.certified.fields import Vector
+from rayproof.reference.certified.light import irradiance
+from rayproof.reference.certified.vectors import along, dot, minus, scaled
+from rayproof.reference.certified.windows import Window
+from rayproof.reference.certified.worlds import EYE, Surface, World
 
 Given = dict[Stage, list[float]]  # one pixel's floats, all finite, of an object that exists
 Suspected = Sequence[Sequence[Surface] | None]  # for the hit one list; for feelers one per light, None: surely blocked

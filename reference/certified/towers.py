@@ -11,7 +11,7 @@ from typing import Any
 from flint import Ordering, arb, fmpq, fmpq_mpoly_ctx
 from flint.utils.flint_exceptions import DomainError
 
-from reference.certified.fields import MOST, START, UndecidedError, exact, precision
+from rayproof.reference.certified.fields import MOST, START, UndecidedError, exact, precision
 
 ROOM = 24  # generators
 RING: Any = fmpq_mpoly_ctx.get([f"g{index}" for index in range(ROOM)], Ordering.lex)

@@ -7,11 +7,11 @@ from typing import Any
 
 from flint import arb, ctx
 
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference.certified.fields import MOST, START, UndecidedError
-from reference.certified.paths import Decisions, Path, Suspects, Values
-from reference.certified.worlds import Worlds
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.certified.fields import MOST, START, UndecidedError
+from rayproof.reference.certified.paths import Decisions, Path, Suspects, Values
+from rayproof.reference.certified.worlds import Worlds
 
 BEFORE_EXACT = 512  # bits at which a branch that is still open is taken for a tie, and asked exactly
 INEXACT = 256  # bits at which it is left open where nobody asks for exact numbers

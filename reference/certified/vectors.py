@@ -5,7 +5,7 @@ from typing import Any
 
 from flint import fmpq
 
-from reference.certified.fields import Field, Number, Vector
+from rayproof.reference.certified.fields import Field, Number, Vector
 
 Rational = tuple[fmpq, fmpq, fmpq]
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 from flint import fmpq
 
-from cases.scene import Camera
-from reference.certified.fields import Field, Number, Vector, exact
-from reference.certified.placements import rational
-from reference.certified.vectors import cross, dot, minus, numbers, scaled
+from rayproof.cases.scene import Camera
+from rayproof.reference.certified.fields import Field, Number, Vector, exact
+from rayproof.reference.certified.placements import rational
+from rayproof.reference.certified.vectors import cross, dot, minus, numbers, scaled
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from reference.certified.fields import Field, Number
+from rayproof.reference.certified.fields import Field, Number
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,12 +4,12 @@ from collections.abc import Collection
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reference import REFERENCES
-from reference.cycles import program, tasks
-from reference.cycles.refusals import refusal
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.cycles import program, tasks
+from rayproof.reference.cycles.refusals import refusal
 
 
 @REFERENCES.register("cycles", independent=True, optional=True)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.cycles.program import missing
-from reference.cycles.surfaces import Ball, surface_of
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.cycles.program import missing
+from rayproof.reference.cycles.surfaces import Ball, surface_of
 
 ANSWERED = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL, Stage.RADIANCE)
 # Blender's cameras keep their angle between these.

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import OpenEXR
 
-from cases.scene import Camera, PointLight, Scene
-from reference.cycles.surfaces import Ball, Facets, surface_of
+from rayproof.cases.scene import Camera, PointLight, Scene
+from rayproof.reference.cycles.surfaces import Ball, Facets, surface_of
 
 # One sample: Cycles puts the first one at the pixel's centre.
 CYCLES = {

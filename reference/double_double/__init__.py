@@ -6,12 +6,12 @@ from importlib.metadata import version
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.double_double.backends import fast_math_off, types, unavailable
-from reference.double_double.camera_stage import camera_answer
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.double_double.backends import fast_math_off, types, unavailable
+from rayproof.reference.double_double.camera_stage import camera_answer
 
 LANES = 2**20  # rays in one launch
 MOST_TRIANGLES = 20_000  # every ray is held against every triangle
@@ -110,7 +110,7 @@ class DoubleDouble:
             raise ValueError("the camera stage continues from nothing; ask render")
         if stage is Stage.RAY:
             return self.render(scene, [stage])[stage]
-        from reference.double_double.launches import step
+        from rayproof.reference.double_double.launches import step
 
         flat = {
             name: np.asarray(image, dtype=np.float64).reshape(camera.height * camera.width, np.shape(image)[-1])
@@ -124,8 +124,8 @@ class DoubleDouble:
     def _answers(self, scene: Scene, stages: Collection[Stage], points: np.ndarray, *, pairs: bool) -> PairAnswers:
         if Stage.CAMERA in stages or not stages:
             raise ValueError("image stages are answered at image points, the camera stage is none")
-        from reference.double_double.launches import launch
-        from reference.double_double.worlds import World
+        from rayproof.reference.double_double.launches import launch
+        from rayproof.reference.double_double.worlds import World
 
         chosen = [stage for stage in IMAGE_STAGES if stage in stages]
         points = np.asarray(points, dtype=np.float64)

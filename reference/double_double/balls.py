@@ -7,12 +7,12 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Plane, Shape, Sphere, Square
-from reference.double_double.constants import Rational
-from reference.double_double.pairs import Bool, Float
-from reference.double_double.surfaces import Span
-from reference.double_double.vectors import Vector
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square
+from rayproof.reference.double_double.constants import Rational
+from rayproof.reference.double_double.pairs import Bool, Float
+from rayproof.reference.double_double.surfaces import Span
+from rayproof.reference.double_double.vectors import Vector
 
 # Of the sum of all lengths involved: two dozen roundings of 2^-53 are less than a hundredth of it, and what is ruled
 # out is so far off that, were it asked in pairs, what rules it out would have a margin far above 2^-80.

@@ -5,8 +5,8 @@ from typing import Any
 
 import drjit as dr
 
-from reference.double_double.pairs import Bool, Pair
-from reference.double_double.questions import Questions
+from rayproof.reference.double_double.pairs import Bool, Pair
+from rayproof.reference.double_double.questions import Questions
 
 
 def only_where(needed: Bool, ask: Questions, work: Callable[[Questions], Sequence[Any]]) -> list[Any]:

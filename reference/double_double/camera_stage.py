@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera
-from reference.double_double.constants import cross, dot, fractions, minus, root, tangent
+from rayproof.cases.scene import Camera
+from rayproof.reference.double_double.constants import cross, dot, fractions, minus, root, tangent
 
 
 def camera_answer(camera: Camera) -> dict[str, np.ndarray]:

@@ -5,14 +5,14 @@ from typing import Any
 
 import drjit as dr
 
-from cases.scene import Cube
-from reference.double_double.branches import only_where
-from reference.double_double.constants import Rational, unit
-from reference.double_double.pairs import Bool, Pair, larger, select, smaller
-from reference.double_double.placements import placement_of
-from reference.double_double.questions import Questions
-from reference.double_double.surfaces import Crossing, Span
-from reference.double_double.vectors import Matrix, Vector, constant, plus
+from rayproof.cases.scene import Cube
+from rayproof.reference.double_double.branches import only_where
+from rayproof.reference.double_double.constants import Rational, unit
+from rayproof.reference.double_double.pairs import Bool, Pair, larger, select, smaller
+from rayproof.reference.double_double.placements import placement_of
+from rayproof.reference.double_double.questions import Questions
+from rayproof.reference.double_double.surfaces import Crossing, Span
+from rayproof.reference.double_double.vectors import Matrix, Vector, constant, plus
 
 FAR = 1e300  # stands for infinity where pairs are compared
 

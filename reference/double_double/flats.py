@@ -3,13 +3,13 @@
 from fractions import Fraction
 from typing import Any
 
-from cases.scene import Plane, Square
-from reference.double_double.constants import Rational, pair, unit
-from reference.double_double.pairs import Bool
-from reference.double_double.placements import placement_of
-from reference.double_double.questions import Questions
-from reference.double_double.surfaces import Crossing, Span
-from reference.double_double.vectors import Matrix, Vector, constant, terms
+from rayproof.cases.scene import Plane, Square
+from rayproof.reference.double_double.constants import Rational, pair, unit
+from rayproof.reference.double_double.pairs import Bool
+from rayproof.reference.double_double.placements import placement_of
+from rayproof.reference.double_double.questions import Questions
+from rayproof.reference.double_double.surfaces import Crossing, Span
+from rayproof.reference.double_double.vectors import Matrix, Vector, constant, terms
 
 
 class SeenPlane:

@@ -6,12 +6,12 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import Stage, exr_channels
-from reference.double_double.pairs import Pair
-from reference.double_double.questions import Questions
-from reference.double_double.stages import NEXT, Rows, rays
-from reference.double_double.worlds import World
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage, exr_channels
+from rayproof.reference.double_double.pairs import Pair
+from rayproof.reference.double_double.questions import Questions
+from rayproof.reference.double_double.stages import NEXT, Rows, rays
+from rayproof.reference.double_double.worlds import World
 
 Rounded = dict[Stage, np.ndarray]
 

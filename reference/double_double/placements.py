@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from cases.scene import Shape, Sphere
-from reference.double_double.constants import Rational, cross, dot, fractions, minus
+from rayproof.cases.scene import Shape, Sphere
+from rayproof.reference.double_double.constants import Rational, cross, dot, fractions, minus
 
 
 @dataclass(frozen=True, kw_only=True)

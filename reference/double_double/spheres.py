@@ -2,15 +2,15 @@
 
 from typing import Any
 
-from cases.scene import Sphere
-from reference.double_double.branches import only_where
-from reference.double_double.constants import Rational, pair
-from reference.double_double.constants import dot as exact_dot
-from reference.double_double.pairs import Bool, select, sqrt
-from reference.double_double.placements import placement_of
-from reference.double_double.questions import Questions
-from reference.double_double.surfaces import Crossing, Span
-from reference.double_double.vectors import Matrix, Vector, constant, cross, dot, plus, terms, unit
+from rayproof.cases.scene import Sphere
+from rayproof.reference.double_double.branches import only_where
+from rayproof.reference.double_double.constants import Rational, pair
+from rayproof.reference.double_double.constants import dot as exact_dot
+from rayproof.reference.double_double.pairs import Bool, select, sqrt
+from rayproof.reference.double_double.placements import placement_of
+from rayproof.reference.double_double.questions import Questions
+from rayproof.reference.double_double.surfaces import Crossing, Span
+from rayproof.reference.double_double.vectors import Matrix, Vector, constant, cross, dot, plus, terms, unit
 
 
 class SeenSphere:

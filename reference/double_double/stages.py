@@ -5,14 +5,14 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from reference.double_double.balls import Ball
-from reference.double_double.branches import only_where
-from reference.double_double.pairs import Bool, Pair, inverse_sqrt, select
-from reference.double_double.questions import Questions
-from reference.double_double.surfaces import Crossing, Seen, Span
-from reference.double_double.vectors import Vector, dot, minus, plus, scaled, terms, unit
-from reference.double_double.worlds import EYE, World
+from rayproof.cases.stages import Stage
+from rayproof.reference.double_double.balls import Ball
+from rayproof.reference.double_double.branches import only_where
+from rayproof.reference.double_double.pairs import Bool, Pair, inverse_sqrt, select
+from rayproof.reference.double_double.questions import Questions
+from rayproof.reference.double_double.surfaces import Crossing, Seen, Span
+from rayproof.reference.double_double.vectors import Vector, dot, minus, plus, scaled, terms, unit
+from rayproof.reference.double_double.worlds import EYE, World
 
 Rows = dict[Stage, list[Any]]  # per channel a Pair; of OBJECT two Int32, of VISIBILITY Bools
 

@@ -6,9 +6,9 @@ All questions are signs of polynomials in the ray, as exact mathematics would as
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from reference.double_double.pairs import Bool, Float, Pair
-from reference.double_double.questions import LOW_MARGIN, Questions
-from reference.double_double.vectors import Vector
+from rayproof.reference.double_double.pairs import Bool, Float, Pair
+from rayproof.reference.double_double.questions import LOW_MARGIN, Questions
+from rayproof.reference.double_double.vectors import Vector
 
 
 @dataclass(frozen=True)

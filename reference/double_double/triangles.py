@@ -7,15 +7,15 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Mesh, Triangle
-from reference.double_double.constants import Rational, cross, dot, fractions, minus, parts, unit
-from reference.double_double.pairs import Bool, Pair, select
-from reference.double_double.placements import placement_of
-from reference.double_double.questions import Questions
-from reference.double_double.surfaces import Crossing, Span
-from reference.double_double.vectors import Vector, terms
-from reference.double_double.vectors import dot as pair_dot
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Mesh, Triangle
+from rayproof.reference.double_double.constants import Rational, cross, dot, fractions, minus, parts, unit
+from rayproof.reference.double_double.pairs import Bool, Pair, select
+from rayproof.reference.double_double.placements import placement_of
+from rayproof.reference.double_double.questions import Questions
+from rayproof.reference.double_double.surfaces import Crossing, Span
+from rayproof.reference.double_double.vectors import Vector, terms
+from rayproof.reference.double_double.vectors import dot as pair_dot
 
 # Of each face: determinant, u and v as vectors to be multiplied by the ray (9 numbers), and the height over it.
 COLUMNS = 10

@@ -4,16 +4,16 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from cases.scene import Camera, Cube, Mesh, Plane, Scene, Sphere, Square, Triangle
-from reference.double_double.balls import Ball, ball_of
-from reference.double_double.constants import PI, Rational, cross, fractions, minus, pair, tangent, unit
-from reference.double_double.cubes import SeenCube
-from reference.double_double.flats import SeenPlane
-from reference.double_double.pairs import Float, Pair
-from reference.double_double.spheres import SeenSphere
-from reference.double_double.surfaces import Seen, Span
-from reference.double_double.triangles import SeenTriangles
-from reference.double_double.vectors import Vector, constant, dot, plus, scaled
+from rayproof.cases.scene import Camera, Cube, Mesh, Plane, Scene, Sphere, Square, Triangle
+from rayproof.reference.double_double.balls import Ball, ball_of
+from rayproof.reference.double_double.constants import PI, Rational, cross, fractions, minus, pair, tangent, unit
+from rayproof.reference.double_double.cubes import SeenCube
+from rayproof.reference.double_double.flats import SeenPlane
+from rayproof.reference.double_double.pairs import Float, Pair
+from rayproof.reference.double_double.spheres import SeenSphere
+from rayproof.reference.double_double.surfaces import Seen, Span
+from rayproof.reference.double_double.triangles import SeenTriangles
+from rayproof.reference.double_double.vectors import Vector, constant, dot, plus, scaled
 
 EYE = -1  # apexes: the eye, or the number of a light
 

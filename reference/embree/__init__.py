@@ -7,12 +7,12 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reference import REFERENCES
-from reference.embree.refusals import refusal
-from reference.embree.stages import CLEARANCE, answers, rays
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.embree.refusals import refusal
+from rayproof.reference.embree.stages import CLEARANCE, answers, rays
 
 
 @REFERENCES.register("embree", independent=True)

@@ -5,7 +5,7 @@ Source: the specification, CAM-1 and CAM-3; camera space has x right, y up and z
 
 import numpy as np
 
-from cases.scene import Camera, Scene
+from rayproof.cases.scene import Camera, Scene
 
 
 def orientation(camera: Camera) -> np.ndarray:

@@ -9,8 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Scene, Shape, Square, Triangle
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Square, Triangle
 
 SQUARE = np.array([[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]])
 # A square's two halves, both counter-clockwise.

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from cases.scene import Cube, Mesh, Scene, Square, Triangle
-from cases.stages import Stage
-from reference.embree.facets import facets
+from rayproof.cases.scene import Cube, Mesh, Scene, Square, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.reference.embree.facets import facets
 
 # Embree gets lengths over the largest coordinate; an eye or a light farther out than this many of those is beyond
 # what it takes, and squares of lengths out of these bounds leave float64 beside it.

@@ -4,12 +4,12 @@ from collections.abc import Collection
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.embree.cameras import directions, interval
-from reference.embree.facets import facets
-from reference.embree.tracing import World
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.embree.cameras import directions, interval
+from rayproof.reference.embree.facets import facets
+from rayproof.reference.embree.tracing import World
 
 # A feeler starts this fraction of its hit's distance from the eye ahead: 32 roundings of the hit point to float32,
 # which is how far Embree may see a surface from where it is.

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from reference.embree.facets import Facets
+from rayproof.reference.embree.facets import Facets
 
 # How often a feeler may be asked again beyond what float32 wrongly took for a blocker.
 ATTEMPTS = 16

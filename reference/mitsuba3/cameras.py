@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera
-from reference.mitsuba3.tracing import pixel_centers
-from reference.mitsuba3.worlds import World
+from rayproof.cases.scene import Camera
+from rayproof.reference.mitsuba3.tracing import pixel_centers
+from rayproof.reference.mitsuba3.worlds import World
 
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
 FILM_TO_CLIP = np.array([[2.0, 0, 0, -1], [0, -2.0, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1]])

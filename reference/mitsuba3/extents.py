@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Camera, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Camera, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 
 CUBE_CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
 SQUARE_CORNERS = CUBE_CORNERS[::2] * (1.0, 1.0, 0.0)

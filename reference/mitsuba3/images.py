@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, Scene
-from reference.mitsuba3.tracing import Hits
-from reference.mitsuba3.worlds import World
+from rayproof.cases.scene import Camera, Scene
+from rayproof.reference.mitsuba3.tracing import Hits
+from rayproof.reference.mitsuba3.worlds import World
 
 
 def radiance(world: World, scene: Scene, integrator: Any, samples: int) -> np.ndarray:

@@ -7,8 +7,8 @@ at any size.
 
 import numpy as np
 
-from cases.scene import Plane, Scene
-from reference.mitsuba3.extents import farthest_visible
+from rayproof.cases.scene import Plane, Scene
+from rayproof.reference.mitsuba3.extents import farthest_visible
 
 # The disc reaches a thousandth beyond what it must cover, so that its rim is never in play.
 MARGIN = 1.001

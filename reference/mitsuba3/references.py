@@ -5,20 +5,20 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Plane, Scene
-from cases.stages import Stage
-from reference import REFERENCES
-from reference.mitsuba3 import scalar, variants, vectorized
-from reference.mitsuba3.cameras import camera_answer
-from reference.mitsuba3.epsilons import SHADOW_EPSILON, offsets
-from reference.mitsuba3.images import clip_planes_beyond, radiance
-from reference.mitsuba3.numbering import hold_a_high_number
-from reference.mitsuba3.planes import reach
-from reference.mitsuba3.refusals import refusal
-from reference.mitsuba3.stages import answers
-from reference.mitsuba3.tracing import own_interval
-from reference.mitsuba3.worlds import build
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Plane, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.mitsuba3 import scalar, variants, vectorized
+from rayproof.reference.mitsuba3.cameras import camera_answer
+from rayproof.reference.mitsuba3.epsilons import SHADOW_EPSILON, offsets
+from rayproof.reference.mitsuba3.images import clip_planes_beyond, radiance
+from rayproof.reference.mitsuba3.numbering import hold_a_high_number
+from rayproof.reference.mitsuba3.planes import reach
+from rayproof.reference.mitsuba3.refusals import refusal
+from rayproof.reference.mitsuba3.stages import answers
+from rayproof.reference.mitsuba3.tracing import own_interval
+from rayproof.reference.mitsuba3.worlds import build
 
 
 class _Mitsuba:

@@ -4,11 +4,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference.mitsuba3.epsilons import offsets
-from reference.mitsuba3.extents import box, distances_from, finite_shapes
-from reference.mitsuba3.planes import reach
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.mitsuba3.epsilons import offsets
+from rayproof.reference.mitsuba3.extents import box, distances_from, finite_shapes
+from rayproof.reference.mitsuba3.planes import reach
 
 LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
 # Embree ignores geometry with coordinates above 1.8e18, and the determinant of a disc's matrix must fit float32.

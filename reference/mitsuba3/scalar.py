@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, PointLight
-from reference.mitsuba3.tracing import Feelers, Hits, Interval, pixel_centers
-from reference.mitsuba3.worlds import World
+from rayproof.cases.scene import Camera, PointLight
+from rayproof.reference.mitsuba3.tracing import Feelers, Hits, Interval, pixel_centers
+from rayproof.reference.mitsuba3.worlds import World
 
 
 def trace(world: World, camera: Camera, interval: Interval | None) -> Hits:

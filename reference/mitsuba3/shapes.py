@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
-from cases.similarity import is_similarity
-from reference.mitsuba3.planes import disc_to_world
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.similarity import is_similarity
+from rayproof.reference.mitsuba3.planes import disc_to_world
 
 
 def needs_instance(shape: Shape) -> bool:

@@ -4,11 +4,11 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Mesh, PointLight, Scene
-from cases.stages import Stage
-from reference.mitsuba3.tracing import Feelers, Hits
-from reference.mitsuba3.worlds import World
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Mesh, PointLight, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.mitsuba3.tracing import Feelers, Hits
+from rayproof.reference.mitsuba3.worlds import World
 
 Feel = Callable[[World, Hits, PointLight, np.ndarray], Feelers]
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, Scene
+from rayproof.cases.scene import Camera, Scene
 
 
 @dataclass(frozen=True, kw_only=True)

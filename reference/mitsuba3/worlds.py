@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, Mesh, PointLight, Scene, Triangle
-from reference.mitsuba3.shapes import entries, kept_faces
+from rayproof.cases.scene import Camera, Mesh, PointLight, Scene, Triangle
+from rayproof.reference.mitsuba3.shapes import entries, kept_faces
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,15 +4,15 @@ from collections.abc import Collection
 
 import numpy as np
 
-from cases.answers import Answers, Resolution
-from cases.rounding import gamma
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.povray import pictures, probing, program
-from reference.povray.refusals import refusal
-from reference.povray.stages import stages_of
-from reference.povray.worlds import DEPTH_TOLERANCE, LIT_SCALE, SHADOW_TOLERANCE, scale_of, world
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.povray import pictures, probing, program
+from rayproof.reference.povray.refusals import refusal
+from rayproof.reference.povray.stages import stages_of
+from rayproof.reference.povray.worlds import DEPTH_TOLERANCE, LIT_SCALE, SHADOW_TOLERANCE, scale_of, world
 
 LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
 

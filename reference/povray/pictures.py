@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.scene import Scene
-from reference.povray.program import trace, workshop
-from reference.povray.shapes import vector
-from reference.povray.worlds import Look, scale_of, world
+from rayproof.cases.scene import Scene
+from rayproof.reference.povray.program import trace, workshop
+from rayproof.reference.povray.shapes import vector
+from rayproof.reference.povray.worlds import Look, scale_of, world
 
 WHITE = 65535
 LADDER = 4.0

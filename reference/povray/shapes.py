@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 
 Texture = Callable[[int], str]  # face index -> SDL
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.povray.probing import Probe
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.povray.probing import Probe
 
 
 def stages_of(scene: Scene, probe: Probe, objects: np.ndarray, *, lit: bool) -> Answers:

@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cases.scene import Scene
-from reference.povray.shapes import solid, vector
+from rayproof.cases.scene import Scene
+from rayproof.reference.povray.shapes import solid, vector
 
 # (shape index, face index) -> SDL of what that face looks like
 Look = Callable[[int, int], str]

@@ -2,16 +2,16 @@
 
 from collections.abc import Collection
 
-from cases.answers import Answers, Resolution
-from cases.rounding import gamma
-from cases.scene import Plane, Scene
-from cases.stages import Stage
-from reference import REFERENCES
-from reference.radiance import materials, programs
-from reference.radiance.extents import FTINY, extent, reach, scale
-from reference.radiance.refusals import refusal
-from reference.radiance.stages import image, single
-from reference.radiance.tracing import World
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Plane, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.radiance import materials, programs
+from rayproof.reference.radiance.extents import FTINY, extent, reach, scale
+from rayproof.reference.radiance.refusals import refusal
+from rayproof.reference.radiance.stages import image, single
+from rayproof.reference.radiance.tracing import World
 
 # Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, the product of
 # cosine and solid angle, that with the material, and that with the light. White, by which irradiance is read off, is

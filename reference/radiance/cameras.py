@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.scene import Camera, Scene
+from rayproof.cases.scene import Camera, Scene
 
 # Rays of a supersampled image that are in memory at once.
 AT_ONCE = 2**20

@@ -11,8 +11,8 @@ from math import frexp, inf
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 
 FTINY = 1e-6  # in rtrace's units
 LARGEST_EXPONENT = 10

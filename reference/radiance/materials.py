@@ -7,7 +7,7 @@ aims one ray at its centre. It is an `illum` with the alternate material `void`,
 from collections.abc import Sequence
 from math import pi
 
-from cases.scene import PointLight, Rgb, Scene
+from rayproof.cases.scene import PointLight, Rgb, Scene
 
 # In rtrace's units, where the scene measures up to 1024: some roundings of those above FTINY, below which it refuses
 # a sphere, and so small that its half solid angle at the far end of the scene is 1e-5.

@@ -2,10 +2,10 @@
 
 from functools import lru_cache
 
-from cases.scene import Plane, Scene, Sphere
-from cases.similarity import is_similarity
-from cases.stages import IMAGE_STAGES, Stage
-from reference.radiance.extents import FTINY, box, extent, height, reach, scale
+from rayproof.cases.scene import Plane, Scene, Sphere
+from rayproof.cases.similarity import is_similarity
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.radiance.extents import FTINY, box, extent, height, reach, scale
 
 # Among the images; the ray itself needs no shape.
 HIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.OBJECT) :]

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
-from reference.radiance.extents import CUBE_CORNERS, SQUARE_CORNERS, height, placed, reach
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from rayproof.reference.radiance.extents import CUBE_CORNERS, SQUARE_CORNERS, height, placed, reach
 
 # Each side of the cube as indices into its corners, counter-clockwise seen from outside.
 CUBE_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

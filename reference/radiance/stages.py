@@ -4,11 +4,11 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.radiance.cameras import centers, interval, parts, through
-from reference.radiance.tracing import Hits, Rays, World
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.radiance.cameras import centers, interval, parts, through
+from rayproof.reference.radiance.tracing import Hits, Rays, World
 
 LIT = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE)
 

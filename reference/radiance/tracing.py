@@ -7,10 +7,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from cases.scene import PointLight, Scene, Sphere
-from reference.radiance import materials, programs
-from reference.radiance.extents import FTINY, scale
-from reference.radiance.shapes import discs, radius, surfaces
+from rayproof.cases.scene import PointLight, Scene, Sphere
+from rayproof.reference.radiance import materials, programs
+from rayproof.reference.radiance.extents import FTINY, scale
+from rayproof.reference.radiance.shapes import discs, radius, surfaces
 
 # How far above a surface, in rtrace's units, its irradiance is read: more than it overlooks at a ray's start.
 LIFT = 8 * FTINY

@@ -4,14 +4,14 @@ from collections.abc import Collection
 
 import numpy as np
 
-from cases.answers import Answers, Resolution
-from cases.rounding import gamma
-from cases.scene import Scene
-from cases.stages import Stage
-from reference import REFERENCES
-from reference.tachyon import light, paints, program
-from reference.tachyon.models import EPSILON, model
-from reference.tachyon.refusals import refusal
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.tachyon import light, paints, program
+from rayproof.reference.tachyon.models import EPSILON, model
+from rayproof.reference.tachyon.refusals import refusal
 
 
 @REFERENCES.register("tachyon", independent=True, optional=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.scene import Camera, Scene
-from reference.tachyon.surfaces import Ball, Level, surface_of
+from rayproof.cases.scene import Camera, Scene
+from rayproof.reference.tachyon.surfaces import Ball, Level, surface_of
 
 
 def cut(scene: Scene) -> str | None:

@@ -6,9 +6,9 @@ cuts off instead of rounding, so half a step is added.
 
 import numpy as np
 
-from cases.scene import PointLight, Scene
-from reference.tachyon.models import Paint, model, numbers
-from reference.tachyon.program import WHITE, picture
+from rayproof.cases.scene import PointLight, Scene
+from rayproof.reference.tachyon.models import Paint, model, numbers
+from rayproof.reference.tachyon.program import WHITE, picture
 
 LADDER = 4.0
 # From a picture in which a value has no step, this many rungs up it still does not saturate: 4^6 < 65535.

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.scene import Camera, Scene, Shape
-from reference.tachyon.surfaces import Ball, Level, Surface, surface_of
+from rayproof.cases.scene import Camera, Scene, Shape
+from rayproof.reference.tachyon.surfaces import Ball, Level, Surface, surface_of
 
 # Tachyon ignores hits nearer than this, and triangles whose determinant with the ray is below it. Tachyon's units are
 # metres: larger ones would miss triangles, smaller ones take rounding for blockers.

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cases.scene import Scene, Shape
-from reference.tachyon.models import Look
-from reference.tachyon.program import WHITE
-from reference.tachyon.sides import from_behind
-from reference.tachyon.surfaces import Facets, Surface
+from rayproof.cases.scene import Scene, Shape
+from rayproof.reference.tachyon.models import Look
+from rayproof.reference.tachyon.program import WHITE
+from rayproof.reference.tachyon.sides import from_behind
+from rayproof.reference.tachyon.surfaces import Facets, Surface
 
 
 def numbered(shape: Shape, surface: Surface, index: int) -> list[Look]:

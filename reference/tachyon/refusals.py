@@ -4,14 +4,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.scene import Scene, Sphere
-from cases.similarity import is_similarity
-from cases.stages import Stage
-from reference.tachyon.clips import cut
-from reference.tachyon.models import EPSILON
-from reference.tachyon.program import missing
-from reference.tachyon.sides import one_sided_from_behind
-from reference.tachyon.surfaces import Facets, surface_of
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.similarity import is_similarity
+from rayproof.cases.stages import Stage
+from rayproof.reference.tachyon.clips import cut
+from rayproof.reference.tachyon.models import EPSILON
+from rayproof.reference.tachyon.program import missing
+from rayproof.reference.tachyon.sides import one_sided_from_behind
+from rayproof.reference.tachyon.surfaces import Facets, surface_of
 
 ANSWERED = (Stage.OBJECT, Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 # Triangles of twice this area are missed at less than half a degree from their plane, smaller ones at more.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.scene import Scene, Shape
-from reference.tachyon.surfaces import Ball, Facets, Level, Surface, surface_of
+from rayproof.cases.scene import Scene, Shape
+from rayproof.reference.tachyon.surfaces import Ball, Facets, Level, Surface, surface_of
 
 
 def from_behind(surface: Surface, eye: np.ndarray) -> np.ndarray:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 
 # Outward triangles of the cube and the square by their corners' bits of x, y, z (0: -0.5, 1: +0.5).
 CORNERS = np.array([[(index >> axis) & 1 for axis in range(3)] for index in range(8)]) - 0.5

@@ -8,23 +8,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cases.case import Case
-from cases.families import all_cases
-from cases.laws import LAWS
-from cases.relations import Relation
-from cases.stages import Stage
-from reports.audit.planted import PlantedFault
-from reports.audit.selection import candidates
-from reports.laws.asking import Asked, renderer
-from reports.laws.choice import default
-from reports.laws.judging import judge
-from reports.laws.orders import LawOrder
-from reports.laws.suite import Pair
-from reports.laws.work import obey, small
-from reports.run.llvm import choose_packaged_llvm
-from reports.run.pool import Pool
-from reports.run.worker import Reply, serve
-from reports.subjects import THE_TRACER
+from rayproof.cases.case import Case
+from rayproof.cases.families import all_cases
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Relation
+from rayproof.cases.stages import Stage
+from rayproof.reports.audit.planted import PlantedFault
+from rayproof.reports.audit.selection import candidates
+from rayproof.reports.laws.asking import Asked, renderer
+from rayproof.reports.laws.choice import default
+from rayproof.reports.laws.judging import judge
+from rayproof.reports.laws.orders import LawOrder
+from rayproof.reports.laws.suite import Pair
+from rayproof.reports.laws.work import obey, small
+from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.worker import Reply, serve
+from rayproof.reports.subjects import THE_TRACER
 
 KIND = "laws"
 LOOKED_AT = 6  # cases that could show a survivor, on which its image is compared with the right tracer's

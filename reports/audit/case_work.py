@@ -4,20 +4,20 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from cases.case import Case
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.audit.oracle import PatientOracle
-from reports.audit.orders import REFERENCES, CaseOrder, CaseReport, Look, Sighting
-from reports.audit.planted import PlantedFault
-from reports.faults import FAULTS
-from reports.judge.judging import judge_case
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.paths.verdict import sentence
-from reports.run import tasks
-from reports.run.orders import ReferenceTask, TracerTask
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.audit.oracle import PatientOracle
+from rayproof.reports.audit.orders import REFERENCES, CaseOrder, CaseReport, Look, Sighting
+from rayproof.reports.audit.planted import PlantedFault
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.paths.verdict import sentence
+from rayproof.reports.run import tasks
+from rayproof.reports.run.orders import ReferenceTask, TracerTask
 
 USUAL = "float32"
 BAD = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING)

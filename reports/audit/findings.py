@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from cases.stages import Stage
-from reports.audit.orders import REFERENCES, GradedReport, LiarReport, Sighting
-from reports.audit.planted import PlantedFault
-from reports.judge.outcomes import Outcome
+from rayproof.cases.stages import Stage
+from rayproof.reports.audit.orders import REFERENCES, GradedReport, LiarReport, Sighting
+from rayproof.reports.audit.planted import PlantedFault
+from rayproof.reports.judge.outcomes import Outcome
 
 NAMED = 5  # killers that an entry names
 

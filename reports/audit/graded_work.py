@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene, Sphere
-from cases.stages import Stage
-from reports.audit.case_work import candidate, judge, witness
-from reports.audit.oracle import PatientOracle
-from reports.audit.orders import GradedOrder, GradedReport
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.reports.audit.case_work import candidate, judge, witness
+from rayproof.reports.audit.oracle import PatientOracle
+from rayproof.reports.audit.orders import GradedOrder, GradedReport
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate
 
 NORMAL_TILT = "normal tilt"
 AFTER_NORMAL = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)

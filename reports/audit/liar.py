@@ -12,21 +12,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.audit.oracle import PatientOracle
-from reports.audit.orders import LiarOrder, LiarReport
-from reports.judge.bench import Bench
-from reports.judge.checks import Check, stage_check
-from reports.judge.examined import Kind
-from reports.judge.ground import Ground, ground
-from reports.judge.measurement import ratios
-from reports.judge.oracle import ORACLE, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.sentinel import rounded
-from reports.subjects import ITEMS_OF_OTHERS
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.audit.oracle import PatientOracle
+from rayproof.reports.audit.orders import LiarOrder, LiarReport
+from rayproof.reports.judge.bench import Bench
+from rayproof.reports.judge.checks import Check, stage_check
+from rayproof.reports.judge.examined import Kind
+from rayproof.reports.judge.ground import Ground, ground
+from rayproof.reports.judge.measurement import ratios
+from rayproof.reports.judge.oracle import ORACLE, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.sentinel import rounded
+from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
 HUGE, SLIGHTLY = 1e30, 1.001
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)

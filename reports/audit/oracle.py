@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic import Analytic
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
 
 
 class PatientOracle:

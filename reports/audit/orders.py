@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from cases.case import Case
-from cases.stages import Stage
-from reports.audit.planted import PlantedFault
-from reports.judge.outcomes import Outcome
+from rayproof.cases.case import Case
+from rayproof.cases.stages import Stage
+from rayproof.reports.audit.planted import PlantedFault
+from rayproof.reports.judge.outcomes import Outcome
 
 # Those that every installation has; a fault must be found without the others.
 REFERENCES = ("analytic", "mitsuba_scalar", "mitsuba_llvm", "radiance", "embree")

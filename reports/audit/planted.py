@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from cases.stages import Stage
-from reports.faults import FAULTS
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults import FAULTS
 
 if TYPE_CHECKING:
-    from tracer.catalogue import Formula
+    from rayproof.tracer.catalogue import Formula
 
 # An intersection says what is hit and how far away it is, and feelers run through it too: a fault may show in a shadow
 # alone. So may one of the way into object space.
@@ -52,8 +52,8 @@ def _meets(formula: "Formula") -> bool:
 
 def tracer_faults() -> tuple[PlantedFault, ...]:
     """Return the tracer's planted faults, and the wrong forms that the lecture prints."""
-    from tracer.catalogue import FORMULAS
-    from tracer.configuration import Configuration
+    from rayproof.tracer.catalogue import FORMULAS
+    from rayproof.tracer.configuration import Configuration
 
     return tuple(
         PlantedFault(

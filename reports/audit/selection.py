@@ -7,8 +7,8 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 
-from cases.case import Case
-from reports.audit.planted import PlantedFault
+from rayproof.cases.case import Case
+from rayproof.reports.audit.planted import PlantedFault
 
 Assignment = dict[str, list[PlantedFault]]  # case name -> faults
 

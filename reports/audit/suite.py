@@ -8,12 +8,12 @@ from typing import Any
 
 from rich.console import Console
 
-from cases.case import Case
-from cases.families import all_cases, select
-from reports.audit import findings
-from reports.audit.before_laws import before_the_laws, told
-from reports.audit.graded_work import QUANTITIES
-from reports.audit.orders import (
+from rayproof.cases.case import Case
+from rayproof.cases.families import all_cases, select
+from rayproof.reports.audit import findings
+from rayproof.reports.audit.before_laws import before_the_laws, told
+from rayproof.reports.audit.graded_work import QUANTITIES
+from rayproof.reports.audit.orders import (
     CaseOrder,
     CaseReport,
     GradedOrder,
@@ -23,22 +23,22 @@ from reports.audit.orders import (
     LiarReport,
     Sighting,
 )
-from reports.audit.planted import LIAR, PlantedFault, planted
-from reports.audit.request import AuditRequest
-from reports.audit.selection import Assignment, first_round, later_round
-from reports.audit.tables import show
-from reports.audit.worker import serve_audit
-from reports.judge.oracle import ORACLE
-from reports.judge.outcomes import Outcome
-from reports.publish import publish_all
-from reports.publish.atomic import write_text
-from reports.publish.audit import NAME
-from reports.publish.results import NAME as RESULTS
-from reports.run.llvm import choose_packaged_llvm
-from reports.run.plan import plan
-from reports.run.pool import Pool
-from reports.run.worker import Reply
-from reports.terminal import console as terminal
+from rayproof.reports.audit.planted import LIAR, PlantedFault, planted
+from rayproof.reports.audit.request import AuditRequest
+from rayproof.reports.audit.selection import Assignment, first_round, later_round
+from rayproof.reports.audit.tables import show
+from rayproof.reports.audit.worker import serve_audit
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.audit import NAME
+from rayproof.reports.publish.results import NAME as RESULTS
+from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.reports.run.plan import plan
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.worker import Reply
+from rayproof.reports.terminal import console as terminal
 
 FAMILIES, QUICK_FAMILIES = 6, 3  # cases that a fault is put to at first, each of another family
 GRADED_CASE = "primitives/sphere"

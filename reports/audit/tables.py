@@ -7,9 +7,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reports.audit.orders import REFERENCES
-from reports.publish.audit import sentence
-from reports.terminal import console as terminal
+from rayproof.reports.audit.orders import REFERENCES
+from rayproof.reports.publish.audit import sentence
+from rayproof.reports.terminal import console as terminal
 
 SHORT = {name: name.removeprefix("mitsuba_") for name in REFERENCES}
 

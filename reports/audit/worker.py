@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from reports.audit.orders import CaseOrder, GradedOrder, GuardOrder, LiarOrder
-from reports.run.llvm import choose_packaged_llvm
-from reports.run.worker import serve
+from rayproof.reports.audit.orders import CaseOrder, GradedOrder, GuardOrder, LiarOrder
+from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.reports.run.worker import serve
 
 
 def serve_audit(kind: str, connection: Any) -> None:
@@ -15,7 +15,7 @@ def serve_audit(kind: str, connection: Any) -> None:
 
 def work(order: CaseOrder | GuardOrder | GradedOrder | LiarOrder) -> Any:
     """Do one order and return its report."""
-    from reports.audit import case_work, graded_work, guard_work, liar
+    from rayproof.reports.audit import case_work, graded_work, guard_work, liar
 
     if isinstance(order, CaseOrder):
         return case_work.work(order)

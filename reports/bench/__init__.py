@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from cases.registry import Registry
-from cases.scene import Scene
+from rayproof.cases.registry import Registry
+from rayproof.cases.scene import Scene
 
 if TYPE_CHECKING:
-    from reports.bench.kernels import Kernel
+    from rayproof.reports.bench.kernels import Kernel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,4 +52,4 @@ class Contender(Protocol):
         ...
 
 
-CONTENDERS: Registry[type[Contender]] = Registry("contender", package="reports.bench.contenders")
+CONTENDERS: Registry[type[Contender]] = Registry("contender", package="rayproof.reports.bench.contenders")

@@ -9,12 +9,12 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cases.benchmark.scenes import chosen
-from reports.bench import CONTENDERS
-from reports.bench.document import entry, measured
-from reports.run.channel import Channel
-from reports.run.pool import Pool
-from reports.run.worker import Reply, serve
+from rayproof.cases.benchmark.scenes import chosen
+from rayproof.reports.bench import CONTENDERS
+from rayproof.reports.bench.document import entry, measured
+from rayproof.reports.run.channel import Channel
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.worker import Reply, serve
 
 KIND = "bench"
 

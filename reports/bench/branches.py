@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from reports.bench.kernels import Kernel
+from rayproof.reports.bench.kernels import Kernel
 
 BRANCH = re.compile(r"^l_(\d+)_(t|next):", re.MULTILINE)  # where one begins, and where it has ended
 PACKET = re.compile(r"<(\d+) x i1>")

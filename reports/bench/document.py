@@ -5,15 +5,15 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from typing import Any
 
-from cases.benchmark.scenes import BenchScene
-from cases.scene import Scene
-from reports.bench import CONTENDERS, Prepared
-from reports.bench.branches import shared
-from reports.bench.errors import error, sampled
-from reports.bench.kernels import Kernel
-from reports.bench.limits import limit
-from reports.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
-from reports.bench.work import loops
+from rayproof.cases.benchmark.scenes import BenchScene
+from rayproof.cases.scene import Scene
+from rayproof.reports.bench import CONTENDERS, Prepared
+from rayproof.reports.bench.branches import shared
+from rayproof.reports.bench.errors import error, sampled
+from rayproof.reports.bench.kernels import Kernel
+from rayproof.reports.bench.limits import limit
+from rayproof.reports.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
+from rayproof.reports.bench.work import loops
 
 SCHEMA = 1
 

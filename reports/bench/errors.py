@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from cases.scene import Mesh, Scene
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.bench.measuring import Timed
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.bench.measuring import Timed
 
 TESTS = 2**28  # ray-triangle tests that the oracle may make for one scene; it has no tree
 MOST = 4096  # pixels

@@ -9,10 +9,10 @@ loop of nothing else is what none exceeds.
 from collections.abc import Sequence
 from typing import Any
 
-from cases.scene import Scene
-from reports.bench.branches import count
-from reports.bench.kernels import Kernel
-from reports.bench.work import loops, work
+from rayproof.cases.scene import Scene
+from rayproof.reports.bench.branches import count
+from rayproof.reports.bench.kernels import Kernel
+from rayproof.reports.bench.work import loops, work
 
 BYTES = 12  # a pixel's three float32 channels
 

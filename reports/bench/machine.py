@@ -5,7 +5,7 @@ from typing import Any
 
 import drjit as dr
 
-from reports.bench.kernels import fastest
+from rayproof.reports.bench.kernels import fastest
 
 WIDTH = 2**16  # lanes: enough packets for every thread, few enough to stay in the caches
 CHAIN = 64  # operations a lane, one after the other

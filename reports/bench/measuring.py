@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Scene
-from reports.bench import CONTENDERS, Prepared
-from reports.compare.statistics import LEVEL, median_interval
+from rayproof.cases.scene import Scene
+from rayproof.reports.bench import CONTENDERS, Prepared
+from rayproof.reports.compare.statistics import LEVEL, median_interval
 
 OURS = "ours"
 CONTROL = "ours_again"

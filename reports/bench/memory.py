@@ -1,7 +1,8 @@
-"""How much memory a bench scene takes: `python -m reports.bench.memory bumpy_1300k 1920 1080`, a process of its own.
+"""How much memory a bench scene takes, in a process of its own.
 
-In MB above what the imports and the compiler take: the most while the scene is loaded and its first image rendered, and
-what is kept. Both count the mesh itself. The kernel's own figures, so on Linux only.
+`python -m rayproof.reports.bench.memory bumpy_1300k 1920 1080` tells it in MB above what the imports and the
+compiler take: the most while the scene is loaded and its first image rendered, and what is kept. Both count the mesh
+itself. They are the kernel's own figures, so this works on Linux only.
 """
 
 import sys
@@ -18,10 +19,10 @@ def memory(name: str, width: int, height: int) -> tuple[float, float]:
     """Return the peak and what is kept [MB] above the imports; raise LookupError for an unknown scene."""
     import drjit as dr
 
-    from cases.benchmark import meshes
-    from cases.benchmark.scenes import SCENES, chosen
-    from tracer.configuration import Configuration
-    from tracer.frames import Frames
+    from rayproof.cases.benchmark import meshes
+    from rayproof.cases.benchmark.scenes import SCENES, chosen
+    from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.frames import Frames
 
     Frames(SCENES[0].scene(16, 16), Configuration())()
     meshes.bumpy(0)  # trimesh is an import, too

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reports.bench.branches import parts
+from rayproof.reports.bench.branches import parts
 
 LOOP = re.compile(r"^l_\d+_cond:", re.MULTILINE)
 VALUE = r"<\d+ x (float|double)> "

@@ -11,13 +11,11 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("cases", "reference", "reports", "tracer")
-_OURS = "|".join(PACKAGES)
-_FROM = re.compile(rf"^[ \t]*from[ \t]+((?:{_OURS})(?:\.\w+)*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
-_IMPORT = re.compile(rf"^[ \t]*import[ \t]+((?:{_OURS})(?:\.\w+)*)", re.MULTILINE)
-_NAMED = re.compile(rf"[\"']((?:{_OURS})(?:\.\w+)+)[\"']")
-_REGISTRY = re.compile(rf"package=[\"']((?:{_OURS})(?:\.\w+)*)[\"']")
+ROOT = Path(__file__).parents[2]  # of the package `rayproof`
+_FROM = re.compile(r"^[ \t]*from[ \t]+(rayproof(?:\.\w+)*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
+_IMPORT = re.compile(r"^[ \t]*import[ \t]+(rayproof(?:\.\w+)*)", re.MULTILINE)
+_NAMED = re.compile(r"[\"'](rayproof(?:\.\w+)+)[\"']")
+_REGISTRY = re.compile(r"package=[\"'](rayproof(?:\.\w+)*)[\"']")
 _LISTS_ITSELF = re.compile(r"\bpkgutil\.\w+\(__path__")
 _FILE = re.compile(r"[\"']([\w-]+\.\w+)[\"']")
 _WORD = re.compile(r"\w+")
@@ -25,7 +23,7 @@ _WORD = re.compile(r"\w+")
 
 @cache
 def closure(modules: Sequence[str], *, without: Sequence[str] = ()) -> tuple[Path, ...]:
-    """Return the files below the project's root that `modules` (dotted names) depend on, themselves included, sorted.
+    """Return the files below `ROOT` that `modules` (dotted names) depend on, themselves included, sorted.
 
     Packages in `without` are not entered.
 
@@ -63,7 +61,7 @@ def _inside(module: str, packages: Iterable[str]) -> bool:
 @cache
 def _file(module: str) -> Path | None:
     """Return the file of a module or package, or None."""
-    path = ROOT.joinpath(*module.split("."))
+    path = ROOT.parent.joinpath(*module.split("."))
     for file in (path.with_suffix(".py"), path / "__init__.py"):
         if file.is_file():
             return file
@@ -79,7 +77,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], tuple[Path, ...]]:
         names |= {package, *(f"{package}.{word}" for word in _WORD.findall(imported))}
     listed = _REGISTRY.findall(text)
     if _LISTS_ITSELF.search(text):
-        listed.append(".".join(file.parent.relative_to(ROOT).parts))
+        listed.append(".".join(file.parent.relative_to(ROOT.parent).parts))
     for package in listed:
         names.update(_below(package))
     beside = [file.with_name(name) for name in _FILE.findall(text)]
@@ -88,7 +86,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], tuple[Path, ...]]:
 
 def _below(package: str) -> Iterable[str]:
     """Yield all modules of a package, by their dotted names."""
-    folder = ROOT.joinpath(*package.split("."))
+    folder = ROOT.parent.joinpath(*package.split("."))
     for path in folder.rglob("*.py"):
-        parts = path.relative_to(ROOT).with_suffix("").parts
+        parts = path.relative_to(ROOT.parent).with_suffix("").parts
         yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts)

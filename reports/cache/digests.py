@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Mesh
-from reports.cache.closure import ROOT, closure
+from rayproof.cases.scene import Mesh
+from rayproof.reports.cache.closure import ROOT, closure
 
 # Whose numbers are in an answer or a verdict.
 PACKAGES = (

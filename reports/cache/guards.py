@@ -3,12 +3,17 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from reports.cache.digests import Key, code, machine
-from reports.cache.entries import DamagedEntryError
-from reports.cache.store import Store
+from rayproof.reports.cache.digests import Key, code, machine
+from rayproof.reports.cache.entries import DamagedEntryError
+from rayproof.reports.cache.store import Store
 
 # What asks the guards, the guards themselves and with them all that they guard.
-CODE = ("reports.run.guards", "reports.judge.sentinels", "reports.run.judge_task", "reports.run.suite")
+CODE = (
+    "rayproof.reports.run.guards",
+    "rayproof.reports.judge.sentinels",
+    "rayproof.reports.run.judge_task",
+    "rayproof.reports.run.suite",
+)
 
 
 @dataclass(frozen=True, kw_only=True)

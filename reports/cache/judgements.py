@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.case import Case
-from reports.cache.digests import Key, code, machine
-from reports.cache.entries import DamagedEntryError
-from reports.cache.store import Entry, Store
-from reports.judge.parties import Candidate
+from rayproof.cases.case import Case
+from rayproof.reports.cache.digests import Key, code, machine
+from rayproof.reports.cache.entries import DamagedEntryError
+from rayproof.reports.cache.store import Entry, Store
+from rayproof.reports.judge.parties import Candidate
 
 # What asks references, judges, and writes a record with its files; the tracer's code is told by its answers.
-CODE = ("reports.run.asking", "reports.run.judge_task", "reports.run.case_run")
-TOLD_BY_ANSWERS = ("tracer",)
+CODE = ("rayproof.reports.run.asking", "rayproof.reports.run.judge_task", "rayproof.reports.run.case_run")
+TOLD_BY_ANSWERS = ("rayproof.tracer",)
 RECORD = "record"  # the array that holds it; files are named by their paths, which have a slash
 PLACES = ("images", "scenes")  # where a record's files lie in a results folder
 LEVEL = 1  # of zlib: a record is read back as often as it is written

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from reports.cache.digests import Key, code, machine
-from reports.cache.entries import DamagedEntryError
-from reports.cache.store import Store
+from rayproof.reports.cache.digests import Key, code, machine
+from rayproof.reports.cache.entries import DamagedEntryError
+from rayproof.reports.cache.store import Store
 
-CODE = ("reports.publish.picture_worker", "reports.publish.pictures")
+CODE = ("rayproof.reports.publish.picture_worker", "rayproof.reports.publish.pictures")
 PACKAGES = ("numpy", "pillow", "pyvista", "trame-vtk", "vtk")
 KINDS = ("picture", "view")
 

@@ -12,19 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers, Reference
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic.edges import Edges
-from reference.analytic.edges.lamps import LightEnd
-from reports.cache.digests import Key, code, machine
-from reports.cache.entries import DamagedEntryError
-from reports.cache.store import Entry, Store, usual_store
+from rayproof.cases.answers import Answers, Reference
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic.edges import Edges
+from rayproof.reference.analytic.edges.lamps import LightEnd
+from rayproof.reports.cache.digests import Key, code, machine
+from rayproof.reports.cache.entries import DamagedEntryError
+from rayproof.reports.cache.store import Entry, Store, usual_store
 
 # Reading is checking too: about as fast as a processor sums an HMAC-SHA256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
-CODE = ("reports.run.asking",)
+CODE = ("rayproof.reports.run.asking",)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,8 +21,8 @@ from typing import Any, TypeVar
 import numpy as np
 import platformdirs
 
-from reports.cache.entries import DamagedEntryError, about, decode, encode
-from reports.cache.signing import NoSecretError, usual_secret
+from rayproof.reports.cache.entries import DamagedEntryError, about, decode, encode
+from rayproof.reports.cache.signing import NoSecretError, usual_secret
 
 VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
 LIMIT = 2 * 2**30  # bytes: three default suites

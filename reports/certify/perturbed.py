@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import IDENTITY, Matrix, Mesh, Scene, Shape, Sphere, Triangle, Vector
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import IDENTITY, Matrix, Mesh, Scene, Shape, Sphere, Triangle, Vector
 
 CORNERS = 4  # roundings of a corner to float32, as limits of a light's cosine count them: two corners from either side
 

@@ -5,21 +5,21 @@ from functools import cached_property
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference.certified import Certified
-from reference.certified.continuing import continued
-from reports.certify.perturbed import horizons, perturbed
-from reports.judge.bench import GEOMETRY
-from reports.judge.calibration import calibration
-from reports.judge.channels import all_of, any_of, largest
-from reports.judge.ground import Ground
-from reports.judge.measurement import ratios
-from reports.judge.parties import Candidate, Witness
-from reports.judge.sides import widest_near
-from reports.judge.terms import LIGHT, Terms
+from rayproof.cases.answers import Answers
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.certified import Certified
+from rayproof.reference.certified.continuing import continued
+from rayproof.reports.certify.perturbed import horizons, perturbed
+from rayproof.reports.judge.bench import GEOMETRY
+from rayproof.reports.judge.calibration import calibration
+from rayproof.reports.judge.channels import all_of, any_of, largest
+from rayproof.reports.judge.ground import Ground
+from rayproof.reports.judge.measurement import ratios
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.sides import widest_near
+from rayproof.reports.judge.terms import LIGHT, Terms
 
 CERTIFIED = Certified()
 NAME = "certified"

@@ -11,24 +11,24 @@ from typing import Any
 
 import numpy as np
 
-from cases.case import Case
-from cases.rounding import UNIT_ROUNDOFF
-from cases.stages import Stage
-from reference.certified.cameras import camera_answer
-from reference.certified.continuing import continued
-from reports.certify.perturbed import CORNERS, perturbed
-from reports.certify.values import CERTIFIED, Held, Pixel, certified_answers
-from reports.judge import camera
-from reports.judge.bench import GEOMETRY
-from reports.judge.bias import bias
-from reports.judge.checks import Check
-from reports.judge.ground import Ground, ground
-from reports.judge.limits import MATRICES, RAY, Roundoff
-from reports.judge.measurement import Measurement, jsonable, ratios
-from reports.judge.oracle import ORACLE, FullOracle, stages_of
-from reports.judge.outcomes import Outcome, worst
-from reports.judge.parties import Candidate, Witness, as_candidate
-from reports.judge.summing_up import Judged
+from rayproof.cases.case import Case
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.stages import Stage
+from rayproof.reference.certified.cameras import camera_answer
+from rayproof.reference.certified.continuing import continued
+from rayproof.reports.certify.perturbed import CORNERS, perturbed
+from rayproof.reports.certify.values import CERTIFIED, Held, Pixel, certified_answers
+from rayproof.reports.judge import camera
+from rayproof.reports.judge.bench import GEOMETRY
+from rayproof.reports.judge.bias import bias
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.ground import Ground, ground
+from rayproof.reports.judge.limits import MATRICES, RAY, Roundoff
+from rayproof.reports.judge.measurement import Measurement, jsonable, ratios
+from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.outcomes import Outcome, worst
+from rayproof.reports.judge.parties import Candidate, Witness, as_candidate
+from rayproof.reports.judge.summing_up import Judged
 
 ACCUSING = (Outcome.REFERENCE_SUSPECT, Outcome.WARN)
 UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})

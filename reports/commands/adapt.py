@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Literal
 
-from reports.commands.output import say
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.commands.output import say
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 STARTERS = Path(__file__).parents[1] / "subjects" / "starters"
 # The program, what belongs beside it, how it is built, and how it is called.

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 
 def audit(
@@ -41,9 +41,9 @@ def audit(
     """
     if diagnose:
         return _diagnosed(jobs=jobs or os.cpu_count() or 1, quick=quick, only=only, json=json)
-    from reports.audit.planted import planted
-    from reports.audit.request import AuditRequest
-    from reports.run.llvm import choose_packaged_llvm
+    from rayproof.reports.audit.planted import planted
+    from rayproof.reports.audit.request import AuditRequest
+    from rayproof.reports.run.llvm import choose_packaged_llvm
 
     if jobs is not None and jobs < 1:
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
@@ -53,7 +53,7 @@ def audit(
         own(out)
         if json is not None:
             writable_folder(json.parent)
-    from reports.audit.suite import run
+    from rayproof.reports.audit.suite import run
 
     return run(
         AuditRequest(out=out, only=only, quick=quick, jobs=jobs or os.cpu_count() or 1, timeout=timeout, json=json)
@@ -64,8 +64,8 @@ def _diagnosed(*, jobs: int, quick: bool, only: str, json: Path | None) -> int:
     """Print how many mistakes are named rightly; return 1 if any is named wrongly."""
     from subprocess import CalledProcessError
 
-    from reports.commands.output import say, show_table, write_json
-    from reports.diagnosis.measuring import measure
+    from rayproof.reports.commands.output import say, show_table, write_json
+    from rayproof.reports.diagnosis.measuring import measure
 
     if json is not None:
         with told_in_one_line():

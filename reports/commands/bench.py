@@ -4,8 +4,8 @@ import json as json_module
 from pathlib import Path
 from typing import Any
 
-from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 BUDGET, QUICK_BUDGET = 4.0, 0.8  # s for the rounds of one scene at one size
 
@@ -37,14 +37,14 @@ def bench(
         Also write everything to this file; an interrupted benchmark leaves there what it has.
 
     """
-    from reports.run.llvm import choose_packaged_llvm
+    from rayproof.reports.run.llvm import choose_packaged_llvm
 
     choose_packaged_llvm()
-    from cases.benchmark.scenes import QUICK_SIZES, SIZES, chosen
-    from reports.bench.apart import BenchError, Task, timed_apart
-    from reports.bench.document import begun, everybody
-    from reports.bench.machine import machine
-    from reports.bench.regressions import compared
+    from rayproof.cases.benchmark.scenes import QUICK_SIZES, SIZES, chosen
+    from rayproof.reports.bench.apart import BenchError, Task, timed_apart
+    from rayproof.reports.bench.document import begun, everybody
+    from rayproof.reports.bench.machine import machine
+    from rayproof.reports.bench.regressions import compared
 
     with told_in_one_line():
         asked = chosen(scenes, quick=quick)

@@ -4,11 +4,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line
+from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
 if TYPE_CHECKING:
-    from reports.cache.store import Item, Store
+    from rayproof.reports.cache.store import Item, Store
 
 DAMAGED = 1  # exit code of `verify` where an entry was not what was written
 
@@ -32,7 +32,7 @@ def cache(
         Also write the answer to this file.
 
     """
-    from reports.cache.store import Store, usual_folder
+    from rayproof.reports.cache.store import Store, usual_folder
 
     store = Store(folder or usual_folder())
     with told_in_one_line():

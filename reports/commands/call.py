@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from reports.commands.lookup import Repeated, scene_named
-from reports.commands.output import say
-from reports.commands.run import USUAL_LIMIT, subject_named
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.commands.lookup import Repeated, scene_named
+from rayproof.reports.commands.output import say
+from rayproof.reports.commands.run import USUAL_LIMIT, subject_named
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 FAILED = 1
 
@@ -41,9 +41,9 @@ def call(
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     scene = scene_named(case)
     tested = subject_named(subject, env, confine=confine, seconds=timeout)
-    from reports.run.asked import answered
-    from reports.subjects import PROGRAM
-    from reports.subjects.keeping import TOLD, Keep
+    from rayproof.reports.run.asked import answered
+    from rayproof.reports.subjects import PROGRAM
+    from rayproof.reports.subjects.keeping import TOLD, Keep
 
     if tested.name != PROGRAM:
         raise UsageError(f"--subject: a call is a program's, exec:COMMAND; got {subject!r}")

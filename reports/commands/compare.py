@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from reports.commands.output import console, say, shout, show_table, write_json
-from reports.commands.usage import UsageError, one_line, own, told_in_one_line, writable_folder
+from rayproof.reports.commands.output import console, say, shout, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, one_line, own, told_in_one_line, writable_folder
 
 REPETITIONS = 31
 FEWEST = 9  # with fewer a 95 % interval of a median is the range of all values
@@ -54,7 +54,7 @@ def compare(
     if runs:
         if selectors:
             raise UsageError("two finished runs are compared on what they hold; selectors cannot add to it")
-        from reports.compare.runs import compare_runs
+        from rayproof.reports.compare.runs import compare_runs
 
         with told_in_one_line():
             result = compare_runs(runs[0], runs[1])
@@ -63,7 +63,7 @@ def compare(
     show(result)
     write_json(json, result)
     if out is not None:
-        from reports.compare.pages import markdown
+        from rayproof.reports.compare.pages import markdown
 
         write_json(out / "comparison.json", result)
         (out / "comparison.md").write_text(markdown(result), encoding="utf-8")
@@ -72,13 +72,13 @@ def compare(
 
 def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str) -> dict[str, Any]:
     """Return the comparison of two formulas or configurations."""
-    from tracer.llvm import select
+    from rayproof.tracer.llvm import select
 
     select()
-    from reports.compare.comparison import compare as run_comparison
-    from reports.compare.contenders import contender, seen
-    from reports.compare.own import OwnFormulaError
-    from reports.compare.questions import questions
+    from rayproof.reports.compare.comparison import compare as run_comparison
+    from rayproof.reports.compare.contenders import contender, seen
+    from rayproof.reports.compare.own import OwnFormulaError
+    from rayproof.reports.compare.questions import questions
 
     with told_in_one_line():
         pair = seen(*(contender(name, precision=precision) for name in (base, candidate)))
@@ -99,7 +99,7 @@ def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: i
 
 def show(result: dict[str, Any]) -> None:
     """Print the verdict, the families and the control."""
-    from reports.compare.pages import COLUMNS, rows
+    from rayproof.reports.compare.pages import COLUMNS, rows
 
     say(result["verdict"])
     if control := result.get("control"):

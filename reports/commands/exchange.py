@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from reports.commands.lookup import scene_named
-from reports.commands.output import say
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.commands.lookup import scene_named
+from rayproof.reports.commands.output import say
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 
 def import_scene(file: Path, *, out: Path | None = None, width: int | None = None, height: int | None = None) -> int:
@@ -30,8 +30,8 @@ def import_scene(file: Path, *, out: Path | None = None, width: int | None = Non
     target = out or Path(f"{file.stem}.json")
     if target.suffix.lower() != ".json":
         raise UsageError(f"the scene file must end in .json, got {target}")
-    from cases.scene_json import save_scene
-    from reports import exchange
+    from rayproof.cases.scene_json import save_scene
+    from rayproof.reports import exchange
 
     size = None if width is None or height is None else (width, height)
     with told_in_one_line():
@@ -57,7 +57,7 @@ def export_scene(scene: str, file: Path) -> int:
 
     """
     loaded = scene_named(scene)
-    from reports import exchange
+    from rayproof.reports import exchange
 
     with told_in_one_line():
         writable_folder(file.parent)

@@ -5,9 +5,9 @@ from datetime import date
 from pathlib import Path
 from typing import Literal
 
-from reports.commands.lookup import Repeated
-from reports.commands.output import say, write_json
-from reports.commands.usage import UsageError, told_in_one_line
+from rayproof.reports.commands.lookup import Repeated
+from rayproof.reports.commands.output import say, write_json
+from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
 SHUT = 1  # exit code of `check` where the gate stays shut
 
@@ -48,8 +48,8 @@ def expect(
         Also write what came of it to this file.
 
     """
-    from reports.gate.expectations import load_expectations, save_expectations
-    from reports.publish.results import load_results
+    from rayproof.reports.gate.expectations import load_expectations, save_expectations
+    from rayproof.reports.publish.results import load_results
 
     if what != "accept" and (reason is not None or expires is not None or issue is not None or when):
         raise UsageError("--reason, --expires, --issue and --when are for accept")
@@ -58,7 +58,7 @@ def expect(
         known = () if what == "accept" and not file.exists() else load_expectations(file)
     suite = f"rayproof {results.get('rayproof', '')}".strip()
     if what == "check":
-        from reports.gate.gating import gate
+        from rayproof.reports.gate.gating import gate
 
         found = gate(results, known, file=str(file))
         for key in ("regressions", "tighten", "stale", "expired"):
@@ -68,7 +68,7 @@ def expect(
         write_json(json, found.record())
         return SHUT if found.red else 0
     if what == "prune":
-        from reports.gate.accepting import pruned
+        from rayproof.reports.gate.accepting import pruned
 
         kept, done = pruned(results, known)
         _written(lambda: save_expectations(file, kept, suite))
@@ -79,7 +79,7 @@ def expect(
         return 0
     if reason is None or not reason.strip():
         raise UsageError("accept needs --reason: why these checks are known to fail")
-    from reports.gate.accepting import accepted
+    from rayproof.reports.gate.accepting import accepted
 
     with told_in_one_line():
         if expires is not None:

@@ -4,8 +4,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line
+from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
 USUAL = "rayproof-history.sqlite"
 VARIABLE = "RAYPROOF_HISTORY"
@@ -30,9 +30,9 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     """
     from fnmatch import fnmatchcase
 
-    from reports.history.database import opened, storable
-    from reports.history.series import read_series
-    from reports.history.standing import worse
+    from rayproof.reports.history.database import opened, storable
+    from rayproof.reports.history.series import read_series
+    from rayproof.reports.history.standing import worse
 
     path = history or Path(os.environ.get(VARIABLE, USUAL))
     with told_in_one_line(), opened(path) as connection:

@@ -6,9 +6,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reports.commands.lookup import Repeated, configurations
-from reports.commands.output import say, shout, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.commands.lookup import Repeated, configurations
+from rayproof.reports.commands.output import say, shout, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 CLEARED = 100  # columns of an earlier, longer line
 USUAL = ("float32", "float64")
@@ -77,14 +77,14 @@ def laws(
         for folder in (out, json.parent if json is not None else None):
             if folder is not None:
                 writable_folder(folder)
-    from reports.run.llvm import choose_packaged_llvm
+    from rayproof.reports.run.llvm import choose_packaged_llvm
 
     choose_packaged_llvm()
-    from cases.stages import Stage
-    from reports.commands.run import under_test
-    from reports.laws.choice import chosen
-    from reports.laws.suite import LawsRequest, document, exit_code, run
-    from reports.subjects.surroundings import Surroundings
+    from rayproof.cases.stages import Stage
+    from rayproof.reports.commands.run import under_test
+    from rayproof.reports.laws.choice import chosen
+    from rayproof.reports.laws.suite import LawsRequest, document, exit_code, run
+    from rayproof.reports.subjects.surroundings import Surroundings
 
     with told_in_one_line():
         pairs = chosen(selectors, everything=all)
@@ -116,7 +116,7 @@ def laws(
     reports = progress.reports
     content = document(request, reports, time.perf_counter() - start, finished=finished)
     if out is not None:
-        from reports.laws.publish import publish
+        from rayproof.reports.laws.publish import publish
 
         publish(out, content, reports, request)
     write_json(json, content)

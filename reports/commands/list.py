@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, Literal
 
-from reports.commands.output import show_table, write_json
+from rayproof.reports.commands.output import show_table, write_json
 
 
 def catalogue(kind: Literal["cases", "formulas", "references", "metrics", "laws"], *, json: Path | None = None) -> int:
@@ -33,7 +33,7 @@ def text(value: object) -> str:
 
 def cases() -> list[dict[str, Any]]:
     """Describe every case."""
-    from cases.families import CASE_FAMILIES, cases_of, on_request
+    from rayproof.cases.families import CASE_FAMILIES, cases_of, on_request
 
     return [
         {
@@ -50,7 +50,7 @@ def cases() -> list[dict[str, Any]]:
 
 def formulas() -> list[dict[str, Any]]:
     """Describe every formula of the tracer; controls and planted faults are wrong on purpose and say so."""
-    from tracer.catalogue import FORMULAS
+    from rayproof.tracer.catalogue import FORMULAS
 
     return [
         {
@@ -66,7 +66,7 @@ def formulas() -> list[dict[str, Any]]:
 
 def references() -> list[dict[str, Any]]:
     """Describe every reference."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     return [
         {
@@ -83,7 +83,7 @@ def references() -> list[dict[str, Any]]:
 
 def version_of(name: str) -> str:
     """Return a reference's program and version, or why it cannot run here."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     missing: Any = getattr(REFERENCES[name], "missing", None)
     why = missing() if missing is not None else None
@@ -92,14 +92,14 @@ def version_of(name: str) -> str:
 
 def metrics() -> list[dict[str, Any]]:
     """Describe every metric."""
-    from reports.judge.metrics import METRICS
+    from rayproof.reports.judge.metrics import METRICS
 
     return [{"name": name, "what": first_line(METRICS[name])} for name in METRICS]
 
 
 def laws() -> list[dict[str, Any]]:
     """Describe every law that holds a renderer against itself, and every anchor."""
-    from cases.laws import LAWS
+    from rayproof.cases.laws import LAWS
 
     return [
         {

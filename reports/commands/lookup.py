@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from reports.commands.usage import UsageError, told_in_one_line
+from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
 if TYPE_CHECKING:
-    from cases.case import Case
-    from cases.scene import Scene
-    from cases.stages import Stage
-    from tracer.configuration import Configuration
+    from rayproof.cases.case import Case
+    from rayproof.cases.scene import Scene
+    from rayproof.cases.stages import Stage
+    from rayproof.tracer.configuration import Configuration
 
 Repeated = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]  # an option given once a value
 
@@ -24,7 +24,7 @@ def one_case(name: str) -> "Case":
         UsageError: none or several are called so; the message lists near matches.
 
     """
-    from cases.families import select
+    from rayproof.cases.families import select
 
     with told_in_one_line():
         found = select([name])
@@ -43,8 +43,8 @@ def scene_named(name: str) -> "Scene":
     """
     if not name.endswith(".json"):
         return one_case(name).scene
-    from cases.scene_json import load_scene
-    from reports.run.size import refuse_too_large
+    from rayproof.cases.scene_json import load_scene
+    from rayproof.reports.run.size import refuse_too_large
 
     with told_in_one_line():
         scene = load_scene(Path(name))
@@ -61,7 +61,7 @@ def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Conf
         UsageError: a name is not known; the message lists what is.
 
     """
-    from tracer.configuration import Configuration
+    from rayproof.tracer.configuration import Configuration
 
     if not names and not formulas:
         return ()
@@ -78,7 +78,7 @@ def stages_named(names: str) -> tuple["Stage", ...]:
         UsageError: one is not known, or is not an image.
 
     """
-    from cases.stages import IMAGE_STAGES
+    from rayproof.cases.stages import IMAGE_STAGES
 
     wanted = {name.strip() for name in names.split(",")}
     known = {stage.value for stage in IMAGE_STAGES}
@@ -94,7 +94,7 @@ def references_named(required: Sequence[str]) -> tuple[str, ...]:
         UsageError: a required one is not known; the message lists what is.
 
     """
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     with told_in_one_line():
         for name in required:

@@ -4,13 +4,13 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from reports.commands.lookup import scene_named, stages_named
-from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
-from reports.plain import plain
+from rayproof.reports.commands.lookup import scene_named, stages_named
+from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.plain import plain
 
 if TYPE_CHECKING:
-    from cases.scene import Camera, Scene
+    from rayproof.cases.scene import Camera, Scene
 
 ALL = "ray,object,distance,position,normal,visibility,irradiance,exitance,radiance"
 MOST_PIXELS = 100_000  # some ten seconds of work, and half a gigabyte of JSON
@@ -44,8 +44,10 @@ def oracle(
     if speed:
         return _speed(scene, loaded, json)
     box = rectangle(pixels, loaded.camera)
-    from cases.stages import exr_channels
-    from reference.certified import Certified  # not by the registry, which would load every other reference first
+    from rayproof.cases.stages import exr_channels
+    from rayproof.reference.certified import (
+        Certified,  # not by the registry, which would load every other reference first
+    )
 
     certified = Certified()
     left, top, right, bottom = box
@@ -78,8 +80,8 @@ def oracle(
 
 def _speed(name: str, scene: "Scene", json: Path | None) -> int:
     """Show how fast both truths are on a scene."""
-    from reports.oracle_speed import speeds
-    from tracer.llvm import select
+    from rayproof.reports.oracle_speed import speeds
+    from rayproof.tracer.llvm import select
 
     select()
     found = speeds(scene)

@@ -6,9 +6,9 @@ from typing import Any
 
 from rich.table import Table
 
-from reports.commands.usage import told_in_one_line
-from reports.plain import as_json, legible
-from reports.terminal import PIPED_WIDTH, console
+from rayproof.reports.commands.usage import told_in_one_line
+from rayproof.reports.plain import as_json, legible
+from rayproof.reports.terminal import PIPED_WIDTH, console
 
 ROOM = 34  # columns of a page that a column of a table may need before its names break in two
 

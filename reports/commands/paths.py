@@ -3,8 +3,8 @@
 import json as json_module
 from pathlib import Path
 
-from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 FAILED = 1
 
@@ -28,10 +28,10 @@ def paths(*, json: Path | None = None, keep: Path | None = None) -> int:
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
-    from cases.families import all_cases
-    from reports.audit.planted import in_paths
-    from reports.paths import ledger
-    from reports.run.llvm import choose_packaged_llvm
+    from rayproof.cases.families import all_cases
+    from rayproof.reports.audit.planted import in_paths
+    from rayproof.reports.paths import ledger
+    from rayproof.reports.run.llvm import choose_packaged_llvm
 
     choose_packaged_llvm()
     if keep is not None:

@@ -5,17 +5,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage, exr_channels
-from reports.commands.lookup import Repeated, configurations, references_named, scene_named
-from reports.commands.output import say, shout, show_table, write_json
-from reports.commands.run import subject_named
-from reports.commands.usage import UsageError, told_in_one_line
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reports.commands.lookup import Repeated, configurations, references_named, scene_named
+from rayproof.reports.commands.output import say, shout, show_table, write_json
+from rayproof.reports.commands.run import subject_named
+from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
 if TYPE_CHECKING:
-    from reports.subjects import Subject
-    from tracer.configuration import Configuration
+    from rayproof.reports.subjects import Subject
+    from rayproof.tracer.configuration import Configuration
 
 Column = dict[str, Any]  # row name -> number, or the sentence that says why there is none
 
@@ -64,7 +64,7 @@ def probe(
     names = references_named(require)
     tested = subject_named(subject, env)
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
-    from tracer.llvm import select
+    from rayproof.tracer.llvm import select
 
     select()
     columns = {} if tested.is_tracer else {tested.name: subject_pixel(tested, scene, x, y)}
@@ -80,8 +80,8 @@ def probe(
 
 def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
     """Return what another renderer than the tracer answers at a pixel, or why it does not."""
-    from reports.judge.oracle import stages_of
-    from reports.run.asked import answered
+    from rayproof.reports.judge.oracle import stages_of
+    from rayproof.reports.run.asked import answered
 
     with told_in_one_line():
         found = answered(subject, scene)
@@ -93,9 +93,9 @@ def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
 
 def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -> Column:
     """Return what the tracer answers at a pixel, or why the scene is beyond its precision."""
-    from reports.judge.oracle import stages_of
-    from tracer.reach import beyond
-    from tracer.render import render
+    from rayproof.reports.judge.oracle import stages_of
+    from rayproof.tracer.reach import beyond
+    from rayproof.tracer.render import render
 
     if (refusal := beyond(scene, configuration.precision)) is not None:
         return {str(stage): f"unsupported: {refusal}" for stage in Stage}
@@ -104,9 +104,9 @@ def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -
 
 def reference_pixel(name: str, scene: Scene, x: int, y: int, *, cached: bool) -> Column:
     """Return what a reference answers at a pixel, or why it cannot."""
-    from reference import REFERENCES
-    from reports.run.asking import heard
-    from reports.run.orders import ReferenceTask
+    from rayproof.reference import REFERENCES
+    from rayproof.reports.run.asking import heard
+    from rayproof.reports.run.orders import ReferenceTask
 
     task = ReferenceTask(scene=scene, samples=1, cached=cached)
     witness = heard(name, REFERENCES[name](), task, independent=False)

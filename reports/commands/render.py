@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from reports.commands.lookup import configurations, scene_named, stages_named
-from reports.commands.output import say, shout, warning
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.commands.lookup import configurations, scene_named, stages_named
+from rayproof.reports.commands.output import say, shout, warning
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 
 def render(scene: str, image: Path, *, stages: str = "radiance", configuration: str = "float32") -> int:
@@ -29,10 +29,10 @@ def render(scene: str, image: Path, *, stages: str = "radiance", configuration: 
     loaded = scene_named(scene)
     with told_in_one_line():
         writable_folder(image.parent)
-    from reports.publish.exr import write_answers
-    from tracer.llvm import select
-    from tracer.reach import beyond
-    from tracer.render import render as trace
+    from rayproof.reports.publish.exr import write_answers
+    from rayproof.tracer.llvm import select
+    from rayproof.tracer.reach import beyond
+    from rayproof.tracer.render import render as trace
 
     if (refusal := beyond(loaded, chosen.precision)) is not None:
         raise UsageError(f"{scene}: {refusal}")

@@ -7,13 +7,13 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from reports.commands.lookup import Repeated, configurations, references_named
-from reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
-from reports.plain import legible
+from rayproof.reports.commands.lookup import Repeated, configurations, references_named
+from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.plain import legible
 
 if TYPE_CHECKING:
-    from reports.subjects import Subject
-    from reports.subjects.surroundings import Surroundings
+    from rayproof.reports.subjects import Subject
+    from rayproof.reports.subjects.surroundings import Surroundings
 
 TRACER = "tracer"
 USUAL_LIMIT = 120.0  # s, for one render or one judgement
@@ -129,16 +129,16 @@ def run(
         )
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
-    from reports.run.early import early_workers
-    from reports.run.scratch import scratch
+    from rayproof.reports.run.early import early_workers
+    from rayproof.reports.run.scratch import scratch
 
     early = subject == TRACER and not dry_run
     with scratch(), early_workers(jobs=count, timeout=timeout) if early else nullcontext() as pool:
         required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
         references_named(required)
-        from reports.run.panel import panel
-        from reports.run.request import RunRequest
-        from reports.subjects.surroundings import Surroundings
+        from rayproof.reports.run.panel import panel
+        from rayproof.reports.run.request import RunRequest
+        from rayproof.reports.subjects.surroundings import Surroundings
 
         with told_in_one_line():
             chosen = configurations(configuration, formula)
@@ -148,13 +148,13 @@ def run(
             panel(required, tested)
             expected = None
             if expect is not None:
-                from reports.gate.expectations import load_expectations
+                from rayproof.reports.gate.expectations import load_expectations
 
                 expected = load_expectations(expect)
             if not dry_run:
                 own(out)
             if history is not None and not dry_run:
-                from reports.history.database import opened
+                from rayproof.reports.history.database import opened
 
                 writable_folder(history.parent)
                 with opened(history, create=True):
@@ -182,7 +182,7 @@ def run(
             diagnose=diagnose == "auto",
         )
         if dry_run:
-            from reports.run.dry import plan_in_words
+            from rayproof.reports.run.dry import plan_in_words
 
             with told_in_one_line():
                 lines = plan_in_words(request)
@@ -190,18 +190,18 @@ def run(
             return 0
         try:
             if numbers is not None:
-                from reports.random.campaign import run as run_random
+                from rayproof.reports.random.campaign import run as run_random
 
                 code, folders = run_random(request, pool, count=numbers[0], seed=numbers[1])
             else:
-                from reports.run.suite import run as run_suite
+                from rayproof.reports.run.suite import run as run_suite
 
                 code, folders = run_suite(request, pool), (out,)
         except OSError as error:  # a full disk, say: what was finished is in the journal
             hint = f"{error.strerror or error}; what was finished is kept, and --resume goes on"
             raise OSError(error.errno, hint, error.filename or str(out)) from error
     # Not above: the tracer's worker should not wait until what prints tables is imported.
-    from reports.commands.report import write_one_file
+    from rayproof.reports.commands.report import write_one_file
 
     for folder in folders:
         write_one_file(folder, asked=single_file)
@@ -215,7 +215,7 @@ def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tu
         UsageError: --count or --seed without `random`, `random` beside other selectors, or a number out of range.
 
     """
-    from cases.random import FAMILY, LARGEST
+    from rayproof.cases.random import FAMILY, LARGEST
 
     if FAMILY not in selectors:
         if count is not None or seed is not None:
@@ -235,9 +235,9 @@ def under_test(
     subject: str, *, seconds: float, memory: float, surroundings: "Surroundings", before_oracle: bool = True
 ) -> "Subject":
     """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test."""
-    from reports.run.asked import ask
-    from reports.subjects import THE_TRACER
-    from reports.subjects.choosing import chosen
+    from rayproof.reports.run.asked import ask
+    from rayproof.reports.subjects import THE_TRACER
+    from rayproof.reports.subjects.choosing import chosen
 
     if subject == TRACER:
         if surroundings.variables or surroundings.confined:
@@ -257,7 +257,7 @@ def subject_named(
     subject: str, env: tuple[str, ...] = (), *, confine: bool = False, seconds: float = USUAL_LIMIT
 ) -> "Subject":
     """Return the subject that is named so, with the usual limits; one line says why it cannot be put under test."""
-    from reports.subjects.surroundings import Surroundings
+    from rayproof.reports.subjects.surroundings import Surroundings
 
     with told_in_one_line():
         surroundings = Surroundings(variables=env, confined=confine)
@@ -266,9 +266,9 @@ def subject_named(
 
 def check_selectors(selectors: tuple[str, ...], subject: "Subject") -> None:
     """Raise ValueError, LookupError or OSError for the first selector that names no case and no valid scene file."""
-    from cases.families import select
-    from reports.run.scene_case import case_of_file
-    from reports.run.size import refuse_beyond_all
+    from rayproof.cases.families import select
+    from rayproof.reports.run.scene_case import case_of_file
+    from rayproof.reports.run.size import refuse_beyond_all
 
     for selector in selectors:
         if selector.endswith(".json"):

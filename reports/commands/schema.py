@@ -3,7 +3,7 @@
 import json as json_format
 from pathlib import Path
 
-from reports.commands.output import say, write_json
+from rayproof.reports.commands.output import say, write_json
 
 
 def schema(*, json: Path | None = None) -> int:
@@ -15,7 +15,7 @@ def schema(*, json: Path | None = None) -> int:
         Write the schema to this file instead.
 
     """
-    from cases.scene_json import schema as scene_schema
+    from rayproof.cases.scene_json import schema as scene_schema
 
     if json is None:
         say(json_format.dumps(scene_schema(), indent=2))

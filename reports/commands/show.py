@@ -4,10 +4,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from cases.case import Case
-from cases.scene import Mesh, Scene
-from reports.commands.lookup import one_case
-from reports.commands.output import say, show_table, write_json
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.reports.commands.lookup import one_case
+from rayproof.reports.commands.output import say, show_table, write_json
 
 
 def show(case: str, *, json: Path | None = None) -> int:
@@ -21,7 +21,7 @@ def show(case: str, *, json: Path | None = None) -> int:
         Also write the case, its whole scene included, to this file.
 
     """
-    from cases.scene_json import scene_to_json
+    from rayproof.cases.scene_json import scene_to_json
 
     found = one_case(case)
     commands = reproduce(found)
@@ -42,11 +42,11 @@ def show(case: str, *, json: Path | None = None) -> int:
 
 def traced(scene: Scene) -> str:
     """Return how the tracer goes about a scene with its default formulas."""
-    from tracer.llvm import select
+    from rayproof.tracer.llvm import select
 
     select()
-    from tracer.configuration import Configuration
-    from tracer.plan import plan
+    from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.plan import plan
 
     return plan(scene, Configuration()).text
 

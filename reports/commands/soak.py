@@ -6,12 +6,12 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from reports.commands.output import say, show_table, write_json
-from reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 if TYPE_CHECKING:
-    from reports.soak.scenarios import Outcome
-    from reports.soak.site import Tally
+    from rayproof.reports.soak.scenarios import Outcome
+    from rayproof.reports.soak.site import Tally
 
 FIGURES = ("planned", "recorded", "twice", "wrong", "hung", "tracebacks", "processes_left", "folders_left")
 
@@ -52,8 +52,8 @@ def soak(
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
-    from reports.run.scratch import scratch
-    from reports.soak.soaking import Request, soaked
+    from rayproof.reports.run.scratch import scratch
+    from rayproof.reports.soak.soaking import Request, soaked
 
     seed = secrets.randbelow(2**32) if seed is None else seed
     say(f"seed {seed}")

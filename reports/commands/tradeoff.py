@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from reports.commands.output import console, say, show_table, write_json
-from reports.commands.usage import own, told_in_one_line, writable_folder
+from rayproof.reports.commands.output import console, say, show_table, write_json
+from rayproof.reports.commands.usage import own, told_in_one_line, writable_folder
 
 REPETITIONS, QUICK_REPETITIONS = 13, 5
 
@@ -26,12 +26,12 @@ def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = No
         Fewer repetitions, and without selectors one diagram of each kind.
 
     """
-    from tracer.llvm import select
+    from rayproof.tracer.llvm import select
 
     select()
-    from reports.tradeoff.files import write
-    from reports.tradeoff.measuring import measure
-    from reports.tradeoff.tasks import DEFAULT, QUICK, tasks
+    from rayproof.reports.tradeoff.files import write
+    from rayproof.reports.tradeoff.measuring import measure
+    from rayproof.reports.tradeoff.tasks import DEFAULT, QUICK, tasks
 
     with told_in_one_line():
         found = tasks(selectors or (QUICK if quick else DEFAULT))

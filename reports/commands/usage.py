@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from reports.ownership import owned
-from reports.plain import legible
+from rayproof.reports.ownership import owned
+from rayproof.reports.plain import legible
 
 _OWNED = ExitStack()  # the folders that this process's command writes
 

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.compare.contenders import Contender, differing, stages_at_stake
-from reports.compare.findings import Finding, Timing, finding, overall, overall_timing, timing
-from reports.compare.pairing import PairedStage, needed, paired, shown
-from reports.compare.questions import Question
-from reports.compare.records import family_record
-from reports.compare.statistics import LEVEL, Interval, shared
-from reports.compare.timing import Job, interleaved
-from reports.compare.verdicts import accuracy, outcome, sentence, speed
+from rayproof.cases.stages import Stage
+from rayproof.reports.compare.contenders import Contender, differing, stages_at_stake
+from rayproof.reports.compare.findings import Finding, Timing, finding, overall, overall_timing, timing
+from rayproof.reports.compare.pairing import PairedStage, needed, paired, shown
+from rayproof.reports.compare.questions import Question
+from rayproof.reports.compare.records import family_record
+from rayproof.reports.compare.statistics import LEVEL, Interval, shared
+from rayproof.reports.compare.timing import Job, interleaved
+from rayproof.reports.compare.verdicts import accuracy, outcome, sentence, speed
 
 SEED = 4
 BASE, CANDIDATE, AGAIN = 0, 1, 2  # who is timed

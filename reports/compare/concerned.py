@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 
 KINDS: dict[str, tuple[type[Shape], ...]] = {
     "sphere": (Sphere,),

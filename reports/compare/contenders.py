@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from cases.rounding import PRECISIONS
-from cases.stages import Stage
-from reports.compare.own import own_formula
-from tracer.catalogue import FORMULAS, Formula
-from tracer.configuration import Configuration
+from rayproof.cases.rounding import PRECISIONS
+from rayproof.cases.stages import Stage
+from rayproof.reports.compare.own import own_formula
+from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.configuration import Configuration
 
 FILE_MARK = ".py:"
 # What of the camera shows in an image only through a ray by the inverse matrices, and what shows in none.

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.compare.measured import UNITS
-from reports.compare.pairing import PairedStage
-from reports.compare.statistics import Interval, mcnemar, median_interval, percentile_interval, scene_means
-from reports.compare.tails import Tail
+from rayproof.cases.stages import Stage
+from rayproof.reports.compare.measured import UNITS
+from rayproof.reports.compare.pairing import PairedStage
+from rayproof.reports.compare.statistics import Interval, mcnemar, median_interval, percentile_interval, scene_means
+from rayproof.reports.compare.tails import Tail
 
 # An error changed by less than a twentieth is not worth a word, however surely it changed.
 LEAST_DIGITS = math.log10(1.05)

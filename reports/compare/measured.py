@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.rounding import UNIT_ROUNDOFF
-from cases.stages import Stage
-from reports.compare.truths import Truth
-from reports.judge.measurement import DIRECTIONS, error
+from rayproof.cases.answers import Answers
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.stages import Stage
+from rayproof.reports.compare.truths import Truth
+from rayproof.reports.judge.measurement import DIRECTIONS, error
 
 LEAST = 0.125  # roundoffs: what an exact result counts as, so that its logarithm exists
 LEAST_SIZE = 2.0**-900  # what 0 counts as where a roundoff is relative to it, far below every unit in use

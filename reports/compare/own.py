@@ -11,7 +11,7 @@ from typing import Any
 
 import drjit as dr
 
-from tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.catalogue import FORMULAS, Formula
 
 
 class OwnFormulaError(ValueError):

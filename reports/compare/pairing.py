@@ -5,17 +5,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reports.compare.concerned import concerned
-from reports.compare.contenders import Contender
-from reports.compare.measured import Measured, measured
-from reports.compare.received import as_received
-from reports.compare.statistics import tile_medians
-from reports.compare.tails import leaning
-from reports.compare.truths import oracle_for, truth_of
-from tracer.render import render
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.compare.concerned import concerned
+from rayproof.reports.compare.contenders import Contender
+from rayproof.reports.compare.measured import Measured, measured
+from rayproof.reports.compare.received import as_received
+from rayproof.reports.compare.statistics import tile_medians
+from rayproof.reports.compare.tails import leaning
+from rayproof.reports.compare.truths import oracle_for, truth_of
+from rayproof.tracer.render import render
 
 TILES, PER_TILE = 64, 16  # of pixels in which both contenders found a value, in image order
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from cases.families import all_cases, select
-from cases.scene import Scene
-from cases.stresses import STRESSES, stressing
-from reports.compare.contenders import Contender, differing
+from rayproof.cases.families import all_cases, select
+from rayproof.cases.scene import Scene
+from rayproof.cases.stresses import STRESSES, stressing
+from rayproof.reports.compare.contenders import Contender, differing
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Scene, Shape, Sphere, Square
+from rayproof.cases.scene import Scene, Shape, Sphere, Square
 
 
 def single(values: Any) -> Any:

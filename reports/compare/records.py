@@ -3,8 +3,8 @@
 from dataclasses import asdict
 from typing import Any
 
-from reports.compare.findings import Finding, Timing
-from reports.compare.verdicts import Signs
+from rayproof.reports.compare.findings import Finding, Timing
+from rayproof.reports.compare.verdicts import Signs
 
 
 def family_record(finding: Finding, timing: Timing, signs: Signs, outcome: str) -> dict[str, Any]:

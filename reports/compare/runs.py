@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from reports.compare.findings import LEAST_DIGITS
-from reports.compare.statistics import LEVEL, REPLICATES, percentile_interval
-from reports.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
-from reports.difference.checks import paired
-from reports.plain import at_worst, number
-from reports.publish.results import load_results
+from rayproof.reports.compare.findings import LEAST_DIGITS
+from rayproof.reports.compare.statistics import LEVEL, REPLICATES, percentile_interval
+from rayproof.reports.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
+from rayproof.reports.difference.checks import paired
+from rayproof.reports.plain import at_worst, number
+from rayproof.reports.publish.results import load_results
 
 # From the best to the worst, as docs/results.md lists them.
 ORDER = ("pass", "warn", "undecided", "unsupported", "missing", "reference_suspect", "error", "fail")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reports.compare.statistics import mcnemar
+from rayproof.reports.compare.statistics import mcnemar
 
 # error / (K u) of a backward stable formula, the gate of the ladders, too; an error below one roundoff counts as one.
 FACTOR = 4.0

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, replace
 import drjit as dr
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import Stage
-from tracer.configuration import Configuration
-from tracer.trace import Trace
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.trace import Trace
 
 RAYS = 2**18  # a launch of fewer measures the launch
 LONGEST = 0.02  # s; a slower kernel gets fewer rays

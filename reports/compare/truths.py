@@ -5,14 +5,14 @@ from typing import Protocol
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reference.double_double import DoubleDouble
-from reports.judge.conditioning import condition, ray_condition
-from reports.judge.limits import LIGHT, Roundoff, continued_light_limit
+from rayproof.cases.answers import Answers
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.double_double import DoubleDouble
+from rayproof.reports.judge.conditioning import condition, ray_condition
+from rayproof.reports.judge.limits import LIGHT, Roundoff, continued_light_limit
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 

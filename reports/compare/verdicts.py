@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reports.compare.findings import LEAST_DIGITS, Finding
-from reports.compare.statistics import Interval
+from rayproof.reports.compare.findings import LEAST_DIGITS, Finding
+from rayproof.reports.compare.statistics import Interval
 
 BETTER, WORSE, TRADE, NOTHING = "better", "worse", "a trade", "no difference shown"
 MOST_NAMED = 4  # families in the sentence; the table has all

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.registry import Registry
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.answers import Answers
+from rayproof.cases.registry import Registry
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,4 +77,4 @@ class Mistake:
 
 
 NAMED = 1e-4  # a fitted parameter so near to a number that has a name, relatively, is that number
-MISTAKES: Registry[Mistake] = Registry("mistake", package="reports.diagnosis.mistakes")
+MISTAKES: Registry[Mistake] = Registry("mistake", package="rayproof.reports.diagnosis.mistakes")

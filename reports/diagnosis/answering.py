@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene, SceneError
-from cases.stages import IMAGE_STAGES, Stage
-from reports.diagnosis import Given, Way
-from reports.judge.conditioning import condition
-from reports.judge.limits import Roundoff, limits
-from reports.judge.measurement import ratios
-from reports.judge.oracle import FullOracle, stages_of
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene, SceneError
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.diagnosis import Given, Way
+from rayproof.reports.judge.conditioning import condition
+from rayproof.reports.judge.limits import Roundoff, limits
+from rayproof.reports.judge.measurement import ratios
+from rayproof.reports.judge.oracle import FullOracle, stages_of
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
@@ -165,9 +165,9 @@ def _continued(scene: Scene, answers: Answers, first: Stage, oracle: FullOracle)
 
 
 def _traced(scene: Scene, stages: list[Stage], formulas: Mapping[str, str]) -> Answers:
-    from tracer.configuration import Configuration
-    from tracer.reach import beyond
-    from tracer.render import render
+    from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.reach import beyond
+    from rayproof.tracer.render import render
 
     if (why := beyond(scene, "float64")) is not None:
         raise Unanswerable(why)

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reports.diagnosis import MISTAKES, Way
-from reports.diagnosis.answering import Unanswerable, changed
-from reports.diagnosis.hypotheses import bound
-from reports.diagnosis.search import Clock
-from reports.diagnosis.trial import ALLOWED, Evidence
-from reports.judge.blame import candidates
-from reports.judge.outcomes import Outcome
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.diagnosis import MISTAKES, Way
+from rayproof.reports.diagnosis.answering import Unanswerable, changed
+from rayproof.reports.diagnosis.hypotheses import bound
+from rayproof.reports.diagnosis.search import Clock
+from rayproof.reports.diagnosis.trial import ALLOWED, Evidence
+from rayproof.reports.judge.blame import candidates
+from rayproof.reports.judge.outcomes import Outcome
 
 PASSING = 4  # passing cases that are asked, those of the most shapes, lights and matrices
 LEAST_PARAMETER = 0.01  # relative: an exponent or a factor that is off by less would be called a rounding

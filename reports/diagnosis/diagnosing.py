@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from cases.case import ITEMS
-from cases.families import all_cases
-from cases.scene import Mesh, Scene, SceneError
-from cases.scene_json import load_scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference.analytic import Analytic
-from reports.diagnosis.blaming import Blamed, guilty, narrowed, put
-from reports.diagnosis.saying import entries, what_is_left
-from reports.diagnosis.search import Clock, search, spread
-from reports.diagnosis.trial import Evidence, undecided
-from reports.judge.outcomes import Outcome
-from reports.publish.encoding import inflated
-from reports.publish.kept import inside, kept_images
+from rayproof.cases.case import ITEMS
+from rayproof.cases.families import all_cases
+from rayproof.cases.scene import Mesh, Scene, SceneError
+from rayproof.cases.scene_json import load_scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
+from rayproof.reports.diagnosis.saying import entries, what_is_left
+from rayproof.reports.diagnosis.search import Clock, search, spread
+from rayproof.reports.diagnosis.trial import Evidence, undecided
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.publish.encoding import inflated
+from rayproof.reports.publish.kept import inside, kept_images
 
 LARGEST = 2000  # faces: of a larger mesh nearly every pixel is an edge, and edges prove nothing
 FOR_BLAME = 4.0  # s of processor time that the search for a cause leaves

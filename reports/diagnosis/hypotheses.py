@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
-from reports.diagnosis.trial import Evidence, trial
+from rayproof.cases.stages import Stage
+from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
+from rayproof.reports.diagnosis.trial import Evidence, trial
 
 LEAST_SAMPLES = 30  # pixels that an estimate needs
 SPREAD = 1e-3  # relative: half of the samples lie so near to the estimate, or there is no such parameter

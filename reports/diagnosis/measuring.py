@@ -20,20 +20,20 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.case import Case
-from cases.families import all_cases
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.diagnosis.answering import Answered
-from reports.diagnosis.diagnosing import LARGEST, faces
-from reports.diagnosis.search import search
-from reports.diagnosis.trial import Evidence, undecided
-from reports.publish.exr import read_answers
-from reports.subjects.handing_over import hand_over
-from tracer.llvm import select
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import Case
+from rayproof.cases.families import all_cases
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.diagnosis.answering import Answered
+from rayproof.reports.diagnosis.diagnosing import LARGEST, faces
+from rayproof.reports.diagnosis.search import search
+from rayproof.reports.diagnosis.trial import Evidence, undecided
+from rayproof.reports.publish.exr import read_answers
+from rayproof.reports.subjects.handing_over import hand_over
+from rayproof.tracer.llvm import select
 
-SOURCE = Path(__file__).parents[2] / "examples" / "renderers" / "mistaken.cpp"
+SOURCE = Path(__file__).resolve().parents[2] / "examples" / "renderers" / "mistaken.cpp"
 EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it
 KNOWN = "H"  # what the program calls a mistake that has a hypothesis
 # What the program calls otherwise than the hypothesis that it should be told by.

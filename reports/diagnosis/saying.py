@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from reports.diagnosis import MISTAKES
-from reports.diagnosis.search import Found, Searched
-from reports.diagnosis.trial import Evidence, differ, trial
-from reports.publish.items import TITLES
+from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.search import Found, Searched
+from rayproof.reports.diagnosis.trial import Evidence, differ, trial
+from rayproof.reports.publish.items import TITLES
 
 FEW = 4  # items that are told by name
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.stages import IMAGE_STAGES, Stage
-from reports.diagnosis.hypotheses import Hypothesis, singles, together
-from reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, trial
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.diagnosis.hypotheses import Hypothesis, singles, together
+from rayproof.reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, trial
 
 SCREENING = 3  # failing cases that every hypothesis meets
 FAILING, PASSING = 10, 10  # cases that what is left meets

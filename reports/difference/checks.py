@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from reports.judge.outcomes import Outcome
-from reports.plain import at_worst, number
-from reports.publish.headline import ratio_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import at_worst, number
+from rayproof.reports.publish.headline import ratio_of
 
 Case = Mapping[str, Any]
 ORDER = [outcome.value for outcome in Outcome]  # from the best to the worst

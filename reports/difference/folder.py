@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from reports.difference.images import called, renderer_pairs, write_both
-from reports.difference.record import moved, sentence
-from reports.publish.case_data import picture_of, view_of
-from reports.publish.kept import inside
-from reports.publish.parallel import all_of
-from reports.publish.results import save_results
+from rayproof.reports.difference.images import called, renderer_pairs, write_both
+from rayproof.reports.difference.record import moved, sentence
+from rayproof.reports.publish.case_data import picture_of, view_of
+from rayproof.reports.publish.kept import inside
+from rayproof.reports.publish.parallel import all_of
+from rayproof.reports.publish.results import save_results
 
 Results = dict[str, Any]
 Job = tuple[tuple[Path, Path], tuple[dict[str, Any] | None, dict[str, Any]], dict[str, str], str, Path, str]

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.difference.checks import ours
-from reports.publish.atomic import write_text
-from reports.publish.case_data import camera_of
-from reports.publish.kept import inside, kept_images
-from reports.publish.pixels import BASE, Renders, renamed, write_pixels
+from rayproof.cases.stages import Stage
+from rayproof.reports.difference.checks import ours
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.case_data import camera_of
+from rayproof.reports.publish.kept import inside, kept_images
+from rayproof.reports.publish.pixels import BASE, Renders, renamed, write_pixels
 
 Case = Mapping[str, Any]
 

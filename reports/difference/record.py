@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from reports.difference.checks import ORDER, Case, compared, decades, paired, times
-from reports.history.series import WORSE_TIME
-from reports.history.standing import LOUD
-from reports.history.steps import NORMAL
+from rayproof.reports.difference.checks import ORDER, Case, compared, decades, paired, times
+from rayproof.reports.history.series import WORSE_TIME
+from rayproof.reports.history.standing import LOUD
+from rayproof.reports.history.steps import NORMAL
 
 Results = Mapping[str, Any]
 TOLD = ("command", "started", "rayproof", "verdict")

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.registry import Registry
-from cases.scene import Scene, SceneError
+from rayproof.cases.registry import Registry
+from rayproof.cases.scene import Scene, SceneError
 
 Size = tuple[int, int] | None
 
@@ -27,8 +27,10 @@ class Imported:
     dropped: tuple[str, ...]
 
 
-IMPORTERS: Registry[Callable[[Path, Size], Imported]] = Registry("importer", package="reports.exchange")
-EXPORTERS: Registry[Callable[[Scene, Path], tuple[str, ...]]] = Registry("exporter", package="reports.exchange")
+IMPORTERS: Registry[Callable[[Path, Size], Imported]] = Registry("importer", package="rayproof.reports.exchange")
+EXPORTERS: Registry[Callable[[Scene, Path], tuple[str, ...]]] = Registry(
+    "exporter", package="rayproof.reports.exchange"
+)
 
 
 def import_scene(path: Path, size: Size = None) -> Imported:

@@ -4,10 +4,10 @@ from math import pi, radians, sin
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Camera, Cube, Mesh, Plane, PointLight, Shape, Sphere, Square, Triangle
-from reports.exchange import Size
-from reports.exchange.numbers import vector
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Shape, Sphere, Square, Triangle
+from rayproof.reports.exchange import Size
+from rayproof.reports.exchange.numbers import vector
 
 FOVY = 40.0  # degrees
 SIZE = (320, 240)  # px

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from cases.mesh_file import read_mesh
-from cases.scene import Mesh, Scene, SceneError
-from reports.exchange import IMPORTERS, Imported, Size
-from reports.exchange.framing import camera_for, light_for
+from rayproof.cases.mesh_file import read_mesh
+from rayproof.cases.scene import Mesh, Scene, SceneError
+from rayproof.reports.exchange import IMPORTERS, Imported, Size
+from rayproof.reports.exchange.framing import camera_for, light_for
 
 ALBEDO = (0.5, 0.5, 0.5)
 

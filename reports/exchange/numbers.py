@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Matrix, Vector
+from rayproof.cases.scene import Matrix, Vector
 
 
 def vector(values: Any) -> Vector:

@@ -9,6 +9,8 @@ To add one: in a new file, a context manager without parameters that spoils some
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 
-from cases.registry import Registry
+from rayproof.cases.registry import Registry
 
-FAULTS: Registry[Callable[[], AbstractContextManager[None]]] = Registry("planted fault", package="reports.faults")
+FAULTS: Registry[Callable[[], AbstractContextManager[None]]] = Registry(
+    "planted fault", package="rayproof.reports.faults"
+)

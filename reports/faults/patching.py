@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
 
-OURS = ("cases", "reference", "reports", "tracer")
-
 
 @contextmanager
 def replaced(right: Any, wrong: Any) -> Iterator[None]:
@@ -23,7 +21,7 @@ def replaced(right: Any, wrong: Any) -> Iterator[None]:
     places = [
         (module, name)
         for module in list(sys.modules.values())
-        if module.__name__.split(".")[0] in OURS
+        if module.__name__.split(".")[0] == "rayproof"
         for name, value in list(vars(module).items())
         if value is right and not name.startswith("__")
     ]

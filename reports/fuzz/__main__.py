@@ -1,4 +1,4 @@
-"""`python -m reports.fuzz`: run a campaign over some or all targets and tell its figures."""
+"""`python -m rayproof.reports.fuzz`: run a campaign over some or all targets and tell its figures."""
 
 import argparse
 import json
@@ -6,13 +6,15 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from reports.fuzz.campaign import fuzz
-from reports.fuzz.targets import TARGETS
+from rayproof.reports.fuzz.campaign import fuzz
+from rayproof.reports.fuzz.targets import TARGETS
 
 
 def main() -> int:
     """Return 0 where nothing was found, 1 where something was."""
-    parser = argparse.ArgumentParser(prog="python -m reports.fuzz", description=sys.modules["reports.fuzz"].__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m rayproof.reports.fuzz", description=sys.modules["rayproof.reports.fuzz"].__doc__
+    )
     parser.add_argument("--inputs", type=int, default=10_000, help="files in all, shared by the targets")
     parser.add_argument("--seconds", type=float, default=3600.0, help="time in all, shared likewise")
     parser.add_argument("--seed", type=int, default=1, help="the same seed gives the same files")

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from reports.fuzz.mutations import mutated
-from reports.fuzz.targets import TARGETS, Target
+from rayproof.reports.fuzz.mutations import mutated
+from rayproof.reports.fuzz.targets import TARGETS, Target
 
 SECONDS = 10.0  # of processor time that a reader may take for one input
 MEMORY = 4 * 2**30  # bytes of address space beyond what the process has when it begins
@@ -117,7 +117,7 @@ def _limited() -> Iterator[None]:
 
     if not _watch.allowed:
         sys.addaudithook(_audit)
-        own = str(Path(str(resources.files("reports"))).parent)
+        own = str(Path(str(resources.files("rayproof"))).parent)
         _watch.allowed = (sys.prefix, sys.base_prefix, own, "/proc/", "/dev/null", "/sys/", "/usr/", "/lib")
     try:
         import resource

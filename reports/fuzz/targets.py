@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, PointLight, Scene, SceneError, Sphere
-from cases.scene_json import load_scene, scene_to_json
-from cases.stages import Stage
+from rayproof.cases.scene import Camera, PointLight, Scene, SceneError, Sphere
+from rayproof.cases.scene_json import load_scene, scene_to_json
+from rayproof.cases.stages import Stage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ XML = b"""<scene version="3.0.0"><default name="spp" value="4"/><default name="t
 
 
 def _imported(path: Path) -> Any:
-    from reports.exchange import import_scene
+    from rayproof.reports.exchange import import_scene
 
     return import_scene(path)
 
@@ -144,7 +144,7 @@ def glb_scene() -> Target:
 
 def glb_mesh() -> Target:
     """Return GLB files as meshes of scene files, which trimesh parses."""
-    from cases.mesh_file import read_mesh
+    from rayproof.cases.mesh_file import read_mesh
 
     seeds = (glb(_gltf(uri=None), CORNERS.tobytes() + FACES.tobytes()),)
     return Target(
@@ -161,8 +161,8 @@ def image() -> Target:
     """Return images of programs under test: OpenEXR and PFM."""
     import tempfile
 
-    from reports.publish.exr import write_answers
-    from reports.subjects.taking_back import take_back
+    from rayproof.reports.publish.exr import write_answers
+    from rayproof.reports.subjects.taking_back import take_back
 
     pixels = np.linspace(0, 1, 36).reshape(3, 4, 3)
     with tempfile.TemporaryDirectory() as folder:
@@ -178,7 +178,7 @@ def image() -> Target:
 
 def capabilities() -> Target:
     """Return a program's answer to --capabilities."""
-    from reports.subjects.capabilities import capabilities_from
+    from rayproof.reports.subjects.capabilities import capabilities_from
 
     whole = {
         "protocol": 1,
@@ -203,8 +203,8 @@ def capabilities() -> Target:
 
 
 def _results() -> dict[str, Any]:
-    from reports.judge.outcomes import Outcome
-    from reports.publish.results_shape import LEDGER
+    from rayproof.reports.judge.outcomes import Outcome
+    from rayproof.reports.publish.results_shape import LEDGER
 
     measured = {
         "worst_ratio": 2.0,
@@ -303,8 +303,8 @@ def _results() -> dict[str, Any]:
 
 def results() -> Target:
     """Return a results folder, published again."""
-    from reports.publish import publish_all
-    from reports.publish.results import ResultsError, load_results
+    from rayproof.reports.publish import publish_all
+    from rayproof.reports.publish.results import ResultsError, load_results
 
     def read(path: Path) -> Any:
         load_results(path.parent)
@@ -318,7 +318,7 @@ def journal() -> Target:
     """Return a journal that a run goes on with."""
     import tempfile
 
-    from reports.run.journal import NAME, Journal
+    from rayproof.reports.run.journal import NAME, Journal
 
     with tempfile.TemporaryDirectory() as folder:
         with Journal(Path(folder), resume=False) as written:
@@ -337,9 +337,9 @@ def history() -> Target:
     """Return a history file, shown."""
     import tempfile
 
-    from reports.history.database import HistoryError, append, opened
-    from reports.history.series import read_series
-    from reports.history.standing import worse
+    from rayproof.reports.history.database import HistoryError, append, opened
+    from rayproof.reports.history.series import read_series
+    from rayproof.reports.history.standing import worse
 
     with tempfile.TemporaryDirectory() as folder:
         append(Path(folder, "h"), _results(), "r1")
@@ -354,7 +354,7 @@ def history() -> Target:
 
 def cache() -> Target:
     """Return an entry of a cache."""
-    from reports.cache.entries import DamagedEntryError, about, decode, encode
+    from rayproof.reports.cache.entries import DamagedEntryError, about, decode, encode
 
     seed = encode({"name": "a"}, {"x": CORNERS, "y": FACES}, question="q", secret=b"secret")
 

@@ -9,9 +9,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from reports.judge.outcomes import Outcome
-from reports.plain import as_json
-from reports.publish.atomic import write_text
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import as_json
+from rayproof.reports.publish.atomic import write_text
 
 SCHEMA = 1
 # A crash, or a check of which nothing came, is no known failure: it shows nothing.

@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass, field
 from datetime import date
 from typing import Any
 
-from reports.gate.expectations import EXPECTABLE, Expectation
-from reports.judge.outcomes import Outcome
-from reports.publish.headline import blamed_items
+from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.publish.headline import blamed_items
 
 GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 

@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from reports.compare.statistics import LEVEL, median_interval
-from reports.growth.measuring import AGAIN, cost_of_run
+from rayproof.reports.compare.statistics import LEVEL, median_interval
+from rayproof.reports.growth.measuring import AGAIN, MODULE, cost_of_run
 
 HERE, AGAINST = "here", "against"
 CHECKOUT = Path(__file__).resolve().parents[2]
 ENTRY = Path("reports") / "cli.py"
+OLDER = "reports.cli"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,9 +65,11 @@ def compared(against: Path, selectors: Sequence[str], *, rounds: int) -> Iterato
 def _suite(checkout: Path, place: Path, selectors: Sequence[str]) -> dict[str, Any]:
     home = place / "home"  # Dr.Jit keeps its compiled kernels there
     home.mkdir(parents=True, exist_ok=True)
-    path = os.pathsep.join([str(checkout), *filter(None, [os.environ.get("PYTHONPATH")])])
+    # Until version 0.2 the four packages were modules of their own, at the top of the checkout.
+    holder, module = (checkout / "python", MODULE) if (checkout / "python").is_dir() else (checkout, OLDER)
+    path = os.pathsep.join([str(holder), *filter(None, [os.environ.get("PYTHONPATH")])])
     variables = {"HOME": str(home), "PYTHONPATH": path}
-    return cost_of_run(selectors, place, folder=checkout, environment=variables)
+    return cost_of_run(selectors, place, folder=checkout, environment=variables, module=module)
 
 
 def ratios(rounds: Sequence[Round]) -> dict[str, dict[str, Any]]:

@@ -11,10 +11,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from reports.cache.store import VARIABLE
-from reports.growth.scenes import write_scenes
+from rayproof.reports.cache.store import VARIABLE
+from rayproof.reports.growth.scenes import write_scenes
 
-COMMAND = "import sys; from reports.cli import main; sys.exit(main())"
+COMMAND = "import sys; from {module} import main; sys.exit(main())"
+MODULE = "rayproof.reports.cli"
 RESULTS = "results"  # the run's own folder below its place
 LINE = 200  # characters of a failed run's last line
 AGAIN = ("at first", "again")  # with nothing kept, and with everything
@@ -50,18 +51,24 @@ def _cost(files: Sequence[Path], place: Path) -> dict[str, Any]:
 
 
 def cost_of_run(
-    arguments: Sequence[str], place: Path, *, folder: Path, environment: Mapping[str, str] | None = None
+    arguments: Sequence[str],
+    place: Path,
+    *,
+    folder: Path,
+    environment: Mapping[str, str] | None = None,
+    module: str = MODULE,
 ) -> dict[str, Any]:
     """Return time [s], processor time [s], largest process and results folder [bytes] of one `rayproof run`.
 
-    It is started in `folder`, from whose checkout it is taken if there is one; `place` gets its results and its cache.
+    It is started in `folder` by the command line's `module`, which `environment` may say where to find. `place` gets
+    its results and its cache.
 
     Raises:
         GrowthError: the run did not end with 0.
 
     """
     out = place / RESULTS
-    command = [sys.executable, "-c", COMMAND, "run", *arguments, "--out", str(out)]
+    command = [sys.executable, "-c", COMMAND.format(module=module), "run", *arguments, "--out", str(out)]
     variables = {**os.environ, VARIABLE: str(place / "cache"), **(environment or {})}
     start = time.perf_counter()
     with (place / "said").open("wb") as said:

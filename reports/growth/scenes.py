@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.placement import camera_around
-from cases.scene import PointLight, Scene, Sphere, Square
-from cases.scene_json import save_scene
+from rayproof.cases.placement import camera_around
+from rayproof.cases.scene import PointLight, Scene, Sphere, Square
+from rayproof.cases.scene_json import save_scene
 
 WIDTH, HEIGHT = 24, 16
 SEED = 6

@@ -14,7 +14,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from reports.plain import at_worst, encodable
+from rayproof.reports.plain import at_worst, encodable
 
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
 VERSION = 1

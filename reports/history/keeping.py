@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from reports.history.database import append, opened
-from reports.history.revisions import revision
-from reports.history.series import Series, read_series
-from reports.history.standing import worse
+from rayproof.reports.history.database import append, opened
+from rayproof.reports.history.revisions import revision
+from rayproof.reports.history.series import Series, read_series
+from rayproof.reports.history.standing import worse
 
 SHOWN = 50  # runs of each case that a report draws
 

@@ -3,8 +3,8 @@
 import sqlite3
 from dataclasses import dataclass
 
-from reports.history.database import storable
-from reports.history.steps import Step, changes, steps
+from rayproof.reports.history.database import storable
+from rayproof.reports.history.steps import Step, changes, steps
 
 LEAST_RATIO = 1e-6  # errors over their limit smaller than this are all the same: nothing
 # Factors that are worth a word. Equal code gives equal errors: every change of one is a change of the arithmetic, and a

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from reports.history.series import WORSE_ERROR, WORSE_TIME, Point, Series
-from reports.history.steps import FEWEST, NORMAL
-from reports.judge.outcomes import Outcome
+from rayproof.reports.history.series import WORSE_ERROR, WORSE_TIME, Point, Series
+from rayproof.reports.history.steps import FEWEST, NORMAL
+from rayproof.reports.judge.outcomes import Outcome
 
 LOUD = 4.0  # standard deviations; of 151 cases one in a hundred runs is flagged by chance
 

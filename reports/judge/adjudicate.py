@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from cases.stages import Stage
-from reports.judge.checks import Check
-from reports.judge.matrix import Matrix
-from reports.judge.oracle import ORACLE
-from reports.judge.outcomes import Outcome
-from reports.judge.voices import SUBJECT
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.matrix import Matrix
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.voices import SUBJECT
 
 
 def adjudicate(

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from typing import Any
 
-from cases.stages import Stage
-from reports.judge.conventions import Tested, in_words, tested
-from reports.judge.oracle import ORACLE, FullOracle
-from reports.judge.parties import Candidate, Witness, as_candidate
-from reports.judge.shapes_of_answers import well_shaped
-from reports.judge.standing import Standing, standing
-from reports.judge.summing_up import Judged
-from reports.judge.voices import voice
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.conventions import Tested, in_words, tested
+from rayproof.reports.judge.oracle import ORACLE, FullOracle
+from rayproof.reports.judge.parties import Candidate, Witness, as_candidate
+from rayproof.reports.judge.shapes_of_answers import well_shaped
+from rayproof.reports.judge.standing import Standing, standing
+from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.judge.voices import voice
 
 
 def adjudication(

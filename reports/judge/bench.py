@@ -5,17 +5,17 @@ from functools import cached_property
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.stages import Stage, upto
-from reports.judge.channels import all_of
-from reports.judge.examined import Kind
-from reports.judge.ground import Ground
-from reports.judge.light_sides import Held, Seen, held
-from reports.judge.measurement import Measurement, held_to, measure, ratios
-from reports.judge.oracle import ORACLE
-from reports.judge.parties import Candidate, Witness
-from reports.judge.sides import Sides, excused, excused_anyhow, sides, with_twins, with_what_is_behind
-from reports.judge.terms import LIGHT, Terms
+from rayproof.cases.answers import Answers
+from rayproof.cases.stages import Stage, upto
+from rayproof.reports.judge.channels import all_of
+from rayproof.reports.judge.examined import Kind
+from rayproof.reports.judge.ground import Ground
+from rayproof.reports.judge.light_sides import Held, Seen, held
+from rayproof.reports.judge.measurement import Measurement, held_to, measure, ratios
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.sides import Sides, excused, excused_anyhow, sides, with_twins, with_what_is_behind
+from rayproof.reports.judge.terms import LIGHT, Terms
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 

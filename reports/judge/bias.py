@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.judge.bias_bounds import LEAST_DISTINCT, Bounds, Group, floor, groups, stage_bounds
-from reports.judge.measurement import jsonable
-from reports.judge.terms import Terms
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.bias_bounds import LEAST_DISTINCT, Bounds, Group, floor, groups, stage_bounds
+from rayproof.reports.judge.measurement import jsonable
+from rayproof.reports.judge.terms import Terms
 
 CHANCE = 2e-9  # of accusing a correct renderer, for each group and channel
 CHANNELS = "RGB"

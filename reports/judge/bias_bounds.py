@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.stages import Stage
-from reports.judge.channels import dot, length
-from reports.judge.limits import Roundoff, continued_light_limit
-from reports.judge.resolving import Coarseness, irradiance_moved
-from reports.judge.terms import Terms, roundoff
+from rayproof.cases.answers import Answers
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import dot, length
+from rayproof.reports.judge.limits import Roundoff, continued_light_limit
+from rayproof.reports.judge.resolving import Coarseness, irradiance_moved
+from rayproof.reports.judge.terms import Terms, roundoff
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
 # these; then pi, the quotient by it and the product with the constants before it.

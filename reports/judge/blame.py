@@ -4,9 +4,9 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from cases.case import ITEMS
-from cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
-from cases.stages import Stage
+from rayproof.cases.case import ITEMS
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.stages import Stage
 
 HITS: dict[type[Shape], tuple[str, ...]] = {
     Sphere: ("HIT-1",),

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera
-from reports.judge.conditioning import basis_condition
-from reports.judge.examined import WIDE, Examined, counted, kinds_of
-from reports.judge.limits import Roundoff
-from reports.judge.measurement import over
+from rayproof.cases.scene import Camera
+from rayproof.reports.judge.conditioning import basis_condition
+from rayproof.reports.judge.examined import WIDE, Examined, counted, kinds_of
+from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.measurement import over
 
 COUNT = 16  # roundings on the longest path: an axis (8), a 4x4 product (7), a store
 ITEMS = {

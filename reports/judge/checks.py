@@ -6,20 +6,20 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage, upto
-from reports.judge import camera
-from reports.judge.bench import Bench
-from reports.judge.bias import Bias, bias
-from reports.judge.calibration import calibration
-from reports.judge.examined import Examined, Kind, counted, most_interval, unexamined
-from reports.judge.limits import BECAUSE, Roundoff
-from reports.judge.measurement import Measurement, jsonable
-from reports.judge.metrics import METRICS
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.terms import LIGHT
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage, upto
+from rayproof.reports.judge import camera
+from rayproof.reports.judge.bench import Bench
+from rayproof.reports.judge.bias import Bias, bias
+from rayproof.reports.judge.calibration import calibration
+from rayproof.reports.judge.examined import Examined, Kind, counted, most_interval, unexamined
+from rayproof.reports.judge.limits import BECAUSE, Roundoff
+from rayproof.reports.judge.measurement import Measurement, jsonable
+from rayproof.reports.judge.metrics import METRICS
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.terms import LIGHT
 
 # The stage whose images people look at: its informative metrics are worth their time.
 INFORMED = Stage.RADIANCE

@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene, Sphere
-from cases.stages import Stage
-from reports.judge.channels import length
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import length
 
 
 def distance_over_radius(scene: Scene, truth: Answers) -> np.ndarray:

@@ -11,15 +11,15 @@ from functools import cached_property
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Cube, Scene
-from cases.stages import Stage
-from reports.judge.channels import any_of
-from reports.judge.conditioning import Conditioning
-from reports.judge.edges import Edges
-from reports.judge.limits import HIT, Limits, Roundoff
-from reports.judge.sides import widest_near
-from reports.judge.unrounded import Unrounded
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Cube, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import any_of
+from rayproof.reports.judge.conditioning import Conditioning
+from rayproof.reports.judge.edges import Edges
+from rayproof.reports.judge.limits import HIT, Limits, Roundoff
+from rayproof.reports.judge.sides import widest_near
+from rayproof.reports.judge.unrounded import Unrounded
 
 
 @dataclass(frozen=True, kw_only=True)

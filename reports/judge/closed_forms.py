@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.case import Case
-from cases.stages import Stage
-from reports.judge.channels import largest
-from reports.judge.expectations import judge
-from reports.judge.limits import Roundoff
-from reports.judge.measurement import jsonable
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate
-from reports.judge.terms import Terms
+from rayproof.cases.case import Case
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import largest
+from rayproof.reports.judge.expectations import judge
+from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.measurement import jsonable
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.terms import Terms
 
 
 def closed_forms(case: Case, candidate: Candidate, terms: Terms) -> list[dict[str, Any]]:

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.baking import world_triangles
-from cases.scene import IDENTITY, Camera, Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
-from cases.stages import Stage
-from reports.judge.channels import crossed, dot, largest, length
+from rayproof.cases.answers import Answers
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import IDENTITY, Camera, Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import crossed, dot, largest, length
 
 # A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
 LEAST_COSINE = 1e-9

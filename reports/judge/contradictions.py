@@ -11,14 +11,14 @@ from typing import Literal
 
 import numpy as np
 
-from cases.stages import Stage, upto
-from reports.judge.bench import Bench
-from reports.judge.checks import Check
-from reports.judge.ground import Ground
-from reports.judge.measurement import ratios
-from reports.judge.oracle import ORACLE
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
+from rayproof.cases.stages import Stage, upto
+from rayproof.reports.judge.bench import Bench
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.ground import Ground
+from rayproof.reports.judge.measurement import ratios
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
 
 Side = Literal["with", "against"]
 

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reports.judge.bench import Bench
-from reports.judge.ground import ground
-from reports.judge.measurement import jsonable
-from reports.judge.oracle import FullOracle, stages_of
-from reports.judge.parties import Candidate, Witness
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.judge.bench import Bench
+from rayproof.reports.judge.ground import ground
+from rayproof.reports.judge.measurement import jsonable
+from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.parties import Candidate, Witness
 
 CLIPS = {
     "depth": "clips at the near and far planes",

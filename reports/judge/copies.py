@@ -8,8 +8,8 @@ not the float32 nearest to the truth, so that both made the same mistake, by cha
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.stages import Stage
+from rayproof.cases.answers import Answers
+from rayproof.cases.stages import Stage
 
 # At odds of one half each, so many different numbers agree by chance once in 2^64 images.
 LEAST_DISTINCT = 64

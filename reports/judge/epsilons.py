@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reports.judge.channels import length
-from reports.judge.checks import Check
-from reports.judge.conditioning import Conditioning, surface_error
-from reports.judge.limits import HIT, POINT, Roundoff
-from reports.judge.outcomes import Outcome
-from reports.judge.terms import LIGHT, Terms
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.judge.channels import length
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.conditioning import Conditioning, surface_error
+from rayproof.reports.judge.limits import HIT, POINT, Roundoff
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.terms import LIGHT, Terms
 
 # How many times what rounding needs an epsilon may be: a bound is a few times what it bounds, taken for a whole scene
 # it is a few times more, and a strategy may double it at either end.

@@ -5,8 +5,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from cases.scene import Camera
-from cases.stages import Stage
+from rayproof.cases.scene import Camera
+from rayproof.cases.stages import Stage
 
 # A limit above this share of the value holds a pixel to so little that it is counted apart.
 WIDE = 0.01

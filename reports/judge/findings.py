@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.circumstances import CIRCUMSTANCES
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.circumstances import CIRCUMSTANCES
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,15 +8,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.classes import Classes, Unlit, classify, farther, unlit
-from reports.judge.conditioning import Conditioning, condition
-from reports.judge.edges import Edges
-from reports.judge.limits import Limits, Roundoff, limits
-from reports.judge.oracle import FullOracle
-from reports.judge.unrounded import Unrounded
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.classes import Classes, Unlit, classify, farther, unlit
+from rayproof.reports.judge.conditioning import Conditioning, condition
+from rayproof.reports.judge.edges import Edges
+from rayproof.reports.judge.limits import Limits, Roundoff, limits
+from rayproof.reports.judge.oracle import FullOracle
+from rayproof.reports.judge.unrounded import Unrounded
 
 T = TypeVar("T")
 FARTHEST = 1e30  # m: as good as no far end, and its square is finite

@@ -5,30 +5,30 @@ from typing import Any
 
 import numpy as np
 
-from cases.case import Case
-from cases.stages import Stage
-from reports.judge.adjudicate import ORACLE, adjudicate
-from reports.judge.bench import Bench
-from reports.judge.checks import Check, camera_check, stage_check, unmeasured
-from reports.judge.closed_forms import closed_forms
-from reports.judge.contradictions import Contradictions
-from reports.judge.copies import copied
-from reports.judge.epsilons import Excess, excess, hold_epsilons
-from reports.judge.findings import explained
-from reports.judge.ground import Ground, ground
-from reports.judge.matrix import matrices
-from reports.judge.means import mean_checks
-from reports.judge.oracle import FullOracle, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness, abstention, lost
-from reports.judge.resolving import Coarseness
-from reports.judge.shapes_of_answers import misshapen as misshapen_answers
-from reports.judge.shapes_of_answers import without
-from reports.judge.sharing import shared
-from reports.judge.sufficiency import crowded, leave_undecided, only_at_edges, too_little
-from reports.judge.summing_up import Judged, sum_up
-from reports.judge.terms import Terms
-from reports.judge.voices import voice
+from rayproof.cases.case import Case
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.adjudicate import ORACLE, adjudicate
+from rayproof.reports.judge.bench import Bench
+from rayproof.reports.judge.checks import Check, camera_check, stage_check, unmeasured
+from rayproof.reports.judge.closed_forms import closed_forms
+from rayproof.reports.judge.contradictions import Contradictions
+from rayproof.reports.judge.copies import copied
+from rayproof.reports.judge.epsilons import Excess, excess, hold_epsilons
+from rayproof.reports.judge.findings import explained
+from rayproof.reports.judge.ground import Ground, ground
+from rayproof.reports.judge.matrix import matrices
+from rayproof.reports.judge.means import mean_checks
+from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness, abstention, lost
+from rayproof.reports.judge.resolving import Coarseness
+from rayproof.reports.judge.shapes_of_answers import misshapen as misshapen_answers
+from rayproof.reports.judge.shapes_of_answers import without
+from rayproof.reports.judge.sharing import shared
+from rayproof.reports.judge.sufficiency import crowded, leave_undecided, only_at_edges, too_little
+from rayproof.reports.judge.summing_up import Judged, sum_up
+from rayproof.reports.judge.terms import Terms
+from rayproof.reports.judge.voices import voice
 
 
 def judge_case(

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.channels import all_of, dot, length
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import all_of, dot, length
 
 # Undecided lights of which every choice is tried: 2^8 sums; of more the interval from none of them to all is taken.
 MOST_LISTED = 8

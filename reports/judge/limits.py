@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.rounding import gamma
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.channels import dot, length
-from reports.judge.conditioning import Conditioning
+from rayproof.cases.answers import Answers
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import dot, length
+from rayproof.reports.judge.conditioning import Conditioning
 
 RAY = 16  # axes 8 (difference, two normalisations, cross product), combination 4, normalisation 4
 MATRICES = 8  # a 4x4 product each by the inverse projection and the inverse view (CAM-5)

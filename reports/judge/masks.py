@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from reports.judge.channels import any_of
-from reports.judge.classes import Classes
-from reports.judge.edges import Edges
+from rayproof.reports.judge.channels import any_of
+from rayproof.reports.judge.classes import Classes
+from rayproof.reports.judge.edges import Edges
 
 # Bits of a mask; a pixel may be several things.
 SILHOUETTE, SHADOW, TERMINATOR, FLAGGED = 1, 2, 4, 8

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.judge.bench import Bench
-from reports.judge.checks import Check, camera_check
-from reports.judge.ground import Ground
-from reports.judge.measurement import jsonable, ratios
-from reports.judge.parties import Candidate, Witness, as_candidate, as_witness
-from reports.judge.resolving import WHOLE
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.bench import Bench
+from rayproof.reports.judge.checks import Check, camera_check
+from rayproof.reports.judge.ground import Ground
+from rayproof.reports.judge.measurement import jsonable, ratios
+from rayproof.reports.judge.parties import Candidate, Witness, as_candidate, as_witness
+from rayproof.reports.judge.resolving import WHOLE
 
 
 @dataclass(frozen=True, kw_only=True)

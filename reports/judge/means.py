@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.case import Case
-from cases.stages import Stage
-from reports.judge.checks import Check, unmeasured
-from reports.judge.ground import ground
-from reports.judge.oracle import FullOracle, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness, abstention
-from reports.judge.supersampled import box_mean, finer, supersampled_check, under_samples
-from reports.judge.terms import Terms
+from rayproof.cases.case import Case
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.checks import Check, unmeasured
+from rayproof.reports.judge.ground import ground
+from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness, abstention
+from rayproof.reports.judge.supersampled import box_mean, finer, supersampled_check, under_samples
+from rayproof.reports.judge.terms import Terms
 
 
 def mean_checks(

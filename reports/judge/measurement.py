@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.judge.channels import all_of, any_of, crossed, dot, largest, length
-from reports.judge.examined import WIDE, Examined, counted, kinds_of
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import all_of, any_of, crossed, dot, largest, length
+from rayproof.reports.judge.examined import WIDE, Examined, counted, kinds_of
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
 VECTORS = (*DIRECTIONS, Stage.POSITION)

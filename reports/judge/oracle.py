@@ -5,9 +5,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 
 ORACLE = "analytic"  # its name among the references
 

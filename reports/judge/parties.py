@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.answers import Answers, Resolution
-from cases.stages import Stage
-from reports.judge.outcomes import Outcome
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.outcomes import Outcome
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.oracle import FullOracle
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.oracle import FullOracle
 
 
 class Remembering:

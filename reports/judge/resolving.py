@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.answers import Answers, Resolution
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.channels import length
-from reports.judge.conditioning import Conditioning
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import length
+from rayproof.reports.judge.conditioning import Conditioning
 
 VECTORS = (Stage.RAY, Stage.POSITION, Stage.NORMAL)
 # Whole numbers are themselves in any format: a step says nothing about them.

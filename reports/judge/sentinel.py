@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.answers import Answers, Resolution
-from cases.case import Case
-from cases.scene import Camera, Cube, Plane, PointLight, Scene, Sphere
-from cases.stages import Stage
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Witness
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Witness
 
 SCENE = Scene(
     camera=Camera(

@@ -10,22 +10,22 @@ from itertools import chain
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.case import PixelValue
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge import judging
-from reports.judge.adjudication import adjudication
-from reports.judge.edges import Edges
-from reports.judge.oracle import FullOracle
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.sentinel import CASE, SCENE, BrokenJudgeError, Sentinel, rounded, spoilt_at
-from reports.judge.sentinels_at_edges import edge_sentinels
-from reports.judge.sentinels_before_witnesses import witness_sentinels
-from reports.judge.sentinels_of_limits import guard_limits
-from reports.judge.sentinels_of_the_panel import panel_sentinels, step_sentinels
-from reports.judge.summing_up import Judged
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import PixelValue
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge import judging
+from rayproof.reports.judge.adjudication import adjudication
+from rayproof.reports.judge.edges import Edges
+from rayproof.reports.judge.oracle import FullOracle
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.sentinel import CASE, SCENE, BrokenJudgeError, Sentinel, rounded, spoilt_at
+from rayproof.reports.judge.sentinels_at_edges import edge_sentinels
+from rayproof.reports.judge.sentinels_before_witnesses import witness_sentinels
+from rayproof.reports.judge.sentinels_of_limits import guard_limits
+from rayproof.reports.judge.sentinels_of_the_panel import panel_sentinels, step_sentinels
+from rayproof.reports.judge.summing_up import Judged
 
 ITEMS = frozenset({"CAM-4", "HIT-1", "HIT-4", "LIT-1", "RAD-2"})
 # Relative errors that no limit on this scene may let pass: forty times what it asks for, a hundredth of a blunder.

@@ -6,14 +6,14 @@ there shows may be the square or the plane, but no third value, however wide the
 
 from collections.abc import Iterator
 
-from cases.answers import Answers
-from cases.case import Case
-from cases.placement import frontal_fovy
-from cases.scene import Camera, Plane, PointLight, Scene, Square
-from cases.stages import Stage
-from reports.judge.oracle import FullOracle, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.sentinel import Sentinel, rounded, spoilt_at
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import Case
+from rayproof.cases.placement import frontal_fovy
+from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.sentinel import Sentinel, rounded, spoilt_at
 
 PIXEL, HEIGHT = 0.125, 4.0  # m: a pixel's side on the square, and the eye's height above it
 SIDE = 0.875  # m; its half is an odd number of half pixels, so that the border meets pixel centres

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from cases.answers import Answers
-from cases.stages import Stage
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Witness
-from reports.judge.sentinel import Sentinel, rounded
+from rayproof.cases.answers import Answers
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Witness
+from rayproof.reports.judge.sentinel import Sentinel, rounded
 
 BLUNDER = 1.01
 

@@ -23,18 +23,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.case import Case
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Camera, Plane, PointLight, Scene, Shape, Sphere
-from cases.stages import Stage
-from reference import REFERENCES
-from reports.judge import judging
-from reports.judge.checks import Check
-from reports.judge.oracle import ORACLE, FullOracle, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.sentinel import BrokenJudgeError, rounded
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import Case
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Shape, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reports.judge import judging
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.sentinel import BrokenJudgeError, rounded
 
 MIDDLE = (4, 4)  # row, column
 ALBEDO = (0.5, 0.25, 0.75)

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers, Resolution
-from cases.stages import Stage
-from reports.judge.oracle import FullOracle, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.sentinel import CASE, Sentinel, rounded, spoilt_at
-from reports.judge.sentinels_at_edges import BORDER, EDGE_CASE, HEIGHT
-from reports.judge.sentinels_before_witnesses import BLUNDER, third
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.sentinel import CASE, Sentinel, rounded, spoilt_at
+from rayproof.reports.judge.sentinels_at_edges import BORDER, EDGE_CASE, HEIGHT
+from rayproof.reports.judge.sentinels_before_witnesses import BLUNDER, third
 
 # Far above what float32 loses in the sentinels' pixels, and fine enough to tell them apart.
 STEP = Resolution(relative=0.0, absolute=2.0**-13, because="a sentinel: coarse on purpose")

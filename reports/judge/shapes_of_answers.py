@@ -6,10 +6,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage, exr_channels
-from reports.judge.parties import Candidate, Witness
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reports.judge.parties import Candidate, Witness
 
 Party = TypeVar("Party", Candidate, Witness)
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.stages import Stage
-from reports.judge.parties import Candidate
+from rayproof.cases.answers import Answers
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.parties import Candidate
 
 
 def shared(candidates: Sequence[Candidate]) -> list[Candidate]:

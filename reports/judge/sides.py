@@ -11,10 +11,10 @@ from typing import Protocol
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.channels import all_of, any_of, largest, length
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import all_of, any_of, largest, length
 
 DIRECTIONS = 12
 # Just beyond the reach, at it and at half of it: an edge within reach is crossed by at least one of the circles.

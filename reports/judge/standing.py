@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 
-from reports.judge.matrix import Matrix
+from rayproof.reports.judge.matrix import Matrix
 
 LEAST_MAJORITY = 2  # voices that agree with each other and not with the one that stands alone
 

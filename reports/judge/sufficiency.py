@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.case import Case
-from cases.stages import Stage
-from reports.judge.bench import GEOMETRY
-from reports.judge.checks import Check
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate
-from reports.judge.terms import Terms
+from rayproof.cases.case import Case
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.bench import GEOMETRY
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.terms import Terms
 
 # Of a candidate's error of position: what it may leave out before its feelers for rounding's sake.
 NEEDED = 8

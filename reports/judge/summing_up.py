@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from cases.case import Case
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge import blame
-from reports.judge.checks import Check, account
-from reports.judge.matrix import Matrix
-from reports.judge.outcomes import Outcome, worst
-from reports.judge.parties import Candidate
-from reports.judge.supersampled import configuration_of
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge import blame
+from rayproof.reports.judge.checks import Check, account
+from rayproof.reports.judge.matrix import Matrix
+from rayproof.reports.judge.outcomes import Outcome, worst
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.supersampled import configuration_of
 
 
 @dataclass(kw_only=True)

@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.checks import Check
-from reports.judge.measurement import measure
-from reports.judge.outcomes import Outcome
-from reports.judge.terms import Terms
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.measurement import measure
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.terms import Terms
 
 MANY = " x"  # between a configuration and its number of samples a pixel
 BECAUSE = "the mean of the fine image's limits, plus the share of fine pixels that are edges times the radiance there"

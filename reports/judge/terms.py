@@ -6,19 +6,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.calibration import calibration
-from reports.judge.channels import any_of, largest, length
-from reports.judge.classes import Classes
-from reports.judge.conditioning import Conditioning
-from reports.judge.ground import Ground
-from reports.judge.light_sides import Lights
-from reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit
-from reports.judge.parties import Candidate, Witness
-from reports.judge.resolving import Coarseness
-from reports.judge.sides import widest_near
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.calibration import calibration
+from rayproof.reports.judge.channels import any_of, largest, length
+from rayproof.reports.judge.classes import Classes
+from rayproof.reports.judge.conditioning import Conditioning
+from rayproof.reports.judge.ground import Ground
+from rayproof.reports.judge.light_sides import Lights
+from rayproof.reports.judge.limits import Limits, Roundoff, continued_light_limit, continued_position_limit
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.resolving import Coarseness
+from rayproof.reports.judge.sides import widest_near
 
 AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
 Party = TypeVar("Party", Candidate, Witness)

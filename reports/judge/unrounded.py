@@ -5,13 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import PointLight, Scene
-from cases.stages import Stage
-from reports.judge.channels import dot, length
-from reports.judge.conditioning import Conditioning, surface_error
-from reports.judge.edges import Edges
-from reports.judge.sides import widest_near
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import dot, length
+from rayproof.reports.judge.conditioning import Conditioning, surface_error
+from rayproof.reports.judge.edges import Edges
+from rayproof.reports.judge.sides import widest_near
 
 
 @dataclass(frozen=True, kw_only=True)

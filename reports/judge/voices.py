@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from reference import REFERENCES
+from rayproof.reference import REFERENCES
 
 SUBJECT = "the one under test"
 
@@ -13,4 +13,4 @@ def voice(name: str, tested: Iterable[str]) -> str:
         return SUBJECT
     if name not in REFERENCES:
         return name
-    return REFERENCES[name].__module__.split(".")[1]
+    return REFERENCES[name].__module__.split(".")[2]

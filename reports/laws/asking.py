@@ -3,14 +3,14 @@
 from collections.abc import Callable, Collection
 from typing import Any
 
-from cases.answers import Answers, Resolution
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.parties import Candidate
-from reports.run.kinds import TRACING, UNDER_TEST
-from reports.run.orders import SubjectTask, TracerTask
-from reports.run.tasks import handler
-from reports.subjects import PROGRAM, Subject
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.run.kinds import TRACING, UNDER_TEST
+from rayproof.reports.run.orders import SubjectTask, TracerTask
+from rayproof.reports.run.tasks import handler
+from rayproof.reports.subjects import PROGRAM, Subject
 
 KEPT = 64  # scenes of which the answers are remembered
 

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 
-from cases.case import Case
-from cases.families import select
-from cases.laws import LAWS
-from reports.laws.suite import Pair
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.cases.laws import LAWS
+from rayproof.reports.laws.suite import Pair
 
 # Law and case; docs/laws.md says how they were chosen.
 DEFAULT: tuple[tuple[str, str], ...] = (

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.answers import Resolution
-from cases.relations import Relation
-from cases.stages import Stage
-from reports.laws.limits import TELLING, WHOLE, limit, neighbours, roundoff
+from rayproof.cases.answers import Resolution
+from rayproof.cases.relations import Relation
+from rayproof.cases.stages import Stage
+from rayproof.reports.laws.limits import TELLING, WHOLE, limit, neighbours, roundoff
 
 BEND = 0.5  # of a step from pixel to pixel: where an image bends by more, an edge runs between the two
 MOST_EXCUSED = 0.02  # share of the pixels examined that rounding may move over an edge

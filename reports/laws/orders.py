@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.laws.judging import Judged
-from reports.subjects import Subject
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.laws.judging import Judged
+from rayproof.reports.subjects import Subject
 
 
 @dataclass(frozen=True, kw_only=True)

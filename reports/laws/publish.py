@@ -11,21 +11,21 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from cases.case import Case
-from cases.laws import LAWS
-from cases.stages import Stage
-from reports.judge.outcomes import Outcome
-from reports.laws.judging import Judged
-from reports.laws.limits import K
-from reports.laws.orders import LawReport
-from reports.laws.suite import LawsRequest, Pair, verdict
-from reports.plain import as_json
-from reports.publish import publish_all
-from reports.publish.atomic import write_text
-from reports.publish.exr import write_answers
-from reports.publish.results import save_results
-from reports.run import assemble
-from reports.run.reproducing import write_scene
+from rayproof.cases.case import Case
+from rayproof.cases.laws import LAWS
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.laws.judging import Judged
+from rayproof.reports.laws.limits import K
+from rayproof.reports.laws.orders import LawReport
+from rayproof.reports.laws.suite import LawsRequest, Pair, verdict
+from rayproof.reports.plain import as_json
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.exr import write_answers
+from rayproof.reports.publish.results import save_results
+from rayproof.reports.run import assemble
+from rayproof.reports.run.reproducing import write_scene
 
 NAME = "laws.json"
 REFERENCE = "law"
@@ -74,7 +74,7 @@ def publish(folder: Path, content: dict[str, Any], reports: Sequence[LawReport],
 def _faults(configuration: str, request: LawsRequest) -> tuple[str, ...]:
     if not request.subject.is_tracer:
         return ()
-    from tracer.configuration import Configuration
+    from rayproof.tracer.configuration import Configuration
 
     return Configuration.parse(configuration).faults
 

@@ -4,14 +4,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cases.case import Case
-from cases.laws import LAWS
-from cases.stages import Stage
-from reports.laws.orders import LawOrder, LawReport
-from reports.laws.work import serve_laws
-from reports.run.pool import Pool
-from reports.run.worker import Reply
-from reports.subjects import Subject
+from rayproof.cases.case import Case
+from rayproof.cases.laws import LAWS
+from rayproof.cases.stages import Stage
+from rayproof.reports.laws.orders import LawOrder, LawReport
+from rayproof.reports.laws.work import serve_laws
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.worker import Reply
+from rayproof.reports.subjects import Subject
 
 PASS, FAIL, ERROR, UNSUPPORTED, SILENT = "pass", "fail", "error", "unsupported", "inapplicable"
 WORST_LAST = (SILENT, UNSUPPORTED, PASS, ERROR, FAIL)

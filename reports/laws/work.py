@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from cases.changes import lit_from_the_eye
-from cases.laws import LAWS
-from cases.relations import Relation
-from cases.scene import Scene
-from cases.stages import Stage, exr_channels
-from reports.laws.asking import Asked, SubjectError, UnansweredError, renderer
-from reports.laws.judging import Judged, judge
-from reports.laws.orders import Exhibit, LawOrder, LawReport
-from reports.run.llvm import choose_packaged_llvm
-from reports.run.worker import serve
+from rayproof.cases.changes import lit_from_the_eye
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage, exr_channels
+from rayproof.reports.laws.asking import Asked, SubjectError, UnansweredError, renderer
+from rayproof.reports.laws.judging import Judged, judge
+from rayproof.reports.laws.orders import Exhibit, LawOrder, LawReport
+from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.reports.run.worker import serve
 
 SIDES = (41, 31)  # px, at most: odd, so that there is a central pixel
 

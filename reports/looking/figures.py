@@ -4,11 +4,11 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from reports.looking.chromium import address, chromium
-from reports.publish.case_data import view_of
-from reports.publish.headline import worst_first
-from reports.publish.page import data_file
-from reports.publish.single_file import NAME, write_single_file
+from rayproof.reports.looking.chromium import address, chromium
+from rayproof.reports.publish.case_data import view_of
+from rayproof.reports.publish.headline import worst_first
+from rayproof.reports.publish.page import data_file
+from rayproof.reports.publish.single_file import NAME, write_single_file
 
 TIMES = 5  # each; the first pays for a cold browser, the median is told
 STAGES = ("normal", "irradiance", "position", "radiance", "ray")

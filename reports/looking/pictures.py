@@ -5,10 +5,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from reports.looking.chromium import address, chromium
-from reports.publish.atomic import replacing
-from reports.publish.case_data import view_of
-from reports.publish.headline import worst_first
+from rayproof.reports.looking.chromium import address, chromium
+from rayproof.reports.publish.atomic import replacing
+from rayproof.reports.publish.case_data import view_of
+from rayproof.reports.publish.headline import worst_first
 
 SIZE = {"width": 1280, "height": 940}  # CSS px
 NARROW = {"width": 1080, "height": 940}  # of the scene, which needs no room beside it

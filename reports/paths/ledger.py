@@ -11,21 +11,25 @@ from dataclasses import replace
 from pathlib import Path as File
 from typing import Any
 
-from cases.case import Case
-from cases.scene import Scene
-from reports.cache.digests import code
-from reports.paths.choice import CHOICE, ROUTED, asked
-from reports.paths.routes import ROUTES, SIDE, suiting
-from reports.publish.atomic import write_text
-from tracer.arrays import backend
-from tracer.configuration import Configuration
-from tracer.paths import FRAMES, NUMBERS, PATHS, STAGES, Rendering
-from tracer.plan import plan
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Scene
+from rayproof.reports.cache.digests import code
+from rayproof.reports.paths.choice import CHOICE, ROUTED, asked
+from rayproof.reports.paths.routes import ROUTES, SIDE, suiting
+from rayproof.reports.publish.atomic import write_text
+from rayproof.tracer.arrays import backend
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.paths import FRAMES, NUMBERS, PATHS, STAGES, Rendering
+from rayproof.tracer.plan import plan
 
 Faults = Mapping[str, Sequence[str]]  # path -> the planted faults in it alone
 
 RECORD = File(__file__).with_name("record.json")
-CODE = ("tracer.render", "tracer.frames", "tracer.paths")  # of which the record speaks, with all that they import
+CODE = (
+    "rayproof.tracer.render",
+    "rayproof.tracer.frames",
+    "rayproof.tracer.paths",
+)  # of which the record speaks, with all that they import
 JUDGED = {"with": "references", "how": "each stage within its derived limit, end to end and given the stage before"}
 ELSEWHERE = "this machine has no such backend"
 

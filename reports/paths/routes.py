@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.rounding import gamma
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reports.judge.supersampled import box_mean, finer
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.plan import Plan, plan
-from tracer.render import render
+from rayproof.cases.answers import Answers
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.judge.supersampled import box_mean, finer
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.plan import Plan, plan
+from rayproof.tracer.render import render
 
 # Literals fold: a division by one becomes a product with its reciprocal, a product or a root of two is the host's. It
 # concerns three roundings of a normal and three of light, each of which is another one on either side.

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from cases.registry import Registry
+from rayproof.cases.registry import Registry
 
 Publisher = Callable[[Path, dict[str, Any]], list[Path]]
 
-PUBLISHERS: Registry[Publisher] = Registry("publisher", package="reports.publish")
+PUBLISHERS: Registry[Publisher] = Registry("publisher", package="rayproof.reports.publish")
 
 
 def publish_all(folder: Path, results: dict[str, Any] | None = None) -> list[Path]:
@@ -27,8 +27,8 @@ def publish_all(folder: Path, results: dict[str, Any] | None = None) -> list[Pat
         ResultsError: results.json is missing or not what docs/results.md describes.
 
     """
-    from reports.publish.results import load_results
-    from reports.publish.thumbnails import draw_thumbnails
+    from rayproof.reports.publish.results import load_results
+    from rayproof.reports.publish.thumbnails import draw_thumbnails
 
     if results is None:
         results = load_results(folder)

@@ -7,11 +7,11 @@ GitHub shows ten errors a step.
 from pathlib import Path
 from typing import Any
 
-from reports.judge.outcomes import Outcome
-from reports.plain import legible
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.headline import BAD, blame, cause_of, headline, shouts, worst_first, worst_ratio
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import legible
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.headline import BAD, blame, cause_of, headline, shouts, worst_first, worst_ratio
 
 MOST = 10
 _LONGEST = 1000  # characters of one message

@@ -4,10 +4,10 @@ import html
 from pathlib import Path
 from typing import Any
 
-from reports.judge.outcomes import Outcome
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.headline import shouts
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.headline import shouts
 
 LABEL = "rayproof"
 CHARACTER = 7.0  # px that a character of 11 px Verdana takes on average

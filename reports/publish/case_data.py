@@ -4,15 +4,15 @@ import json
 from pathlib import Path
 from typing import Any
 
-from cases.stages import Stage, exr_channels
-from reports.judge.masks import NAMES
-from reports.publish.atomic import write_text
-from reports.publish.cleaning import clean_pixels, clean_view
-from reports.publish.compact import compact_case
-from reports.publish.encoding import pack_json
-from reports.publish.kept import inside, kept_images
-from reports.publish.pictures import picture_path, view_path
-from reports.publish.pixels import script, write_pixels
+from rayproof.cases.stages import Stage, exr_channels
+from rayproof.reports.judge.masks import NAMES
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.cleaning import clean_pixels, clean_view
+from rayproof.reports.publish.compact import compact_case
+from rayproof.reports.publish.encoding import pack_json
+from rayproof.reports.publish.kept import inside, kept_images
+from rayproof.reports.publish.pictures import picture_path, view_path
+from rayproof.reports.publish.pixels import script, write_pixels
 
 
 def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path]:

@@ -10,11 +10,11 @@ import math
 from pathlib import Path
 from typing import Any
 
-from cases.stages import IMAGE_STAGES, Stage
-from reports.publish.atomic import write_text
-from reports.publish.encoding import inflated
-from reports.publish.kept import inside
-from reports.publish.pixels import handed_over, script
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.encoding import inflated
+from rayproof.reports.publish.kept import inside
+from rayproof.reports.publish.pixels import handed_over, script
 
 LARGEST = 2**30  # bytes of a script
 KINDS = {"data": str, "by": str, "curved": bool, "height": int, "width": int, "channels": int}  # of an image's members

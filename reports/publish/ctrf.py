@@ -4,11 +4,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from reports.judge.outcomes import Outcome
-from reports.plain import as_json, legible, legible_json
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.headline import blame, cause_of, headline, shouts, worst_ratio
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import as_json, legible, legible_json
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.headline import blame, cause_of, headline, shouts, worst_ratio
 
 _STATUSES = {
     Outcome.PASS: "passed",

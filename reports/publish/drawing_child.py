@@ -44,12 +44,12 @@ class DrawingChild:
         # stderr to a file: a pipe that nobody reads would stop a child that complains at length.
         self._complaints = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the child)
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "reports.publish.picture_worker", str(os.getpid())],
+            [sys.executable, "-m", "rayproof.reports.publish.picture_worker", str(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._complaints,
             env=environment,
-            cwd=Path(__file__).parents[2],
+            cwd=Path(__file__).parents[3],
             text=True,
             encoding="utf-8",
             # Ctrl-C is the main process's to answer: a child that it reached first would die with its work.

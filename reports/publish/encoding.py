@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from reports.plain import as_json, legible_json
-from reports.publish.deflating import by_runs, deflated
+from rayproof.reports.plain import as_json, legible_json
+from rayproof.reports.publish.deflating import by_runs, deflated
 
 LEVEL = 6  # of zlib
 NEAR = 2  # times the least estimate: of 1580 residuals one farther off deflated to less in 9, by a thousandth in sum

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import OpenEXR
 
-from cases.answers import Answers
-from cases.stages import IMAGE_STAGES, Stage, exr_channels
-from reports.publish.atomic import replacing
+from rayproof.cases.answers import Answers
+from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reports.publish.atomic import replacing
 
 _VISIBILITY = re.compile(r"visibility\.\d+")
 

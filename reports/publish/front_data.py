@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cases.stages import FACTS, Stage
-from reports.judge.outcomes import Outcome
-from reports.judge.outcomes import worst as worst_outcome
-from reports.plain import number
-from reports.publish.case_data import picture_of
-from reports.publish.headline import (
+from rayproof.cases.stages import FACTS, Stage
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.outcomes import worst as worst_outcome
+from rayproof.reports.plain import number
+from rayproof.reports.publish.case_data import picture_of
+from rayproof.reports.publish.headline import (
     KINDS,
     blame,
     causes,
@@ -21,8 +21,8 @@ from reports.publish.headline import (
     worst_of,
     worst_ratio,
 )
-from reports.publish.items import TITLES
-from reports.publish.results_shape import LEDGER
+from rayproof.reports.publish.items import TITLES
+from rayproof.reports.publish.results_shape import LEDGER
 
 _OF_THE_RUN = (
     "rayproof", "command", "started", "seconds", "verdict", "environment", "configurations", "references", "subject",

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-from reports.publish.atomic import write_text
+from rayproof.reports.publish.atomic import write_text
 
 INSTALL = "apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri"
 _SECONDS = 60.0
@@ -29,7 +29,7 @@ _VARIABLES = (
 )  # fmt: skip
 _PROBE = """
 import sys
-from reports.parent_death import end_with_parent
+from rayproof.reports.parent_death import end_with_parent
 end_with_parent(int(sys.argv[1]))
 import pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(32, 24))
@@ -94,7 +94,7 @@ def probe() -> str | None:
     try:
         child = subprocess.run(
             [sys.executable, "-c", _PROBE, str(os.getpid())],
-            cwd=Path(__file__).parents[2],
+            cwd=Path(__file__).parents[3],
             env=drawing_environment(),
             stdin=subprocess.DEVNULL,
             capture_output=True,

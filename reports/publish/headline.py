@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from cases.stages import Stage
-from reports.judge.outcomes import Outcome
-from reports.plain import at_worst, legible, number
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import at_worst, legible, number
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
 THE_USUAL = "tracer"  # the subject that goes without saying

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.encoding import pack_json
-from reports.publish.pixels import script
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.encoding import pack_json
+from rayproof.reports.publish.pixels import script
 
 DATA = "history/series.js"
 

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from reports.judge.outcomes import Outcome
-from reports.plain import legible, legible_lines
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.headline import blame, cause_of, headline, shouts, worst_ratio
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import legible, legible_lines
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.headline import blame, cause_of, headline, shouts, worst_ratio
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENTS = {

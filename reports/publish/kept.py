@@ -4,8 +4,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from reports.publish.exr import read_answers
-from reports.publish.pixels import Renders, read_pixels
+from rayproof.reports.publish.exr import read_answers
+from rayproof.reports.publish.pixels import Renders, read_pixels
 
 
 def kept_images(

@@ -13,20 +13,20 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.audit import front, load_audit
-from reports.publish.case_data import write_case_data
-from reports.publish.comparing import comparison_front
-from reports.publish.contest import contest
-from reports.publish.front_data import case_row, front_data
-from reports.publish.headline import cause_of, headline, shouts, worst_first
-from reports.publish.history import history_front
-from reports.publish.panel_data import findings, panel
-from reports.publish.parallel import all_of
-from reports.publish.pixels import inert
-from reports.publish.plots import pages
-from reports.publish.tradeoff import diagrams
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.audit import front, load_audit
+from rayproof.reports.publish.case_data import write_case_data
+from rayproof.reports.publish.comparing import comparison_front
+from rayproof.reports.publish.contest import contest
+from rayproof.reports.publish.front_data import case_row, front_data
+from rayproof.reports.publish.headline import cause_of, headline, shouts, worst_first
+from rayproof.reports.publish.history import history_front
+from rayproof.reports.publish.panel_data import findings, panel
+from rayproof.reports.publish.parallel import all_of
+from rayproof.reports.publish.pixels import inert
+from rayproof.reports.publish.plots import pages
+from rayproof.reports.publish.tradeoff import diagrams
 
 # In the order in which they build on each other.
 SCRIPTS = (
@@ -154,4 +154,4 @@ def _quoted(digests: Sequence[str]) -> str:
 
 
 def _asset(name: str) -> str:
-    return files("reports.publish").joinpath("html", name).read_text(encoding="utf-8")
+    return files("rayproof.reports.publish").joinpath("html", name).read_text(encoding="utf-8")

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import FACTS, Stage
+from rayproof.cases.stages import FACTS, Stage
 
 MOST_POINTS, WORST_KEPT = 1000, 20
 # What is coloured unless the case blames a stage of its own.

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, Scene
-from reports.publish.picture_shapes import surface
+from rayproof.cases.scene import Camera, Scene
+from rayproof.reports.publish.picture_shapes import surface
 
 MOST_RAYS = 24
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, Scene
-from cases.stages import Stage
-from reports.publish.atomic import replacing
-from reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage, title_of
-from reports.publish.picture_lines import add_lines
-from reports.publish.picture_places import basis, few, framing, frustum, ray_ends
-from reports.publish.picture_shapes import surface
+from rayproof.cases.scene import Camera, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish.atomic import replacing
+from rayproof.reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage, title_of
+from rayproof.reports.publish.picture_lines import add_lines
+from rayproof.reports.publish.picture_places import basis, few, framing, frustum, ray_ends
+from rayproof.reports.publish.picture_shapes import surface
 
 SIZE = (600, 450)  # px
 COLOURS = 160  # of a picture's palette

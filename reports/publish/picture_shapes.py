@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 
 ROUND = 48  # corners of a sphere's equator
 MOST_TRIANGLES = 100_000  # of a mesh: hardly more than a picture has pixels

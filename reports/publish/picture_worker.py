@@ -1,7 +1,7 @@
 """The child process of `pictures`: jobs come on stdin, what it does goes to stdout, a line of JSON each.
 
 A line before each case names what was being drawn should the process die there. Run as
-`python -m reports.publish.picture_worker PARENT`.
+`python -m rayproof.reports.publish.picture_worker PARENT`.
 """
 
 import json
@@ -9,18 +9,18 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from reports.parent_death import end_with_parent
+from rayproof.reports.parent_death import end_with_parent
 
 
 def main() -> None:
     """Draw every job of stdin; end with the parent, whose process number is the argument."""
     for parent in sys.argv[1:]:
         end_with_parent(int(parent), "rayproof-draw")
-    from cases.scene_json import load_scene
-    from reports.publish.kept import kept_images
-    from reports.publish.picture_scene import draw, new_plotter
-    from reports.publish.view_file import write_view
-    from reports.publish.view_state import new_recorder
+    from rayproof.cases.scene_json import load_scene
+    from rayproof.reports.publish.kept import kept_images
+    from rayproof.reports.publish.picture_scene import draw, new_plotter
+    from rayproof.reports.publish.view_file import write_view
+    from rayproof.reports.publish.view_state import new_recorder
 
     plotter, recorder = None, new_recorder()
     for line in sys.stdin:

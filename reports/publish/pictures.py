@@ -10,11 +10,11 @@ from concurrent.futures import Future
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from reports.cache import pictures
-from reports.cache.store import Store
-from reports.publish import gl
-from reports.publish.drawing_child import DrawingChild
-from reports.publish.kept import inside
+from rayproof.reports.cache import pictures
+from rayproof.reports.cache.store import Store
+from rayproof.reports.publish import gl
+from rayproof.reports.publish.drawing_child import DrawingChild
+from rayproof.reports.publish.kept import inside
 
 OURS, THEIRS = "tracer-float32", "analytic"
 # A second process takes a second and a third of a gigabyte to begin with; where this many cases wait, it pays.

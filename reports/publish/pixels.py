@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import IMAGE_STAGES, Stage
-from reports.plain import as_json, legible_json
-from reports.publish.atomic import write_text
-from reports.publish.encoding import decode, encode
-from reports.publish.predicting import Factors, pinhole, predicted, predictions
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.plain import as_json, legible_json
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.encoding import decode, encode
+from rayproof.reports.publish.predicting import Factors, pinhole, predicted, predictions
 
 # The renderer against which the others are stored: the one they should all be close to.
 BASE = "analytic"

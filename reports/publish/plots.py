@@ -8,12 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from reports.plain import number
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.encoding import pack_json
-from reports.publish.pixels import script
-from reports.publish.viewer_page import vendored
+from rayproof.reports.plain import number
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.encoding import pack_json
+from rayproof.reports.publish.pixels import script
+from rayproof.reports.publish.viewer_page import vendored
 
 FOLDER = "plots"
 LIBRARY = "plotly-basic.min.js"

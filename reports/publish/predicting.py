@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
+from rayproof.cases.stages import Stage
 
 Images = Mapping[Stage, np.ndarray]  # of one renderer, float32 (height, width, channels)
 Factors = dict[str, list[float]]  # by object, of each channel

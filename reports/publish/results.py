@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from reports.judge.outcomes import Outcome
-from reports.plain import as_json
-from reports.publish.atomic import write_text
-from reports.publish.compact import compact, expand
-from reports.publish.results_shape import shape_problem
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import as_json
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.compact import compact, expand
+from rayproof.reports.publish.results_shape import shape_problem
 
 SCHEMA = 2
 NAME = "results.json"

@@ -8,8 +8,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from reports.judge.outcomes import Outcome
-from reports.plain import number
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import number
 
 LEDGER = ("planned", *(outcome.value for outcome in Outcome))
 READABLE = (1, 2)  # schemas; 1 left nothing out

@@ -11,17 +11,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from reports.publish.atomic import replacing
-from reports.publish.case_data import picture_of, view_of
-from reports.publish.encoding import pack_text
-from reports.publish.headline import worst_first
-from reports.publish.history import DATA as HISTORY
-from reports.publish.kept import inside
-from reports.publish.page import data_file, digest, page_data, page_parts
-from reports.publish.pixels import handed_over
-from reports.publish.plots import FOLDER, LIBRARY
-from reports.publish.plots import pages as plots
-from reports.publish.viewer_page import digests_in_one, page_in_one, vendored
+from rayproof.reports.publish.atomic import replacing
+from rayproof.reports.publish.case_data import picture_of, view_of
+from rayproof.reports.publish.encoding import pack_text
+from rayproof.reports.publish.headline import worst_first
+from rayproof.reports.publish.history import DATA as HISTORY
+from rayproof.reports.publish.kept import inside
+from rayproof.reports.publish.page import data_file, digest, page_data, page_parts
+from rayproof.reports.publish.pixels import handed_over
+from rayproof.reports.publish.plots import FOLDER, LIBRARY
+from rayproof.reports.publish.plots import pages as plots
+from rayproof.reports.publish.viewer_page import digests_in_one, page_in_one, vendored
 
 NAME = "report.html"
 

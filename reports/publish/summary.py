@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from reports.judge.outcomes import Outcome
-from reports.plain import legible, number
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.audit import load_audit, sentence
-from reports.publish.headline import (
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import legible, number
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.audit import load_audit, sentence
+from rayproof.reports.publish.headline import (
     BAD,
     blame,
     causes,
@@ -25,7 +25,7 @@ from reports.publish.headline import (
     worst_first,
     worst_ratio,
 )
-from reports.publish.results_shape import LEDGER
+from rayproof.reports.publish.results_shape import LEDGER
 
 MOST_BYTES = 900_000
 MOST_OF_A_GATE = 50  # lines of a kind

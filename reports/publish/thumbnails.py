@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import IMAGE_STAGES, Stage
-from reports.judge.outcomes import Outcome
-from reports.plain import at_worst, number
-from reports.publish.atomic import replacing
-from reports.publish.headline import BAD, ratio_of, worst_first
-from reports.publish.kept import kept_images
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import at_worst, number
+from rayproof.reports.publish.atomic import replacing
+from rayproof.reports.publish.headline import BAD, ratio_of, worst_first
+from rayproof.reports.publish.kept import kept_images
 
 MOST = 10
 WIDTH = 160  # px of one of the three panels, at most

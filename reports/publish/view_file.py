@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Scene
-from reports.plain import as_json
-from reports.publish.atomic import write_text
-from reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage
-from reports.publish.picture_lines import add_lines
-from reports.publish.picture_places import framing
-from reports.publish.picture_scene import aim
-from reports.publish.pixels import script
-from reports.publish.view_parts import Frame, parts
-from reports.publish.view_state import state
-from reports.publish.view_values import point_values
+from rayproof.cases.scene import Scene
+from rayproof.reports.plain import as_json
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.picture_hits import absolute_error, chosen_hits, colored_stage
+from rayproof.reports.publish.picture_lines import add_lines
+from rayproof.reports.publish.picture_places import framing
+from rayproof.reports.publish.picture_scene import aim
+from rayproof.reports.publish.pixels import script
+from rayproof.reports.publish.view_parts import Frame, parts
+from rayproof.reports.publish.view_state import state
+from rayproof.reports.publish.view_values import point_values
 
 LEVEL = 6  # the highest takes three times as long for half a percent
 

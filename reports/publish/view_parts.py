@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Scene, Sphere
-from cases.stages import Stage
-from reports.publish.picture_hits import Hits
-from reports.publish.picture_places import few, frustum, ray_ends
-from reports.publish.picture_scene import MOST_LIGHTS, MOST_NORMALS, bulbs, light_places
-from reports.publish.picture_shapes import surface
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish.picture_hits import Hits
+from rayproof.reports.publish.picture_places import few, frustum, ray_ends
+from rayproof.reports.publish.picture_scene import MOST_LIGHTS, MOST_NORMALS, bulbs, light_places
+from rayproof.reports.publish.picture_shapes import surface
 
 MOST_TRIANGLES = 3600  # of all shapes of a view
 ROUNDEST, LEAST_ROUND = 40, 10  # corners of a sphere's equator

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import FACTS, Stage
-from reports.publish.picture_hits import Hits, absolute_error, comparable, correct_digits
+from rayproof.cases.stages import FACTS, Stage
+from rayproof.reports.publish.picture_hits import Hits, absolute_error, comparable, correct_digits
 
 # Hundredths of a decade tell any two colours apart, and small whole numbers compress.
 HUNDREDTHS = 100

@@ -10,9 +10,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from reports.publish import PUBLISHERS
-from reports.publish.atomic import write_text
-from reports.publish.case_data import view_of
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.case_data import view_of
 
 # In the order in which they build on each other; the first is the report's own.
 SCRIPTS = ("unpack", "messages", "layers", "values", "pick", "pixel", "controls", "start")
@@ -75,4 +75,4 @@ def _digest(text: str) -> str:
 
 
 def _text(*path: str) -> str:
-    return files("reports.publish").joinpath(*path).read_text(encoding="utf-8")
+    return files("rayproof.reports.publish").joinpath(*path).read_text(encoding="utf-8")

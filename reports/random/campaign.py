@@ -7,21 +7,21 @@ from typing import Any
 
 from rich.console import Console
 
-from cases.families import select
-from cases.random import FAMILY, counted
-from reports.audit.orders import LiarReport
-from reports.judge.oracle import ORACLE
-from reports.judge.outcomes import Outcome
-from reports.plain import as_json
-from reports.publish.atomic import write_text
-from reports.publish.results import load_results
-from reports.random.trials import LIAR, example, lies, trials
-from reports.run.plan import DEFAULTS
-from reports.run.pool import Pool
-from reports.run.request import RunRequest
-from reports.run.suite import FAILED, INTERRUPTED
-from reports.run.suite import run as run_suite
-from reports.subjects import Subject
+from rayproof.cases.families import select
+from rayproof.cases.random import FAMILY, counted
+from rayproof.reports.audit.orders import LiarReport
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import as_json
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.publish.results import load_results
+from rayproof.reports.random.trials import LIAR, example, lies, trials
+from rayproof.reports.run.plan import DEFAULTS
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.suite import FAILED, INTERRUPTED
+from rayproof.reports.run.suite import run as run_suite
+from rayproof.reports.subjects import Subject
 
 BATCH = 500  # scenes that are held in memory, and in one report, at once
 MOST_UNDECIDED = 0.01  # of the scenes

@@ -6,22 +6,22 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from cases.case import Case
-from cases.random import numbers
-from cases.random.draws import Draws
-from reports.audit.orders import LiarOrder, LiarReport
-from reports.audit.planted import PlantedFault, tracer_faults
-from reports.audit.worker import serve_audit
-from reports.run.asked import ask
-from reports.run.pool import Pool
-from reports.run.request import RunRequest, Trial
-from reports.run.worker import Reply
-from reports.subjects import PROGRAM, Subject
-from reports.subjects.choosing import chosen
+from rayproof.cases.case import Case
+from rayproof.cases.random import numbers
+from rayproof.cases.random.draws import Draws
+from rayproof.reports.audit.orders import LiarOrder, LiarReport
+from rayproof.reports.audit.planted import PlantedFault, tracer_faults
+from rayproof.reports.audit.worker import serve_audit
+from rayproof.reports.run.asked import ask
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.request import RunRequest, Trial
+from rayproof.reports.run.worker import Reply
+from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects.choosing import chosen
 
 FAULT_EACH, PROGRAM_EACH = 10, 5  # scenes; the liar comes with the fault
 LIAR = "liar"
-SOURCE = Path(__file__).parents[2] / "examples" / "renderers" / "lecture.cpp"
+SOURCE = Path(__file__).resolve().parents[2] / "examples" / "renderers" / "lecture.cpp"
 BUILDING = 300.0  # s that a compiler may take
 RENDERING, MEMORY = 120.0, 2**33  # s and bytes that the example may take for a scene
 

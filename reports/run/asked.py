@@ -1,14 +1,14 @@
 """Asking a subject in a worker of its own: whatever it does then, it does not do to the command line."""
 
-from cases.scene import Scene
-from reports.judge.parties import Candidate
-from reports.run.kinds import UNDER_TEST
-from reports.run.orders import QuestionTask, SubjectTask
-from reports.run.pool import Pool
-from reports.run.worker import Reply
-from reports.subjects import PROGRAM, Subject
-from reports.subjects.capabilities import Capabilities
-from reports.subjects.keeping import Keep
+from rayproof.cases.scene import Scene
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.run.kinds import UNDER_TEST
+from rayproof.reports.run.orders import QuestionTask, SubjectTask
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.worker import Reply
+from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects.capabilities import Capabilities
+from rayproof.reports.subjects.keeping import Keep
 
 LONGEST = 30.0  # s; a program that starts more slowly need not be asked
 

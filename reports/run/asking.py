@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers, Reference
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.cache import references as cache
-from reports.cache.references import Question, Rendered
-from reports.judge.oracle import stages_of
-from reports.judge.parties import Candidate, Witness
-from reports.run.orders import ReferenceTask
-from reports.subjects import ITEMS_OF_OTHERS
+from rayproof.cases.answers import Answers, Reference
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.cache import references as cache
+from rayproof.reports.cache.references import Question, Rendered
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.run.orders import ReferenceTask
+from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
 WHOLE_ONLY = "It draws whole images alone, and one as large as this is asked for in bands of rows."
 

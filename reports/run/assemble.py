@@ -4,13 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from cases.case import ITEMS
-from cases.stages import Stage
-from reports.judge.examined import Examined
-from reports.judge.findings import known_findings
-from reports.judge.outcomes import Outcome, ledger, worst
-from reports.plain import at_worst
-from reports.run.supported import concerning
+from rayproof.cases.case import ITEMS
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.examined import Examined
+from rayproof.reports.judge.findings import known_findings
+from rayproof.reports.judge.outcomes import Outcome, ledger, worst
+from rayproof.reports.plain import at_worst
+from rayproof.reports.run.supported import concerning
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
 MEASURED = {Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT}

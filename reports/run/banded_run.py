@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from reports.run.case_run import CaseRun
-from reports.run.plan import PlannedCase
+from rayproof.reports.run.case_run import CaseRun
+from rayproof.reports.run.plan import PlannedCase
 
 AT_ONCE = 2  # bands under way, so that renderers work while one is judged
 

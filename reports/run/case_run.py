@@ -5,22 +5,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.paths.choice import asked
-from reports.paths.verdict import held_together, together
-from reports.run.kinds import JUDGE, RECALLING, UNDER_TEST
-from reports.run.memory import Memory
-from reports.run.orders import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
-from reports.run.plan import PlannedCase
-from reports.run.pool import Pool
-from reports.run.reproducing import reproduce
-from reports.run.size import is_large
-from reports.run.unjudged import unjudged
-from reports.run.worker import Reply
-from reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
-from reports.subjects.keeping import FOLDER as CALLS
-from reports.subjects.keeping import Keep
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.paths.choice import asked
+from rayproof.reports.paths.verdict import held_together, together
+from rayproof.reports.run.kinds import JUDGE, RECALLING, UNDER_TEST
+from rayproof.reports.run.memory import Memory
+from rayproof.reports.run.orders import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
+from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.reproducing import reproduce
+from rayproof.reports.run.size import is_large
+from rayproof.reports.run.unjudged import unjudged
+from rayproof.reports.run.worker import Reply
+from rayproof.reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
+from rayproof.reports.subjects.keeping import FOLDER as CALLS
+from rayproof.reports.subjects.keeping import Keep
 
 
 class CaseRun:

@@ -5,6 +5,7 @@ half a message, and whoever waits for it waits for ever. So the pool posts what 
 and keeps the rest until `poll` says that there is more.
 """
 
+import os
 import pickle
 import socket
 import struct
@@ -15,7 +16,7 @@ AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
 
 
 class Channel:
-    """One end; it may be given to a process that is being spawned, and is closed by both."""
+    """One end; the descriptor of the other one may be given to a process that is being started."""
 
     def __init__(self, end: socket.socket) -> None:
         self._end = end
@@ -24,11 +25,11 @@ class Channel:
         self._body: bytearray | None = None  # once its length is known
         self._filled = 0  # bytes of head or body
 
-    def __getstate__(self) -> socket.socket:
-        return self._end
-
-    def __setstate__(self, end: socket.socket) -> None:
-        Channel.__init__(self, end)
+    @classmethod
+    def of(cls, descriptor: int) -> "Channel":
+        """Return the end that a process was started with; whatever this process starts does not inherit it."""
+        os.set_inheritable(descriptor, False)
+        return cls(socket.socket(fileno=descriptor))
 
     def fileno(self) -> int:
         """Return the descriptor to wait for."""

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Mesh, Scene, Triangle
-from cases.stages import Stage
-from tracer.clearance import spread
-from tracer.configuration import Configuration
-from tracer.shadow_epsilon import shadow_epsilon
-from tracer.triangles import slenderness
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Mesh, Scene, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.tracer.clearance import spread
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.shadow_epsilon import shadow_epsilon
+from rayproof.tracer.triangles import slenderness
 
 
 def shadow_epsilons(scene: Scene, answers: Answers, configuration: Configuration) -> np.ndarray:

@@ -11,11 +11,11 @@ from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import Any
 
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.bias import least_share
-from reports.judge.bias_bounds import LEAST_DISTINCT
-from reports.judge.outcomes import Outcome
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.bias import least_share
+from rayproof.reports.judge.bias_bounds import LEAST_DISTINCT
+from rayproof.reports.judge.outcomes import Outcome
 
 
 def camera_and_lights(scene: Scene) -> str:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from reports.run.request import RunRequest
+from rayproof.reports.run.request import RunRequest
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,13 +6,13 @@ from datetime import datetime
 from importlib.metadata import version
 from typing import Any
 
-from reports.judge.outcomes import Outcome, worst
-from reports.paths.verdict import paths_of
-from reports.run import assemble
-from reports.run.common_factors import common_factors, wrong
-from reports.run.panel import Panel
-from reports.run.plan import PlannedCase
-from reports.subjects import Subject
+from rayproof.reports.judge.outcomes import Outcome, worst
+from rayproof.reports.paths.verdict import paths_of
+from rayproof.reports.run import assemble
+from rayproof.reports.run.common_factors import common_factors, wrong
+from rayproof.reports.run.panel import Panel
+from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.subjects import Subject
 
 
 def results_document(
@@ -24,7 +24,7 @@ def results_document(
     subject: Subject,
 ) -> dict[str, Any]:
     """Return results.json's content, as docs/results.md describes it."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     versions: dict[str, str] = {}
     for record in records:

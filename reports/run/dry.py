@@ -7,15 +7,15 @@ from pathlib import Path
 
 import psutil
 
-from cases.stages import Stage
-from reports.judge.oracle import stages_of
-from reports.run.asking import unable
-from reports.run.panel import panel
-from reports.run.plan import PlannedCase, plan
-from reports.run.request import RunRequest
-from reports.run.size import BEGINNING, LARGE, Estimate, bands_of, deadline, estimate, triangles_of
-from reports.run.suite import cases_of
-from reports.subjects import Subject
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.run.asking import unable
+from rayproof.reports.run.panel import panel
+from rayproof.reports.run.plan import PlannedCase, plan
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.size import BEGINNING, LARGE, Estimate, bands_of, deadline, estimate, triangles_of
+from rayproof.reports.run.suite import cases_of
+from rayproof.reports.subjects import Subject
 
 GB = 1e9
 NOT_ENOUGH = ", which is not enough"
@@ -63,7 +63,7 @@ def _about(planned: PlannedCase) -> str:
 
 def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject) -> int:
     """Return how many checks a case has: of every stage that a reference does not say it cannot."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     scene = planned.case.scene
     bands = bands_of(planned.case, subject)

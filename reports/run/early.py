@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from reports.run.kinds import JUDGE, TRACING
-from reports.run.pool import Pool
+from rayproof.reports.run.kinds import JUDGE, TRACING
+from rayproof.reports.run.pool import Pool
 
 
 @contextmanager

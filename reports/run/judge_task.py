@@ -3,25 +3,25 @@
 from functools import cache
 from typing import Any
 
-from reference import REFERENCES
-from reference.analytic import Analytic
-from reports.cache.guards import ask_once
-from reports.cache.references import KeepingOracle
-from reports.cache.store import usual_store
-from reports.certify.verdicts import certify
-from reports.judge.adjudication import adjudication
-from reports.judge.judging import judge_case
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Witness
-from reports.judge.remembering import Remembering
-from reports.judge.sentinels import stand_guard
-from reports.judge.summing_up import Judged
-from reports.run.common_factors import camera_and_lights
-from reports.run.keeping import keep_images, masks
-from reports.run.orders import GuardTask, JudgeTask
-from reports.run.reproducing import reproduce, write_scene
-from reports.run.said import said
-from reports.run.supported import count_what_is_supported
+from rayproof.reference import REFERENCES
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.cache.guards import ask_once
+from rayproof.reports.cache.references import KeepingOracle
+from rayproof.reports.cache.store import usual_store
+from rayproof.reports.certify.verdicts import certify
+from rayproof.reports.judge.adjudication import adjudication
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Witness
+from rayproof.reports.judge.remembering import Remembering
+from rayproof.reports.judge.sentinels import stand_guard
+from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.run.common_factors import camera_and_lights
+from rayproof.reports.run.keeping import keep_images, masks
+from rayproof.reports.run.orders import GuardTask, JudgeTask
+from rayproof.reports.run.reproducing import reproduce, write_scene
+from rayproof.reports.run.said import said
+from rayproof.reports.run.supported import count_what_is_supported
 
 _ORACLE = Analytic()
 

@@ -8,20 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Camera
-from cases.stages import IMAGE_STAGES
-from reports.judge.ground import ground
-from reports.judge.masks import mask
-from reports.judge.oracle import ORACLE, FullOracle, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.shapes_of_answers import well_shaped
-from reports.judge.terms import Terms
-from reports.publish.encoding import pack
-from reports.publish.exr import write_answers
-from reports.publish.pixels import write_pixels
-from reports.run.orders import JudgeTask
-from reports.subjects import TRACER, Subject
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Camera
+from rayproof.cases.stages import IMAGE_STAGES
+from rayproof.reports.judge.ground import ground
+from rayproof.reports.judge.masks import mask
+from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.shapes_of_answers import well_shaped
+from rayproof.reports.judge.terms import Terms
+from rayproof.reports.publish.encoding import pack
+from rayproof.reports.publish.exr import write_answers
+from rayproof.reports.publish.pixels import write_pixels
+from rayproof.reports.run.orders import JudgeTask
+from rayproof.reports.subjects import TRACER, Subject
 
 MOST_KEPT = 2**17  # pixels of an image that is judged in bands, to look at
 
@@ -107,7 +107,7 @@ def _comments(renderer: str, subject: Subject) -> str:
     """Return what an image's header must say of who made it: a wrong formula shouts here too."""
     if not subject.is_tracer or not renderer.startswith(f"{TRACER}-"):
         return renderer
-    from tracer.configuration import Configuration  # and with it Dr.Jit, which no other judgement needs
+    from rayproof.tracer.configuration import Configuration  # and with it Dr.Jit, which no other judgement needs
 
     configuration = Configuration.parse(renderer.removeprefix(f"{TRACER}-"))
     wrong = (*configuration.faults, *configuration.controls)

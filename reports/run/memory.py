@@ -7,11 +7,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from cases.case import Case
-from reports.cache import judgements
-from reports.cache.store import Store
-from reports.judge.parties import Candidate
-from reports.run.demands import Demands
+from rayproof.cases.case import Case
+from rayproof.reports.cache import judgements
+from rayproof.reports.cache.store import Store
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.run.demands import Demands
 
 
 class Memory:
@@ -48,7 +48,7 @@ class Memory:
 
 def _version(reference: str) -> str:
     """Return a reference's version; one that cannot tell it is never the same twice, and its worker says why."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     try:
         return REFERENCES[reference]().version()

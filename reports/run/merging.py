@@ -10,20 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.judge.conventions import Tested, in_words
-from reports.judge.examined import most_interval
-from reports.judge.matrix import Cell, Matrix
-from reports.judge.outcomes import Outcome, worst
-from reports.judge.standing import standing
-from reports.judge.voices import voice
-from reports.publish.encoding import inflated, pack
-from reports.publish.pixels import read_pixels, write_pixels
-from reports.run.common_factors import camera_and_lights
-from reports.run.keeping import step_of
-from reports.run.plan import PlannedCase
-from reports.run.reproducing import reproduce, write_scene
-from reports.subjects import Subject
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.conventions import Tested, in_words
+from rayproof.reports.judge.examined import most_interval
+from rayproof.reports.judge.matrix import Cell, Matrix
+from rayproof.reports.judge.outcomes import Outcome, worst
+from rayproof.reports.judge.standing import standing
+from rayproof.reports.judge.voices import voice
+from rayproof.reports.publish.encoding import inflated, pack
+from rayproof.reports.publish.pixels import read_pixels, write_pixels
+from rayproof.reports.run.common_factors import camera_and_lights
+from rayproof.reports.run.keeping import step_of
+from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.reproducing import reproduce, write_scene
+from rayproof.reports.subjects import Subject
 
 COUNTS = (
     "interior", "over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss",

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from cases.case import Case
-from cases.scene import Scene
-from reports.judge.parties import Candidate, Witness
-from reports.subjects import THE_TRACER, Subject
-from reports.subjects.keeping import Keep
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Scene
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.subjects import THE_TRACER, Subject
+from rayproof.reports.subjects.keeping import Keep
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from reports.judge.oracle import ORACLE
-from reports.subjects import THE_TRACER, Subject
-from reports.subjects.choosing import reason_missing
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.subjects import THE_TRACER, Subject
+from rayproof.reports.subjects.choosing import reason_missing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,7 @@ def panel(require: Sequence[str], subject: Subject = THE_TRACER) -> Panel:
         LookupError: a required reference is not known, not installed, or the one under test.
 
     """
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     names, absent = [], {}
     for name in REFERENCES:
@@ -50,9 +50,9 @@ def panel(require: Sequence[str], subject: Subject = THE_TRACER) -> Panel:
 
 def _kin(reference: str, subject: Subject) -> bool:
     """Say whether a reference lives in the same file or folder as the subject."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     if subject.name not in REFERENCES:
         return False
-    one, other = (REFERENCES[name].__module__.split(".")[1] for name in (reference, subject.name))
+    one, other = (REFERENCES[name].__module__.split(".")[2] for name in (reference, subject.name))
     return one == other

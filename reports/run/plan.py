@@ -7,12 +7,12 @@ formula, in float32, on the cases that cover its specification item.
 from dataclasses import dataclass
 from functools import lru_cache
 
-from cases.case import Case
-from reports.cache.digests import Key, code, machine
-from reports.paths.choice import routes_of
-from reports.run.demands import Demands
-from reports.run.request import Trial
-from reports.subjects import THE_TRACER, Subject
+from rayproof.cases.case import Case
+from rayproof.reports.cache.digests import Key, code, machine
+from rayproof.reports.paths.choice import routes_of
+from rayproof.reports.run.demands import Demands
+from rayproof.reports.run.request import Trial
+from rayproof.reports.subjects import THE_TRACER, Subject
 
 DEFAULTS = ("float32", "float64")
 # The specification's second way where it has two. Literature's further variants are for `rayproof stability`.
@@ -25,7 +25,12 @@ ALTERNATIVES = (
     "feeler/doubles",
 )
 # All that renders, judges, writes a record and writes its files.
-CODE = ("reports.run.suite", "reports.run.tasks", "reports.run.trace_task", "reports.run.judge_task")
+CODE = (
+    "rayproof.reports.run.suite",
+    "rayproof.reports.run.tasks",
+    "rayproof.reports.run.trace_task",
+    "rayproof.reports.run.judge_task",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,8 +52,8 @@ def alternatives() -> dict[str, frozenset[str]]:
         ValueError: it covers nothing that the default does not.
 
     """
-    from tracer.catalogue import FORMULAS
-    from tracer.configuration import Configuration
+    from rayproof.tracer.catalogue import FORMULAS
+    from rayproof.tracer.configuration import Configuration
 
     usual = Configuration(precision="float32").items
     found = {}
@@ -76,7 +81,7 @@ def plan(
         LookupError, ValueError: a configuration names something unknown.
 
     """
-    from tracer.configuration import Configuration
+    from rayproof.tracer.configuration import Configuration
 
     if not subject.is_tracer:
         return tuple(PlannedCase(case=case, configurations=(subject.name,)) for case in cases)

@@ -15,8 +15,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from reports.run.worker import PREPARE, Reply, serve
-from reports.run.worker_process import WorkerProcess, started
+from rayproof.reports.run.worker import PREPARE, Reply, serve
+from rayproof.reports.run.worker_process import WorkerProcess, started
 
 GLANCE = 1.0  # s, the longest wait at a time
 ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its machine asleep: no worker is to blame

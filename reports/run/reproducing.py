@@ -4,11 +4,11 @@ import json
 import shlex
 from pathlib import Path
 
-from cases.case import Case
-from cases.scene_json import scene_to_json
-from reports.run.plan import DEFAULTS
-from reports.run.scene_case import FAMILY
-from reports.subjects import THE_TRACER, Subject
+from rayproof.cases.case import Case
+from rayproof.cases.scene_json import scene_to_json
+from rayproof.reports.run.plan import DEFAULTS
+from rayproof.reports.run.scene_case import FAMILY
+from rayproof.reports.subjects import THE_TRACER, Subject
 
 
 def write_scene(folder: Path, case: Case) -> str:

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from reports.subjects import THE_TRACER, Subject
+from rayproof.reports.subjects import THE_TRACER, Subject
 
 if TYPE_CHECKING:
-    from reports.gate.expectations import Expectation
+    from rayproof.reports.gate.expectations import Expectation
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reports.judge.parties import Witness
+from rayproof.reports.judge.parties import Witness
 
 
 def said(witness: Witness) -> dict[str, str]:

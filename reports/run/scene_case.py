@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from cases.case import Case
-from cases.covering import covering
-from cases.scene_json import load_scene
-from reports.plain import legible
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.scene_json import load_scene
+from rayproof.reports.plain import legible
 
 # What a scene that nobody tuned may have: rounding reaches few pixels, but its author owes us no share of them.
 MOST_EDGE = 0.5

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from reports.ownership import abandoned, acquired
-from reports.run.stopping import put_off
+from rayproof.reports.ownership import abandoned, acquired
+from rayproof.reports.run.stopping import put_off
 
 PREFIX = "rayproof-"
 

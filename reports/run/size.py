@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import psutil
 
-from cases.case import Case
-from cases.scene import Mesh, Scene, SceneError
-from reports.subjects import THE_TRACER, Subject
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Mesh, Scene, SceneError
+from rayproof.reports.subjects import THE_TRACER, Subject
 
 # Seconds of one processor. A renderer's are those of the slowest; the judge's are for one candidate.
 RENDER_A_PIXEL, JUDGE_A_PIXEL = 17e-6, 30e-6
@@ -105,7 +105,7 @@ def bands_of(case: Case, subject: Subject) -> tuple[tuple[int, int], ...]:
 
 
 def _draws_bands(subject: Subject) -> bool:
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     return subject.name in REFERENCES and bool(getattr(REFERENCES[subject.name], "in_bands", False))
 

@@ -10,36 +10,36 @@ from typing import Any
 
 from rich.console import Console
 
-from cases.case import Case
-from cases.families import all_cases, select
-from reports.cache.guards import ask_once, passed
-from reports.cache.store import usual_store
-from reports.judge.outcomes import Outcome, exit_code
-from reports.plain import legible
-from reports.publish.atomic import remove_drafts
-from reports.publish.headline import causes, examined_line, no_say
-from reports.publish.pictures import Drawing
-from reports.publish.results import save_results
-from reports.run import assemble
-from reports.run.document import results_document
-from reports.run.guards import stand_guards
-from reports.run.journal import NAME as JOURNAL
-from reports.run.journal import settle
-from reports.run.kinds import JUDGE
-from reports.run.llvm import choose_packaged_llvm
-from reports.run.orders import GuardTask
-from reports.run.panel import panel
-from reports.run.plan import PlannedCase, plan
-from reports.run.pool import Pool
-from reports.run.progress import worst_first
-from reports.run.request import RunRequest
-from reports.run.supported import concerning
-from reports.run.workers import workers
-from reports.run.workload import FIRST, render_and_judge
-from reports.subjects import PROGRAM
-from reports.subjects.keeping import FOLDER as CALLS
-from reports.subjects.keeping import TOLD
-from reports.terminal import console as terminal
+from rayproof.cases.case import Case
+from rayproof.cases.families import all_cases, select
+from rayproof.reports.cache.guards import ask_once, passed
+from rayproof.reports.cache.store import usual_store
+from rayproof.reports.judge.outcomes import Outcome, exit_code
+from rayproof.reports.plain import legible
+from rayproof.reports.publish.atomic import remove_drafts
+from rayproof.reports.publish.headline import causes, examined_line, no_say
+from rayproof.reports.publish.pictures import Drawing
+from rayproof.reports.publish.results import save_results
+from rayproof.reports.run import assemble
+from rayproof.reports.run.document import results_document
+from rayproof.reports.run.guards import stand_guards
+from rayproof.reports.run.journal import NAME as JOURNAL
+from rayproof.reports.run.journal import settle
+from rayproof.reports.run.kinds import JUDGE
+from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.reports.run.orders import GuardTask
+from rayproof.reports.run.panel import panel
+from rayproof.reports.run.plan import PlannedCase, plan
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.progress import worst_first
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.supported import concerning
+from rayproof.reports.run.workers import workers
+from rayproof.reports.run.workload import FIRST, render_and_judge
+from rayproof.reports.subjects import PROGRAM
+from rayproof.reports.subjects.keeping import FOLDER as CALLS
+from rayproof.reports.subjects.keeping import TOLD
+from rayproof.reports.terminal import console as terminal
 
 FAILED, NOT_MEASURED, INTERRUPTED = 1, 3, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
@@ -106,7 +106,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     results["seconds"] = round(time.perf_counter() - start, 3)
     worse = _remember(request, results, console)
     if request.expect is not None:
-        from reports.gate.gating import gate
+        from rayproof.reports.gate.gating import gate
 
         name, expected = request.expect
         results["gate"] = gate(results, expected, file=name).record()
@@ -135,8 +135,8 @@ def _remember(request: RunRequest, results: dict[str, Any], console: Console) ->
     """Keep the run in its history, if it has one, and return what became worse; a failure costs no result."""
     if request.history is None:
         return []
-    from reports.history.database import HistoryError
-    from reports.history.keeping import keep
+    from rayproof.reports.history.database import HistoryError
+    from rayproof.reports.history.keeping import keep
 
     try:
         return keep(request.history, results)
@@ -156,7 +156,7 @@ def _link_calls(folder: Path, results: dict[str, Any]) -> None:
 
 def _blame(results: dict[str, Any], *, tracer: bool) -> None:
     """Write into each failing case's record which items its stages leave to blame."""
-    from reports.diagnosis.blaming import by_stages, put
+    from rayproof.reports.diagnosis.blaming import by_stages, put
 
     for case in results["cases"]:
         blamed = by_stages(case, ran=tracer)
@@ -169,7 +169,7 @@ def _diagnose(request: RunRequest, results: dict[str, Any], console: Console) ->
 
     What goes wrong in looking for a cause costs no result.
     """
-    from reports.diagnosis.diagnosing import diagnose
+    from rayproof.reports.diagnosis.diagnosing import diagnose
 
     try:
         causes = diagnose(request.out, results, seconds=DIAGNOSING)
@@ -190,7 +190,7 @@ def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
     names = tuple(selector for selector in selectors if selector not in files)
     cases = select(names) if selectors else all_cases()
     if files:
-        from reports.run.scene_case import cases_of_files
+        from rayproof.reports.run.scene_case import cases_of_files
 
         cases += cases_of_files([Path(file) for file in files])
     return cases
@@ -208,7 +208,7 @@ def _clear(folder: Path) -> None:
 
 def _faults(planned: tuple[PlannedCase, ...]) -> list[str]:
     """Return the planted faults, and the wrong forms printed in the lecture, that any configuration uses."""
-    from tracer.configuration import Configuration
+    from rayproof.tracer.configuration import Configuration
 
     names = {name for one in planned for name in one.configurations}
     used = [Configuration.parse(name) for name in names]
@@ -220,7 +220,7 @@ def _publish(request: RunRequest, results: dict[str, Any], why: str | None, cons
 
     `why` says why pictures were left out.
     """
-    from reports.publish import publish_all
+    from rayproof.reports.publish import publish_all
 
     results["environment"]["pictures"] = why or "drawn"
     path = save_results(request.out, results)

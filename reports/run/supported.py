@@ -6,12 +6,12 @@ Checks of such stages stay `unsupported`; a case in which nothing else was measu
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate
-from reports.judge.summing_up import case_outcome
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.summing_up import case_outcome
 
 if TYPE_CHECKING:
-    from reports.judge.summing_up import Judged
+    from rayproof.reports.judge.summing_up import Judged
 
 MEASURED = (Outcome.PASS, Outcome.WARN)
 

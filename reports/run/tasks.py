@@ -3,26 +3,26 @@
 from collections.abc import Callable
 from typing import Any
 
-from reports.cache.entries import DamagedEntryError
-from reports.cache.references import damage
-from reports.judge.parties import Candidate, Witness
-from reports.run.asking import heard, put_to_test, recalled
-from reports.run.kinds import JUDGE, RECALLING, TRACING, UNDER_TEST
-from reports.run.llvm import choose_packaged_llvm
-from reports.run.orders import QuestionTask, RecallTask, ReferenceTask, SubjectTask
-from reports.subjects import PROGRAM
+from rayproof.reports.cache.entries import DamagedEntryError
+from rayproof.reports.cache.references import damage
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.run.asking import heard, put_to_test, recalled
+from rayproof.reports.run.kinds import JUDGE, RECALLING, TRACING, UNDER_TEST
+from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.reports.run.orders import QuestionTask, RecallTask, ReferenceTask, SubjectTask
+from rayproof.reports.subjects import PROGRAM
 
 
 def handler(kind: str) -> Callable[[Any], Any]:
     """Return the function that does a worker's tasks; its imports are made here, once, in the worker."""
     choose_packaged_llvm()
     if kind == TRACING:
-        from reports.run.trace_task import prepare, trace
+        from rayproof.reports.run.trace_task import prepare, trace
 
         prepare()
         return trace
     if kind == JUDGE:
-        from reports.run.judge_task import judge
+        from rayproof.reports.run.judge_task import judge
 
         return judge
     if kind == RECALLING:
@@ -36,7 +36,7 @@ def handler(kind: str) -> Callable[[Any], Any]:
 
 def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]]]:
     """Return the task of one reference."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     reference = REFERENCES[name]()
     independent = bool(REFERENCES.about(name).get("independent", False))
@@ -53,7 +53,7 @@ def _recall(task: RecallTask) -> tuple[dict[str, tuple[Witness, str]], dict[str,
 
     One worker asks it for all references, none of which need start for it.
     """
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     found, damaged = {}, {}
     for name in task.names:
@@ -71,7 +71,7 @@ def _recall(task: RecallTask) -> tuple[dict[str, tuple[Witness, str]], dict[str,
 
 def _tested(name: str) -> Callable[[SubjectTask], tuple[Candidate, dict[str, str], tuple[str, ...]]]:
     """Return the task of a reference under test; nothing of it is taken from a cache."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     reference = REFERENCES[name]()
 
@@ -85,7 +85,7 @@ def _tested(name: str) -> Callable[[SubjectTask], tuple[Candidate, dict[str, str
 
 def _run_program(task: SubjectTask | QuestionTask) -> Any:
     """Have a stranger's program render, or say what it can."""
-    from reports.subjects.program import ask_capabilities, candidate
+    from rayproof.reports.subjects.program import ask_capabilities, candidate
 
     if isinstance(task, QuestionTask):
         try:

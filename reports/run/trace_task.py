@@ -2,16 +2,16 @@
 
 from typing import Any
 
-from cases.answers import Answers
-from reports.judge.oracle import stages_of
-from reports.judge.parties import Candidate
-from reports.judge.supersampled import finer
-from reports.paths.ledger import met_by_case
-from reports.run.clearances import shadow_epsilons
-from reports.run.orders import TracerTask
-from tracer.configuration import Configuration
-from tracer.render import render
-from tracer.versions import versions
+from rayproof.cases.answers import Answers
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.supersampled import finer
+from rayproof.reports.paths.ledger import met_by_case
+from rayproof.reports.run.clearances import shadow_epsilons
+from rayproof.reports.run.orders import TracerTask
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
+from rayproof.tracer.versions import versions
 
 
 def prepare() -> None:
@@ -48,7 +48,7 @@ def trace(
 def _consistency(task: TracerTask, configuration: Configuration, answers: Answers) -> list[dict[str, Any]]:
     if not task.routes:
         return []
-    from reports.paths.routes import compare, suiting
+    from rayproof.reports.paths.routes import compare, suiting
 
     return [
         compare(route, task.scene, configuration, answers) for route in suiting(task.routes, task.scene, configuration)

@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from cases.case import Case
-from reports.judge.examined import unexamined
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.run.common_factors import camera_and_lights
-from reports.run.reproducing import reproduce, write_scene
-from reports.run.worker import Reply
-from reports.subjects import Subject
+from rayproof.cases.case import Case
+from rayproof.reports.judge.examined import unexamined
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.run.common_factors import camera_and_lights
+from rayproof.reports.run.reproducing import reproduce, write_scene
+from rayproof.reports.run.worker import Reply
+from rayproof.reports.subjects import Subject
 
 
 def unjudged(

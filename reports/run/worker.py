@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from reports.run.channel import Channel
+from rayproof.reports.run.channel import Channel
 
 PREPARE = None  # instead of a task: import what the first one will need; nothing is answered
 
@@ -30,7 +30,7 @@ class Reply:
 def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[Any], Any]] | None = None) -> None:
     """Answer tasks until the other end closes; `handlers` says what a worker of `kind` does, if it is not a run's."""
     if handlers is None:
-        from reports.run.tasks import handler as handlers
+        from rayproof.reports.run.tasks import handler as handlers
     handler: Callable[[Any], Any] | None = None
     while True:
         try:

@@ -1,84 +1,134 @@
 """One worker's process: started with a channel and a folder for temporary files, ended with all that it started itself.
 
-It ends with its parent, too, however that ends, and is shown as `rayproof-` and its kind in listings of processes.
+It is a new interpreter that imports `rayproof` and nothing of the script that called it: `multiprocessing` would run an
+unguarded script a second time, and refuses to start anything below a process of its own. It ends with its parent, too,
+however that ends, and is shown as `rayproof-` and its kind in listings of processes.
+
+What libraries print in it goes to an unnamed file and not to the terminal, of which the last line is told where the
+process fails: compilers of renderers speak of their caches there, and an interpreter without memory of itself.
 """
 
-import multiprocessing
+import contextlib
+import importlib
 import os
 import signal
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import resource_tracker
-from multiprocessing.process import BaseProcess
-from typing import Any
+from pathlib import Path
+from typing import IO, Any
 
-from reports.parent_death import end_with_parent
-from reports.run.channel import Channel, channels
-from reports.run.scratch import Scratch
-from reports.run.stopping import put_off
+from rayproof.reports.parent_death import end_with_parent
+from rayproof.reports.run.channel import Channel, channels
+from rayproof.reports.run.scratch import Scratch
+from rayproof.reports.run.stopping import put_off
 
-# A fork would share the JIT compilers' state and threads.
-CONTEXT = multiprocessing.get_context("spawn")
+HOLDER = str(Path(__file__).parents[3])  # the folder that holds the package `rayproof`
+START = (
+    "import sys; sys.path.insert(0, sys.argv[1]); "
+    "from rayproof.reports.run.worker_process import begin; begin(*map(int, sys.argv[2:]))"
+)
 PARTING = 5.0  # s for a process whose channel has closed, or that was killed, to be gone
+LAST = 1000  # bytes of what it printed in which its last line is looked for
 
 
 @dataclass(frozen=True, kw_only=True)
 class WorkerProcess:
     """A process that serves one kind of task, and our end of its channel."""
 
-    process: BaseProcess
+    process: subprocess.Popen[bytes]
     connection: Channel
     scratch: Scratch
+    printed: IO[bytes]  # what it printed, be it to standard output or error
 
     @property
     def alive(self) -> bool:
         """Say whether it still runs."""
-        return self.process.is_alive()
+        return self.process.poll() is None
 
     def how_it_ended(self) -> str:
         """Return in words how a process ended that closed its channel."""
-        self.process.join(timeout=PARTING)
-        code = self.process.exitcode
-        if code is not None and code < 0:
+        self._wait()
+        code = self.process.returncode
+        if code is None:
+            return "it closed its channel and runs on"
+        if code < 0:
             try:
                 return f"signal {signal.Signals(-code).name}"
             except ValueError:
                 return f"signal {-code}"
-        return f"exit code {code}"
+        said = self._last_line() if code else ""
+        return f"exit code {code}: {said}" if said else f"exit code {code}"
+
+    def _last_line(self) -> str:
+        self.printed.seek(0, os.SEEK_END)
+        self.printed.seek(max(0, self.printed.tell() - LAST))
+        lines = self.printed.read().decode(errors="replace").split("\n")
+        last = next((line for line in reversed(lines) if line.strip()), "")
+        return "".join(letter for letter in last.strip() if letter.isprintable())
 
     def end(self) -> None:
         """End it with all that it started: a program under test does not outlive the run that called it."""
         self.connection.close()
-        if self.process.pid is not None and self.process.is_alive():
-            from reports.subjects.orphans import end_below
+        if self.alive:
+            from rayproof.reports.subjects.orphans import end_below
 
             end_below(self.process.pid)
         self.process.kill()
 
     def clean_up(self) -> None:
         """Wait until it is gone, though not for what a killed process may still wait for, and remove what it left."""
-        self.process.join(timeout=PARTING)
+        self._wait()
+        self.printed.close()
         self.scratch.remove()
+
+    def _wait(self) -> None:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(timeout=PARTING)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Beginning:
+    """What a new process is told first of all."""
+
+    module: str  # in which the function is that serves
+    function: str
+    kind: str
+    folder: str  # for temporary files
+    path: tuple[str, ...]  # where modules are looked for
 
 
 def started(kind: str, target: Callable[[str, Any], None]) -> WorkerProcess:
-    """Return a new process in which `target` serves tasks of `kind`."""
+    """Return a new process in which `target`, a function at the top of its module, serves tasks of `kind`."""
     scratch = Scratch()
     try:
         ours, theirs = channels()
-        given = (target, str(scratch.folder), kind, theirs, os.getpid())
-        process = CONTEXT.Process(target=_work_in, args=given, daemon=True, name=f"rayproof-{kind}")
-        # Or this would start with the first worker, and hear again what is not to be heard.
-        resource_tracker.ensure_running()
+        printed = tempfile.TemporaryFile(dir=scratch.folder)  # noqa: SIM115  closed by `clean_up`
         with _deaf():
-            process.start()
+            process = subprocess.Popen(
+                [sys.executable, "-c", START, HOLDER, str(theirs.fileno()), str(os.getpid())],
+                stdin=subprocess.DEVNULL,
+                stdout=printed,
+                stderr=printed,
+                pass_fds=[theirs.fileno()],
+            )
         theirs.close()
+        ours.post(
+            _Beginning(
+                module=target.__module__,
+                function=target.__qualname__,
+                kind=kind,
+                folder=str(scratch.folder),
+                path=tuple(entry or str(Path.cwd()) for entry in sys.path),
+            )
+        )
     except BaseException:
         scratch.remove()
         raise
-    return WorkerProcess(process=process, connection=ours, scratch=scratch)
+    return WorkerProcess(process=process, connection=ours, scratch=scratch, printed=printed)
 
 
 @contextmanager
@@ -100,11 +150,21 @@ def _deaf() -> Iterator[None]:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _work_in(target: Callable[[str, Any], None], folder: str, kind: str, connection: Channel, parent: int) -> None:
-    """Serve as a worker whose temporary files are made in `folder`: one that is killed cannot remove them itself."""
+def begin(descriptor: int, parent: int) -> None:
+    """Serve as a worker over a channel's end: what a new process does, first and last.
+
+    Its temporary files are made in a folder that the parent removes: one that is killed cannot remove them itself.
+    """
+    end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # what it starts may hear it
-    end_with_parent(parent, f"rayproof-{kind}")
-    tempfile.tempdir = folder
-    target(kind, connection)
+    connection = Channel.of(descriptor)
+    try:
+        told: _Beginning = connection.recv()
+    except EOFError:  # the parent gave up meanwhile
+        return
+    sys.path[:] = told.path
+    tempfile.tempdir = told.folder
+    end_with_parent(parent, f"rayproof-{told.kind}")
+    getattr(importlib.import_module(told.module), told.function)(told.kind, connection)

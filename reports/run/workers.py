@@ -1,9 +1,9 @@
 """The workers of a run that puts another renderer than the tracer under test, or that nobody started early."""
 
-from reports.run.kinds import JUDGE, UNDER_TEST
-from reports.run.pool import Pool
-from reports.run.request import RunRequest
-from reports.subjects import PROGRAM
+from rayproof.reports.run.kinds import JUDGE, UNDER_TEST
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.subjects import PROGRAM
 
 PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
 

@@ -7,21 +7,21 @@ from typing import Any
 
 from rich.console import Console
 
-from cases.case import Case
-from reports.cache.store import Store
-from reports.publish.pictures import Drawing
-from reports.run.banded_run import BandedRun, Finished
-from reports.run.case_run import CaseRun
-from reports.run.demands import demands
-from reports.run.journal import Journal
-from reports.run.memory import Memory
-from reports.run.merging import merged
-from reports.run.plan import PlannedCase, record_key
-from reports.run.pool import Pool
-from reports.run.progress import CaseProgress
-from reports.run.request import RunRequest
-from reports.run.size import bands_of, deadline
-from reports.subjects import PROGRAM
+from rayproof.cases.case import Case
+from rayproof.reports.cache.store import Store
+from rayproof.reports.publish.pictures import Drawing
+from rayproof.reports.run.banded_run import BandedRun, Finished
+from rayproof.reports.run.case_run import CaseRun
+from rayproof.reports.run.demands import demands
+from rayproof.reports.run.journal import Journal
+from rayproof.reports.run.memory import Memory
+from rayproof.reports.run.merging import merged
+from rayproof.reports.run.plan import PlannedCase, record_key
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.progress import CaseProgress
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.size import bands_of, deadline
+from rayproof.reports.subjects import PROGRAM
 
 # Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
 # to judge for the other processors, so few pixels that what they were answered, up to 2 KB each, is small in memory.

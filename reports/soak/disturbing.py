@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import psutil
 
-from reports.subjects.orphans import descendants
+from rayproof.reports.subjects.orphans import descendants
 
 ENDING = ("SIGKILL", "SIGSEGV", "SIGABRT", "SIGTERM", "SIGINT")
 STOP, PAUSE, MEMORY = "SIGSTOP", "SIGSTOP and SIGCONT", "memory"
@@ -62,7 +62,7 @@ def _kind(name: str, command: str) -> str | None:
         return "keeper"
     if name == "sleep":
         return "child"
-    if "spawn_main" in command or "picture_worker" in command:
+    if "worker_process import begin" in command or "picture_worker" in command:
         return "starting"
     return "program" if name == "program" else None
 

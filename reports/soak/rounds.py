@@ -11,8 +11,8 @@ from pathlib import Path
 
 import psutil
 
-from reports.soak.disturbing import STOP, TARGETS, Signal, chosen, hit, processes
-from reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, deadlines, patience
+from rayproof.reports.soak.disturbing import STOP, TARGETS, Signal, chosen, hit, processes
+from rayproof.reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, deadlines, patience
 
 MOMENTS = ("random", "random", "before the first line", "in the middle of a reply", "while a file is replaced")
 MOST_AT_RANDOM = 12  # signals to one run, after which it is left to end

@@ -14,13 +14,13 @@ from typing import Any
 
 import psutil
 
-from reports.cache import signing, store
-from reports.growth.scenes import write_scenes
-from reports.soak.disturbing import Signal
-from reports.subjects.orphans import adopt_orphans, descendants
+from rayproof.reports.cache import signing, store
+from rayproof.reports.growth.scenes import write_scenes
+from rayproof.reports.soak.disturbing import Signal
+from rayproof.reports.subjects.orphans import adopt_orphans, descendants
 
-COMMAND = "import sys; from reports.cli import main; sys.exit(main())"
-CHECKOUT = str(Path(__file__).parents[2])
+COMMAND = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
+HOLDER = str(Path(__file__).parents[3])  # the folder that holds the package `rayproof`
 TIMEOUT = 10.0  # s, the least deadline of every render and judgement of a disturbed run
 DRAWING = 30.0  # s after which a picture process that says nothing is ended
 AMPLE = 600.0  # s for a run that nobody disturbs
@@ -112,7 +112,7 @@ class Site:
         self.cache = folder / "cache"
         self.environment = {
             **os.environ,
-            "PYTHONPATH": os.pathsep.join(filter(None, [CHECKOUT, os.environ.get("PYTHONPATH")])),
+            "PYTHONPATH": os.pathsep.join(filter(None, [HOLDER, os.environ.get("PYTHONPATH")])),
             "TMPDIR": str(folder / "tmp"),
             store.VARIABLE: str(self.cache),
             signing.VARIABLE: os.urandom(16).hex(),

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from reports.soak.rounds import Round
-from reports.soak.scenarios import SCENARIOS, Outcome
-from reports.soak.site import Site, Tally
+from rayproof.reports.soak.rounds import Round
+from rayproof.reports.soak.scenarios import SCENARIOS, Outcome
+from rayproof.reports.soak.site import Site, Tally
 
 CASES = 4
 PROGRAM_EVERY = 3  # rounds, in one of which another program is under test

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from cases.ladders.ladder import Inputs, Ladder
-from reports.stability.questions import QUESTIONS, Grades, Truth
-from reports.stability.slopes import Slope, fitted
-from tracer.catalogue import Formula
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.stability.questions import QUESTIONS, Grades, Truth
+from rayproof.reports.stability.slopes import Slope, fitted
+from rayproof.tracer.catalogue import Formula
 
 
 @dataclass(frozen=True, kw_only=True)

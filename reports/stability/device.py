@@ -6,7 +6,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from tracer.arrays import ArrayTypes
+from rayproof.tracer.arrays import ArrayTypes
 
 ALIGNMENT = 256  # bytes
 

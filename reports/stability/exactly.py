@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from reports.stability.pairs import Pair
+from rayproof.reports.stability.pairs import Pair
 
 Columns = dict[str, Any]  # numbers, or triples of numbers
 Mathematics = Callable[[Columns], dict[str, Any]]

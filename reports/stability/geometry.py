@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from tracer.arrays import ArrayTypes
-from tracer.geometry import CubeArrays, PlaneArrays, SphereArrays, SquareArrays, TriangleArrays
-from tracer.rays import Interval, Ray
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.geometry import CubeArrays, PlaneArrays, SphereArrays, SquareArrays, TriangleArrays
+from rayproof.tracer.rays import Interval, Ray
 
 
 def record(shape: str, columns: dict[str, Any], types: ArrayTypes) -> Any:

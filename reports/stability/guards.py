@@ -8,8 +8,8 @@ subnormals become is no fault, it differs by backend: the report says which.
 import drjit as dr
 import numpy as np
 
-from reports.stability.device import number
-from tracer.arrays import array_types
+from rayproof.reports.stability.device import number
+from rayproof.tracer.arrays import array_types
 
 PRODUCTS = 4096
 LARGE = 65536

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from cases.ladders.ladder import Ladder, Law
-from reports.stability.climb import Climb, Drawn
+from rayproof.cases.ladders.ladder import Ladder, Law
+from rayproof.reports.stability.climb import Climb, Drawn
 
 WITNESS_LIMIT = 2.0**-60  # relative; the truth must be far better than the best answer
 

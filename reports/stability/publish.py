@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from cases.ladders.ladder import Ladder
-from reports.plain import plain
-from reports.stability.records import about
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.plain import plain
+from rayproof.reports.stability.records import about
 
 FIRST_COLUMNS = ("formula", "precision")
 
 
 def publish(folder: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> None:
     """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
-    from reports.stability.figures import figure
+    from rayproof.reports.stability.figures import figure
 
     content = plain(about(ladder) | {"climbs": list(records)})
     (folder / f"{ladder.name}.json").write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")

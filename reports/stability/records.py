@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from cases.ladders.ladder import Ladder
-from reports.stability.climb import Climb, Rung
-from reports.stability.judge import Verdict
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.stability.climb import Climb, Rung
+from rayproof.reports.stability.judge import Verdict
 
 
 def record(verdict: Verdict) -> dict[str, Any]:

@@ -10,9 +10,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from reports.stability.exactly import Columns
-from reports.stability.mathematics import cross, dot, minus
-from reports.stability.pairs import Pair
+from rayproof.reports.stability.exactly import Columns
+from rayproof.reports.stability.mathematics import cross, dot, minus
+from rayproof.reports.stability.pairs import Pair
 
 Signs = Mapping[str, np.ndarray]
 

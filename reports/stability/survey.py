@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
-from cases.ladders import all_ladders
-from cases.ladders.ladder import Ladder
-from reports.stability.climb import climb, drawn
-from reports.stability.guards import broken
-from reports.stability.judge import doubted, judged
-from reports.stability.records import record
-from tracer.catalogue import FORMULAS, Formula
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.stability.climb import climb, drawn
+from rayproof.reports.stability.guards import broken
+from rayproof.reports.stability.judge import doubted, judged
+from rayproof.reports.stability.records import record
+from rayproof.tracer.catalogue import FORMULAS, Formula
 
 
 @dataclass(frozen=True, kw_only=True)

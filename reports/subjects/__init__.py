@@ -6,9 +6,9 @@ the references that share no code with it; what it says it cannot do is `unsuppo
 
 from dataclasses import dataclass, field
 
-from cases.case import ITEMS
-from reports.subjects.capabilities import Capabilities
-from reports.subjects.surroundings import Surroundings
+from rayproof.cases.case import ITEMS
+from rayproof.reports.subjects.capabilities import Capabilities
+from rayproof.reports.subjects.surroundings import Surroundings
 
 TRACER = "tracer"
 PROGRAM = "exec"  # the name of a stranger's program in checks, images and the report

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from reports.plain import legible
-from reports.subjects.orphans import adopt_orphans, descendants, end_below
-from reports.subjects.surroundings import Surroundings
+from rayproof.reports.plain import legible
+from rayproof.reports.subjects.orphans import adopt_orphans, descendants, end_below
+from rayproof.reports.subjects.surroundings import Surroundings
 
 CONFINE = str(Path(__file__).with_name("confine.py"))
 USUAL = Surroundings()

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from cases.rounding import PRECISIONS
-from cases.scene import CLIPS, SHADINGS, Matrix, Scene
-from cases.scene_fields import shown
-from cases.scene_json import NAMES, SHAPES
-from cases.similarity import is_similarity
-from cases.stages import IMAGE_STAGES, Stage
-from reports.plain import number
+from rayproof.cases.rounding import PRECISIONS
+from rayproof.cases.scene import CLIPS, SHADINGS, Matrix, Scene
+from rayproof.cases.scene_fields import shown
+from rayproof.cases.scene_json import NAMES, SHAPES
+from rayproof.cases.similarity import is_similarity
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.plain import number
 
 PROTOCOL = 1
 EPSILONS = ("shadow", "ray")

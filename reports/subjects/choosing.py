@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from reports.judge.oracle import ORACLE
-from reports.subjects import PROGRAM, Subject
-from reports.subjects.capabilities import Capabilities
-from reports.subjects.surroundings import Surroundings, reason_unconfined
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects.capabilities import Capabilities
+from rayproof.reports.subjects.surroundings import Surroundings, reason_unconfined
 
 PREFIX = f"{PROGRAM}:"
 OUTPUTS = ("{output}", "{output.pfm}")
@@ -40,7 +40,7 @@ def chosen(
         return _program(text, seconds=seconds, memory=memory, ask=ask, surroundings=surroundings or Surroundings())
     if surroundings is not None and surroundings != Surroundings():
         raise ValueError(f"--env and --confine are for a program under test, --subject {PREFIX}COMMAND; got {text!r}")
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     if text not in REFERENCES:
         raise LookupError(
@@ -58,7 +58,7 @@ def chosen(
 
 def reason_missing(reference: str) -> str | None:
     """Return why a reference cannot run here, in a sentence, or None."""
-    from reference import REFERENCES
+    from rayproof.reference import REFERENCES
 
     missing = getattr(REFERENCES[reference], "missing", None)
     return missing() if missing is not None else None

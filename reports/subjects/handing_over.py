@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.scene import Cube, Mesh, Scene, Shape, Square, Triangle
-from cases.scene_json import scene_to_json
+from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Square, Triangle
+from rayproof.cases.scene_json import scene_to_json
 
 NAME = "scene.json"
 # Halves are exact in float32, so that the mesh is the shape itself. Counter-clockwise seen from outside.

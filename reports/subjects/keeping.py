@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cases.scene import Scene
-from reports.plain import legible, legible_lines
-from reports.subjects.calls import Ended
-from reports.subjects.handing_over import NAME, hand_over
+from rayproof.cases.scene import Scene
+from rayproof.reports.plain import legible, legible_lines
+from rayproof.reports.subjects.calls import Ended
+from rayproof.reports.subjects.handing_over import NAME, hand_over
 
 FOLDER = "calls"  # in a results folder
 TOLD = "call.txt"

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.answers import Resolution
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage, exr_channels
-from reports.subjects import pfm
+from rayproof.cases.answers import Resolution
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reports.subjects import pfm
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 MOST_CHANNELS = 256

@@ -7,26 +7,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.case import Case
-from cases.rounding import PRECISIONS
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.judging import judge_case
-from reports.judge.oracle import ORACLE, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.remembering import Remembering
-from reports.judge.summing_up import Judged
-from reports.judge.supersampled import box_mean, finer
-from reports.run.asking import heard
-from reports.run.llvm import choose_packaged_llvm
-from reports.run.orders import ReferenceTask
-from reports.run.supported import count_what_is_supported
-from reports.subjects import ITEMS_OF_OTHERS
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import Case
+from rayproof.cases.rounding import PRECISIONS
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import ORACLE, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.remembering import Remembering
+from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.judge.supersampled import box_mean, finer
+from rayproof.reports.run.asking import heard
+from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.reports.run.orders import ReferenceTask
+from rayproof.reports.run.supported import count_what_is_supported
+from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
 if TYPE_CHECKING:
-    from tracer.configuration import Configuration
+    from rayproof.tracer.configuration import Configuration
 
 Renderer = Callable[[Scene, Sequence[Stage]], Mapping[str, Any]]
 NAME = "subject"
@@ -47,7 +47,7 @@ class Conformance:
         witnesses: Sequence[str] = (ORACLE,),
     ) -> None:
         """Take the marker's options; raise LookupError or ValueError for one that names nothing."""
-        from reference import REFERENCES
+        from rayproof.reference import REFERENCES
 
         choose_packaged_llvm()
         if precision not in PRECISIONS:
@@ -68,7 +68,7 @@ class Conformance:
     @property
     def document(self) -> dict[str, Any]:
         """Return the scene as JSON data, for a renderer that reads scene files."""
-        from cases.scene_json import scene_to_json
+        from rayproof.cases.scene_json import scene_to_json
 
         return scene_to_json(self.case.scene)
 
@@ -102,7 +102,7 @@ class Conformance:
         return judged
 
     def _judged(self, candidate: Candidate) -> Judged:
-        from reference.analytic import Analytic
+        from rayproof.reference.analytic import Analytic
 
         witnesses, versions = self._heard()
         judged = judge_case(self.case, [candidate], witnesses, Remembering(Analytic()), versions)
@@ -110,7 +110,7 @@ class Conformance:
         return judged
 
     def _heard(self) -> tuple[list[Witness], dict[str, str]]:
-        from reference import REFERENCES
+        from rayproof.reference import REFERENCES
 
         task = ReferenceTask(scene=self.scene, samples=self.case.samples)
         witnesses, versions = [], {}
@@ -122,8 +122,8 @@ class Conformance:
         return witnesses, versions
 
     def _traced(self) -> Candidate:
-        from reports.run.clearances import shadow_epsilons
-        from tracer.render import render
+        from rayproof.reports.run.clearances import shadow_epsilons
+        from rayproof.tracer.render import render
 
         scene, chosen, samples = self.scene, self._configuration, self.case.samples
         answers = render(scene, stages_of(scene), chosen)
@@ -177,8 +177,8 @@ def _configuration(formula: str | None, configuration: str, folder: Path) -> "Co
         LookupError, ValueError: there is no such formula or configuration.
 
     """
-    from reports.compare.contenders import FILE_MARK, contender
-    from tracer.configuration import Configuration
+    from rayproof.reports.compare.contenders import FILE_MARK, contender
+    from rayproof.tracer.configuration import Configuration
 
     chosen = Configuration.parse(configuration)
     if formula is None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from reports.testing.conformance import Conformance
+    from rayproof.reports.testing.conformance import Conformance
 
 MARKER = "rayproof"
 FIXTURE = "conformance"
@@ -45,7 +45,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if unknown := sorted(set(marker.kwargs) - OPTIONS):
         known = ", ".join(sorted(OPTIONS))
         raise pytest.UsageError(f"{metafunc.definition.nodeid}: no option is called {unknown[0]!r}; known: {known}")
-    from cases.families import select
+    from rayproof.cases.families import select
 
     try:
         cases = select(marker.args)
@@ -59,7 +59,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture
 def conformance(request: pytest.FixtureRequest) -> "Conformance":
     """Judge an answer to one conformance case: `conformance.scene` asks, `conformance.check(...)` judges."""
-    from reports.testing.conformance import Conformance
+    from rayproof.reports.testing.conformance import Conformance
 
     marker: Any = request.node.get_closest_marker(MARKER)
     try:

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reports.compare.statistics import LEVEL, median_interval
-from reports.tradeoff.clocks import Launch
-from reports.tradeoff.points import Point
+from rayproof.reports.compare.statistics import LEVEL, median_interval
+from rayproof.reports.tradeoff.clocks import Launch
+from rayproof.reports.tradeoff.points import Point
 
 
 @dataclass(frozen=True, kw_only=True)

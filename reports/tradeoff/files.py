@@ -9,9 +9,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from reports.plain import plain
-from reports.publish.atomic import write_text
-from reports.tradeoff.drawing import svg
+from rayproof.reports.plain import plain
+from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.tradeoff.drawing import svg
 
 FOLDER = "tradeoff"
 STYLE = (

@@ -6,23 +6,23 @@ from functools import partial
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.rounding import PRECISIONS, UNIT_ROUNDOFF
-from cases.scene import Scene
-from cases.stages import Stage
-from reference import REFERENCES
-from reports.compare.concerned import concerned
-from reports.compare.measured import UNITS, Measured, measured
-from reports.compare.received import as_received
-from reports.compare.timing import RAYS, enlarged, launch
-from reports.compare.truths import Truth, oracle_for, truth_of
-from reports.tradeoff.clocks import kernel_seconds
-from reports.tradeoff.entry import Entry
-from reports.tradeoff.points import Point
-from reports.tradeoff.tails import quantile, tail
-from tracer.catalogue import FORMULAS, Formula
-from tracer.configuration import Configuration
-from tracer.render import render
+from rayproof.cases.answers import Answers
+from rayproof.cases.rounding import PRECISIONS, UNIT_ROUNDOFF
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reports.compare.concerned import concerned
+from rayproof.reports.compare.measured import UNITS, Measured, measured
+from rayproof.reports.compare.received import as_received
+from rayproof.reports.compare.timing import RAYS, enlarged, launch
+from rayproof.reports.compare.truths import Truth, oracle_for, truth_of
+from rayproof.reports.tradeoff.clocks import kernel_seconds
+from rayproof.reports.tradeoff.entry import Entry
+from rayproof.reports.tradeoff.points import Point
+from rayproof.reports.tradeoff.tails import quantile, tail
+from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 
 # Asked beside the tracer's formulas; its kernels run through Dr.Jit, so that they are timed by the same clock.
 NEIGHBOUR = "mitsuba_llvm"

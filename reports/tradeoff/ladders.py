@@ -6,16 +6,16 @@ from functools import partial
 
 import numpy as np
 
-from cases.ladders import all_ladders
-from cases.ladders.ladder import Inputs, Ladder
-from cases.rounding import PRECISIONS, UNIT_ROUNDOFF
-from reports.stability.questions import QUESTIONS, Grades, Question
-from reports.tradeoff.clocks import kernel_seconds
-from reports.tradeoff.entry import Entry
-from reports.tradeoff.formulas import variants
-from reports.tradeoff.points import Point
-from reports.tradeoff.tails import quantile, tail
-from tracer.catalogue import Formula
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.rounding import PRECISIONS, UNIT_ROUNDOFF
+from rayproof.reports.stability.questions import QUESTIONS, Grades, Question
+from rayproof.reports.tradeoff.clocks import kernel_seconds
+from rayproof.reports.tradeoff.entry import Entry
+from rayproof.reports.tradeoff.formulas import variants
+from rayproof.reports.tradeoff.points import Point
+from rayproof.reports.tradeoff.tails import quantile, tail
+from rayproof.tracer.catalogue import Formula
 
 RAYS = 2**16  # in a timed launch; a question carries its rays to the device and back each time
 LADDER = "ladder"  # the first half of a diagram's name

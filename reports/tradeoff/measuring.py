@@ -4,16 +4,16 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from cases.ladders.ladder import Ladder
-from reports.tradeoff.clocks import interleave
-from reports.tradeoff.formulas import Task, entries
-from reports.tradeoff.ladders import LADDER, ladder_entries
-from reports.tradeoff.overall import overall
-from reports.tradeoff.points import Point, front, point_record
-from reports.tradeoff.routes import ROUTES, route_entries
-from reports.tradeoff.sampling import sampling_entries
-from reports.tradeoff.tasks import Sampled
-from tracer.versions import versions
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.tradeoff.clocks import interleave
+from rayproof.reports.tradeoff.formulas import Task, entries
+from rayproof.reports.tradeoff.ladders import LADDER, ladder_entries
+from rayproof.reports.tradeoff.overall import overall
+from rayproof.reports.tradeoff.points import Point, front, point_record
+from rayproof.reports.tradeoff.routes import ROUTES, route_entries
+from rayproof.reports.tradeoff.sampling import sampling_entries
+from rayproof.reports.tradeoff.tasks import Sampled
+from rayproof.tracer.versions import versions
 
 SAMPLES = "samples"
 KINDS = {SAMPLES: "samples", ROUTES: "paths", LADDER: "ladders"}  # the first half of a diagram's name; others are slots

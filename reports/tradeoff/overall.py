@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from reports.tradeoff.points import Point
+from rayproof.reports.tradeoff.points import Point
 
 
 def overall(points: Sequence[Point], group: str) -> list[Point]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from reports.compare.statistics import Interval
+from rayproof.reports.compare.statistics import Interval
 
 GAIN = 1.01  # an error that is less than a hundredth smaller buys no place on the front
 

@@ -12,24 +12,24 @@ from functools import partial
 import drjit as dr
 import numpy as np
 
-from cases.rounding import PRECISIONS, UNIT_ROUNDOFF, gamma
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference.analytic import Analytic
-from reference.double_double import DoubleDouble
-from reports.compare.received import as_received
-from reports.compare.timing import enlarged
-from reports.paths.routes import FOLDED, full_light
-from reports.tradeoff.clocks import kernel_seconds
-from reports.tradeoff.entry import Entry
-from reports.tradeoff.formulas import pixels
-from reports.tradeoff.points import Point
-from reports.tradeoff.tails import quantile, tail
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.parameters import LITERALS
-from tracer.render import render
-from tracer.trace import Trace
+from rayproof.cases.rounding import PRECISIONS, UNIT_ROUNDOFF, gamma
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.double_double import DoubleDouble
+from rayproof.reports.compare.received import as_received
+from rayproof.reports.compare.timing import enlarged
+from rayproof.reports.paths.routes import FOLDED, full_light
+from rayproof.reports.tradeoff.clocks import kernel_seconds
+from rayproof.reports.tradeoff.entry import Entry
+from rayproof.reports.tradeoff.formulas import pixels
+from rayproof.reports.tradeoff.points import Point
+from rayproof.reports.tradeoff.tails import quantile, tail
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.parameters import LITERALS
+from rayproof.tracer.render import render
+from rayproof.tracer.trace import Trace
 
 ROUTES = "paths"  # the first half of a diagram's name
 RAYS = 2**17  # from here on a lane takes several samples, as in the images that somebody waits for

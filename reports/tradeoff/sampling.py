@@ -6,22 +6,22 @@ from functools import partial
 
 import numpy as np
 
-from cases.rounding import PRECISIONS
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reference.mitsuba3 import variants
-from reference.mitsuba3.images import radiance
-from reference.mitsuba3.references import MitsubaLlvm, MitsubaScalar
-from reference.mitsuba3.worlds import build
-from reports.compare.timing import enlarged, launch
-from reports.tradeoff.clocks import Launch, kernel_seconds, wall_seconds
-from reports.tradeoff.entry import Entry
-from reports.tradeoff.formulas import pixels
-from reports.tradeoff.points import Point
-from reports.tradeoff.tails import root_mean_square
-from tracer.configuration import Configuration
-from tracer.render import render
+from rayproof.cases.rounding import PRECISIONS
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.mitsuba3 import variants
+from rayproof.reference.mitsuba3.images import radiance
+from rayproof.reference.mitsuba3.references import MitsubaLlvm, MitsubaScalar
+from rayproof.reference.mitsuba3.worlds import build
+from rayproof.reports.compare.timing import enlarged, launch
+from rayproof.reports.tradeoff.clocks import Launch, kernel_seconds, wall_seconds
+from rayproof.reports.tradeoff.entry import Entry
+from rayproof.reports.tradeoff.formulas import pixels
+from rayproof.reports.tradeoff.points import Point
+from rayproof.reports.tradeoff.tails import root_mean_square
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 
 PER_SIDE = (1, 2, 4, 8)  # 1, 4, 16, 64 samples per pixel
 # The truth's own sampling error falls as 1 / samples per side (an outline crosses that many cells): four times below 8.

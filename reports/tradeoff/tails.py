@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from reports.compare.statistics import LEVEL, Interval, percentile_interval
+from rayproof.reports.compare.statistics import LEVEL, Interval, percentile_interval
 
 TAIL = 0.99  # of the pixels; the worst of all cannot be estimated, only met
 TILE = 32  # neighbouring pixels that are drawn again together

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from cases.families import select
-from cases.ladders.ladder import Ladder
-from cases.scene import Scene
-from cases.stresses import STRESSES
-from reports.compare.concerned import KINDS, concerned
-from reports.tradeoff.formulas import Task, variants
-from reports.tradeoff.ladders import ladders
+from rayproof.cases.families import select
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.scene import Scene
+from rayproof.cases.stresses import STRESSES
+from rayproof.reports.compare.concerned import KINDS, concerned
+from rayproof.reports.tradeoff.formulas import Task, variants
+from rayproof.reports.tradeoff.ladders import ladders
 
 DEFAULT = (
     "far_sphere_*", "far_cube_1e3", "far_triangle_1e3", "tangent_sphere", "sliver_*", "grazing_plane",

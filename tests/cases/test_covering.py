@@ -2,9 +2,9 @@
 
 import pytest
 
-from cases.covering import covering
-from cases.placement import camera_around, translation
-from cases.scene import Cube, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.covering import covering
+from rayproof.cases.placement import camera_around, translation
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 CAMERA = camera_around((0, 0, 0), distance=4, azimuth=10, elevation=20, width=8, height=6)
 ALWAYS = ("CAM-1", "CAM-2", "CAM-3", "CAM-4")

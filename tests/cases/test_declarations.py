@@ -8,13 +8,13 @@ from textwrap import dedent
 
 import pytest
 
-from cases.declarations import DeclaredRegistry
-from cases.stages import Stage
-from tracer.catalogue import REGISTRIES
+from rayproof.cases.declarations import DeclaredRegistry
+from rayproof.cases.stages import Stage
+from rayproof.tracer.catalogue import REGISTRIES
 
 FORMULAS = tuple(f"{one.package}.{one.package.rsplit('.', 1)[1].upper()}" for one in REGISTRIES)
 INIT = """
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.declarations import DeclaredRegistry
 THINGS = DeclaredRegistry("thing", package="{package}", name="THINGS")
 """
 
@@ -92,7 +92,7 @@ def test_stages_are_read_too_and_any_other_fact_is_asked_of_its_module(
     things: DeclaredRegistry[type], tmp_path: Path
 ) -> None:
     facts = ", stage=Stage.RAY, also=(Stage.OBJECT, 2), when=len('four')"
-    text = "from cases.stages import Stage\n" + thing("new", package=things.package, facts=facts)
+    text = "from rayproof.cases.stages import Stage\n" + thing("new", package=things.package, facts=facts)
     (tmp_path / things.package / "other.py").write_text(text)
     about = things.about("new")
 
@@ -112,7 +112,7 @@ def test_a_name_that_is_no_literal_is_refused(things: DeclaredRegistry[type], tm
         list(things)
 
 
-@pytest.mark.parametrize("registry", ["reference.REFERENCES", *FORMULAS])
+@pytest.mark.parametrize("registry", ["rayproof.reference.REFERENCES", *FORMULAS])
 def test_what_is_declared_is_what_registers(registry: str) -> None:
     # In a process of its own: here another test may have imported them before they were declared.
     module, name = registry.rsplit(".", 1)
@@ -132,9 +132,9 @@ def test_what_is_declared_is_what_registers(registry: str) -> None:
 def test_a_process_that_asks_the_oracle_imports_no_other_reference() -> None:
     script = """
         import sys
-        from reference import REFERENCES
+        from rayproof.reference import REFERENCES
         REFERENCES["analytic"]
-        print(*sorted({name.split(".")[1] for name in sys.modules if name.startswith("reference.")}))
+        print(*sorted({name.split(".")[2] for name in sys.modules if name.startswith("rayproof.reference.")}))
         print(*(name for name in ("drjit", "flint", "mitsuba", "trimesh") if name in sys.modules))
     """
     told = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True).stdout
@@ -145,7 +145,7 @@ def test_a_process_that_asks_the_oracle_imports_no_other_reference() -> None:
 def test_what_formulas_there_are_is_known_without_dr_jit() -> None:
     script = """
         import sys
-        from tracer.configuration import Configuration
+        from rayproof.tracer.configuration import Configuration
         print(*Configuration.parse("float32/lambert=fault_squared").faults)
         print("drjit" in sys.modules)
     """

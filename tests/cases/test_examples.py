@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from cases.scene import Mesh
-from cases.scene_json import load_scene, schema
+from rayproof.cases.scene import Mesh
+from rayproof.cases.scene_json import load_scene, schema
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from cases.mesh_file import mesh_path, read_mesh
-from cases.scene import Mesh, SceneError
-from cases.scene_json import load_scene
+from rayproof.cases.mesh_file import mesh_path, read_mesh
+from rayproof.cases.scene import Mesh, SceneError
+from rayproof.cases.scene_json import load_scene
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.5]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])

@@ -5,7 +5,7 @@ from math import asin, atan2, degrees, tan
 import numpy as np
 import pytest
 
-from cases.placement import (
+from rayproof.cases.placement import (
     camera_around,
     compose,
     frontal_fovy,

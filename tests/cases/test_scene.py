@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, SceneError, Sphere, Square, Triangle
+from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, SceneError, Sphere, Square, Triangle
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)

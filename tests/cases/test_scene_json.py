@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from cases.families import all_cases
-from cases.scene import Mesh, Scene, SceneError
-from cases.scene_json import load_scene, save_scene, scene_from_json, scene_to_json, schema
+from rayproof.cases.families import all_cases
+from rayproof.cases.scene import Mesh, Scene, SceneError
+from rayproof.cases.scene_json import load_scene, save_scene, scene_from_json, scene_to_json, schema
 
 VALIDATOR = Draft202012Validator(schema())
 SMALL = [case for case in all_cases() if sum(len(s.faces) for s in case.scene.shapes if isinstance(s, Mesh)) < 1000]

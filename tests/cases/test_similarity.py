@@ -2,8 +2,8 @@
 
 import pytest
 
-from cases.placement import compose, rotation, scaling, shear, translation
-from cases.similarity import is_similarity
+from rayproof.cases.placement import compose, rotation, scaling, shear, translation
+from rayproof.cases.similarity import is_similarity
 
 TURNED = compose(translation(1e3, -2, 5), rotation((0.3, -0.5, 0.8), 71))
 

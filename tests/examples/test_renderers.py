@@ -8,20 +8,20 @@ from pathlib import Path
 
 import pytest
 
-from cases.case import Case
-from cases.families import all_cases
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.cli import main
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Witness
-from reports.judge.summing_up import Judged
-from reports.run.supported import count_what_is_supported
-from reports.subjects import PROGRAM, Subject
-from reports.subjects.handing_over import hand_over
-from reports.subjects.program import ask_capabilities, candidate
+from rayproof.cases.case import Case
+from rayproof.cases.families import all_cases
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.cli import main
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Witness
+from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.run.supported import count_what_is_supported
+from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects.handing_over import hand_over
+from rayproof.reports.subjects.program import ask_capabilities, candidate
 
 RENDERERS = Path(__file__).parents[2] / "examples" / "renderers"
 STARTERS = Path(__file__).parents[2] / "reports" / "subjects" / "starters"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import Stage
+from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import Stage
 
 ALBEDO = (0.2, 0.5, 0.9)
 FIRST = PointLight(position=(0.3, -0.2, 2.5), flux=(100.0, 70.0, 30.0))

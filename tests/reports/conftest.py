@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from reports.looking.chromium import chromium, missing
+from rayproof.reports.looking.chromium import chromium, missing
 
 
 @pytest.fixture(scope="session")

@@ -10,16 +10,16 @@ from xml.etree import ElementTree
 
 import pytest
 
-from reports.cli import main
-from reports.commands.output import say, show_table
-from reports.plain import legible, legible_json
-from reports.publish import publish_all
-from reports.publish.pixels import handed_over
-from reports.publish.results import save_results
-from reports.run.progress import CaseProgress, worst_first
-from reports.run.scene_case import cases_of_files
-from reports.subjects.calls import call
-from reports.terminal import console
+from rayproof.reports.cli import main
+from rayproof.reports.commands.output import say, show_table
+from rayproof.reports.plain import legible, legible_json
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.pixels import handed_over
+from rayproof.reports.publish.results import save_results
+from rayproof.reports.run.progress import CaseProgress, worst_first
+from rayproof.reports.run.scene_case import cases_of_files
+from rayproof.reports.subjects.calls import call
+from rayproof.reports.terminal import console
 from tests.reports.publish.sample import make_folder
 
 NAME = "ok\n::error title=a::b\r\n::add-mask::c\x1b[31m\x9b1m\u202etxt.exe\u2066 [bold]x[/bold] :warning: \u2028."

@@ -7,7 +7,7 @@ from importlib.resources import files
 
 import pytest
 
-from reports.vendoring import VENDOR, checksums, vtk_viewer
+from rayproof.reports.vendoring import VENDOR, checksums, vtk_viewer
 
 NOTES = (VENDOR / "VENDOR.md").read_text(encoding="utf-8")
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, Cube, Matrix, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.scene import Camera, Cube, Matrix, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 ALBEDO = (0.5, 0.6, 0.7)
 

@@ -3,8 +3,8 @@
 import drjit as dr
 import pytest
 
-from tracer.arrays import array_types, backend
-from tracer.versions import versions
+from rayproof.tracer.arrays import array_types, backend
+from rayproof.tracer.versions import versions
 
 
 def test_fast_math_is_off_so_that_nan_times_zero_is_nan(precision: str) -> None:

@@ -2,10 +2,10 @@
 
 import pytest
 
-from cases.benchmark.scenes import QUICK_SIZES, SCENES
-from cases.families import select
-from tracer.configuration import Configuration
-from tracer.plan import Plan, plan
+from rayproof.cases.benchmark.scenes import QUICK_SIZES, SCENES
+from rayproof.cases.families import select
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.plan import Plan, plan
 
 JUDGED = {plan(case.scene, Configuration()) for case in select(["benchmarked"])}
 

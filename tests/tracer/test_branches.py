@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracer.arrays import array_types
-from tracer.branches import asked, where
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.branches import asked, where
 
 
 def test_asking_computes_everything_everywhere() -> None:

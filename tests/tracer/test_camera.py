@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.stages import Stage
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.stages import Stage
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 from tests.tracer.scenes import camera, scene
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.render import render
 
 RAYS = [formula.variant for formula in FORMULAS.variants("ray") if formula.kind == "right"]
 CAMERA = camera(eye=(31.0, -57.0, 24.0), target=(30.1, -56.2, 23.5), width=7, height=5)

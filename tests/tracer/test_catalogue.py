@@ -2,9 +2,9 @@
 
 import pytest
 
-from cases.case import ITEMS
-from cases.stages import Stage
-from tracer.catalogue import FORMULAS
+from rayproof.cases.case import ITEMS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.catalogue import FORMULAS
 
 # Each erratum that prints a formula, except where the printed form is text only (E16) or a choice (E8, E12).
 ERRATA = ("E1", "E2", "E3", "E4", "E5", "E6", "E7", "E9", "E10", "E11", "E13", "E14", "E15", "E17")

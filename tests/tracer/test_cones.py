@@ -5,14 +5,14 @@ import dataclasses
 import drjit as dr
 import numpy as np
 
-from cases.scene import Sphere
+from rayproof.cases.scene import Sphere
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.cones import Directions, ball, cone
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.parameters import LITERALS
+from rayproof.tracer.plan import Plan
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, octahedron, scene, shapes
-from tracer.arrays import array_types
-from tracer.cones import Directions, ball, cone
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.parameters import LITERALS
-from tracer.plan import Plan
 
 STRIP, ONE_BY_ONE = Plan(columns=4), Plan()
 

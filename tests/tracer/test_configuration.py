@@ -4,8 +4,8 @@ import pickle
 
 import pytest
 
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
 
 
 @pytest.mark.parametrize(

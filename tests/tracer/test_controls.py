@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import Stage
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, camera, matrix, scene
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.render import render
 
 BEHIND = (5.0, -11.0, 6.0)  # m, behind the usual camera
 OFF_CENTER = Sphere(albedo=ALBEDO, center=(0.3, 0.2, 0.6))

@@ -7,16 +7,16 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from cases.scene import Mesh
-from tracer.acceleration.beams import Beam
-from tracer.acceleration.forest import Forest, host_forest
-from tracer.acceleration.parting import any_hit_in_groups
-from tracer.acceleration.traverse import WIDER, Walk, any_hit, nearest
-from tracer.arrays import ArrayTypes, array_types
-from tracer.assets import Assets
-from tracer.catalogue import FORMULAS
-from tracer.rays import Interval, Ray
-from tracer.shear import prepare, turning_alike, turns
+from rayproof.cases.scene import Mesh
+from rayproof.tracer.acceleration.beams import Beam
+from rayproof.tracer.acceleration.forest import Forest, host_forest
+from rayproof.tracer.acceleration.parting import any_hit_in_groups
+from rayproof.tracer.acceleration.traverse import WIDER, Walk, any_hit, nearest
+from rayproof.tracer.arrays import ArrayTypes, array_types
+from rayproof.tracer.assets import Assets
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.shear import prepare, turning_alike, turns
 
 TRIANGLES = 28  # in a tree of 32 leaves, the same kernel for every scene
 LANES, PER_LANE = 64, 4

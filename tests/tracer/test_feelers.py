@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Plane, PointLight, Shape, Sphere, Square
-from cases.stages import Stage
+from rayproof.cases.scene import Cube, Plane, PointLight, Shape, Sphere, Square
+from rayproof.cases.stages import Stage
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
+from rayproof.tracer.shadow_epsilon import shadow_epsilon
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, affine, camera, matrix, scene
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.render import render
-from tracer.shadow_epsilon import shadow_epsilon
 
 STRATEGIES = [formula.variant for formula in FORMULAS.variants("feeler") if formula.kind == "right"]
 # An object far away and under the floor: a blocker as far as the kernel knows, in nobody's way.

@@ -8,16 +8,16 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from cases.rounding import gamma
-from cases.scene import PointLight, Scene, Sphere
-from cases.stages import Stage
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import PointLight, Scene, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.tracer import render as rendering
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.parameters import Literals
+from rayproof.tracer.plan import Plan, plan
+from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, everything, octahedron, scene
-from tracer import render as rendering
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.parameters import Literals
-from tracer.plan import Plan, plan
-from tracer.render import render
 
 SPHERE = Sphere(albedo=ALBEDO, center=(0.1, 0.2, 1.0))
 LIGHTS = tuple(PointLight(position=(2.0, -3.0, 4.0 + k), flux=(30.0, 20.0 + k, 10.0)) for k in range(8))

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from cases.benchmark.meshes import bumpy, uneven
-from tracer.acceleration.build import Tree, build
-from tracer.acceleration.forest import bounds
-from tracer.acceleration.heuristic import build_by_area
-from tracer.acceleration.nodes import quantise
-from tracer.triangles import baked
+from rayproof.cases.benchmark.meshes import bumpy, uneven
+from rayproof.tracer.acceleration.build import Tree, build
+from rayproof.tracer.acceleration.forest import bounds
+from rayproof.tracer.acceleration.heuristic import build_by_area
+from rayproof.tracer.acceleration.nodes import quantise
+from rayproof.tracer.triangles import baked
 
 
 def boxes(count: int, *, seed: int = 1, size: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

@@ -6,13 +6,13 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Cube, Plane, Shape, Sphere, Square, Triangle
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square, Triangle
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.geometry import upload
+from rayproof.tracer.rays import Interval, Ray
 from tests.tracer.scenes import ALBEDO
-from tracer.arrays import array_types
-from tracer.catalogue import FORMULAS, Formula
-from tracer.geometry import upload
-from tracer.rays import Interval, Ray
 
 RIGHT = {
     slot: [formula for formula in FORMULAS.variants(slot) if formula.kind == "right"]

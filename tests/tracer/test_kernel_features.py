@@ -6,13 +6,13 @@ from collections.abc import Collection, Iterator
 import drjit as dr
 import pytest
 
-from cases.scene import IDENTITY, PointLight, Scene, Sphere, Triangle
-from cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.scene import IDENTITY, PointLight, Scene, Sphere, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.plan import Plan
+from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SECOND_LIGHT, affine, octahedron, scene
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.plan import Plan
-from tracer.render import render
 
 SPHERE = Sphere(albedo=ALBEDO, center=(0.1, 0.2, 1.0))
 OTHER = dataclasses.replace(SPHERE, albedo=(0.2, 0.6, 0.7))

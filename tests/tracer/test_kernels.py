@@ -7,13 +7,13 @@ from typing import Any
 import drjit as dr
 import pytest
 
-from cases.scene import IDENTITY, Mesh, Scene, Sphere
-from cases.stages import Stage
+from rayproof.cases.scene import IDENTITY, Mesh, Scene, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.plan import plan
+from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SECOND_LIGHT, SHAPES, everything, octahedron, scene
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.plan import plan
-from tracer.render import render
 
 
 @pytest.fixture(autouse=True)

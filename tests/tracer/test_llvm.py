@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import drjit as dr
 import pytest
 
-from tracer import llvm
-from tracer.arrays import backend
+from rayproof.tracer import llvm
+from rayproof.tracer.arrays import backend
 
 
 def test_a_library_named_by_the_user_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,7 +43,9 @@ def test_a_library_that_aborts_and_was_loaded_before_is_told_in_one_line(monkeyp
     assert "\n" not in str(told.value)
 
 
-@pytest.mark.parametrize("order", ["import drjit, tracer", "import tracer, drjit"])
+@pytest.mark.parametrize(
+    "order", ["import drjit; from rayproof import tracer", "from rayproof import tracer; import drjit"]
+)
 def test_neither_order_of_imports_kills_a_script(order: str) -> None:
     # What an older LLVM cannot compile: a constant of float64.
     script = f"{order}; import drjit.llvm; print(drjit.sqrt(drjit.llvm.Float64([2.0]) * 3.7))"

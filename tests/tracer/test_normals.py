@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Shape
-from cases.stages import Stage
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Shape
+from rayproof.cases.stages import Stage
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 from tests.tracer.scenes import SHAPES, affine, scene
-from tracer.configuration import Configuration
-from tracer.render import render
 
 STAGES = (Stage.RAY, Stage.OBJECT, Stage.POSITION, Stage.NORMAL)
 

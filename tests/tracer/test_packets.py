@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from cases.scene import Cube, PointLight, Scene, Shape, Sphere, Square
-from cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.scene import Cube, PointLight, Scene, Shape, Sphere, Square
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.plan import Plan
+from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, matrix, scene, shapes
-from tracer.configuration import Configuration
-from tracer.plan import Plan
-from tracer.render import render
 
 SCENES = 40
 STRIP, ONE_BY_ONE = Plan(columns=4), Plan()

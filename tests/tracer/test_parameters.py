@@ -7,15 +7,15 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from cases.rounding import gamma
-from cases.scene import IDENTITY, Cube, Scene, Sphere, Square, Triangle
-from cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import IDENTITY, Cube, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.tracer import render as rendering
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.parameters import Literals
+from rayproof.tracer.render import render
 from tests.tracer.scenes import FLOOR, LIGHT, affine, camera, everything, octahedron, scene
-from tracer import render as rendering
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.parameters import Literals
-from tracer.render import render
 
 FAMILY = 50
 

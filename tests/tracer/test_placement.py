@@ -3,11 +3,11 @@
 import drjit as dr
 import numpy as np
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import IDENTITY
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import IDENTITY
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.placement import Placement
 from tests.tracer.scenes import affine
-from tracer.arrays import array_types
-from tracer.placement import Placement
 
 
 def test_a_point_survives_the_way_to_object_space_and_back(precision: str) -> None:

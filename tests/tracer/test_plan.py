@@ -6,14 +6,14 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Cube, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Cube, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.plan import Plan, plan
+from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, affine, camera, everything, matrix, octahedron, scene
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.plan import Plan, plan
-from tracer.render import render
 
 UNROLLED = Plan()
 KINDS = frozenset(("sphere", "cube", "square", "triangle"))

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from cases.scene import Camera, Cube, PointLight, Scene, Sphere
-from cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Sphere
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.reach import LARGEST
+from rayproof.tracer.render import render
 from tests.tracer.scenes import camera, scene
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.reach import LARGEST
-from tracer.render import render
 
 RAYS = [formula.variant for formula in FORMULAS.variants("ray") if formula.kind == "right"]
 OUTRANGED = {"float32": 1e20, "float64": 1e153}  # m

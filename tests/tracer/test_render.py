@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cases.answers import Answers
-from cases.scene import IDENTITY, Shape, Triangle
-from cases.stages import FACTS, IMAGE_STAGES, Stage, exr_channels
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import IDENTITY, Shape, Triangle
+from rayproof.cases.stages import FACTS, IMAGE_STAGES, Stage, exr_channels
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, SHAPES, camera, everything, octahedron, scene
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.render import render
 
 GEOMETRY = (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 RIGHT = [

@@ -6,13 +6,13 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Plane, Scene
-from cases.stages import Stage
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Plane, Scene
+from rayproof.cases.stages import Stage
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 from tests.tracer.scenes import LIGHT, SECOND_LIGHT, camera, everything, scene
-from tracer.arrays import array_types
-from tracer.configuration import Configuration
-from tracer.render import render
 
 
 def expected_irradiance(answers: dict, what: Scene) -> np.ndarray:

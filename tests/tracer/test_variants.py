@@ -6,16 +6,16 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Sphere
-from cases.stages import Stage
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Sphere
+from rayproof.cases.stages import Stage
+from rayproof.tracer.arrays import ArrayTypes, array_types
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.geometry import CubeArrays, SphereArrays, TriangleArrays
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, camera, scene
-from tracer.arrays import ArrayTypes, array_types
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.geometry import CubeArrays, SphereArrays, TriangleArrays
-from tracer.rays import Interval, Ray
-from tracer.render import render
 
 u = UNIT_ROUNDOFF["float32"]
 

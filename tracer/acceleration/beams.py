@@ -16,8 +16,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.rounding import UNIT_ROUNDOFF
-from tracer.acceleration.nodes import STEPS, Nodes
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.tracer.acceleration.nodes import STEPS, Nodes
 
 HUGE = 3e38
 TINY = 2.0**-60  # grid steps per unit of t; a narrower beam is widened to it, which misses nothing

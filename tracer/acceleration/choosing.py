@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracer.acceleration.build import Tree, build
-from tracer.acceleration.heuristic import build_by_area
+from rayproof.tracer.acceleration.build import Tree, build
+from rayproof.tracer.acceleration.heuristic import build_by_area
 
 # The better tree of 82 000 items takes 1.7 s of processor time, which it does not save in a hundred images.
 MOST_BY_AREA = 2**15

@@ -7,17 +7,17 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.scene import Shape, Sphere
-from tracer.acceleration.choosing import tree_over
-from tracer.acceleration.nodes import HostNodes, Nodes, quantise
-from tracer.arrays import ArrayTypes
-from tracer.assets import Assets, packets
-from tracer.configuration import Configuration
-from tracer.gathered import GatheredPlacement
-from tracer.geometry import HALF, SLOTS, CubeArrays, SphereArrays, SquareArrays, square_vectors
-from tracer.parameters import Parameters
-from tracer.placement import Placement
-from tracer.rays import Interval, Ray
+from rayproof.cases.scene import Shape, Sphere
+from rayproof.tracer.acceleration.choosing import tree_over
+from rayproof.tracer.acceleration.nodes import HostNodes, Nodes, quantise
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.assets import Assets, packets
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.gathered import GatheredPlacement
+from rayproof.tracer.geometry import HALF, SLOTS, CubeArrays, SphereArrays, SquareArrays, square_vectors
+from rayproof.tracer.parameters import Parameters
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.rays import Interval, Ray
 
 Members = tuple[tuple[int, Shape], ...]  # (index into the scene's shapes, shape), ascending
 MATRIX, CENTER, VECTORS = 12, 4, 12  # numbers in a record: inverse and translation; centre and radius; square's own

@@ -7,16 +7,16 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.scene import Mesh, Triangle
-from tracer.acceleration.choosing import tree_over
-from tracer.acceleration.nodes import HostNodes, Nodes, quantise
-from tracer.arrays import ArrayTypes
-from tracer.assets import Assets, aligned, packets
-from tracer.configuration import Configuration
-from tracer.geometry import TriangleArrays
-from tracer.parameters import LITERALS, Parameters
-from tracer.rays import Interval, Ray
-from tracer.triangles import baked, degenerate, in_pieces, object_normals, slenderness
+from rayproof.cases.scene import Mesh, Triangle
+from rayproof.tracer.acceleration.choosing import tree_over
+from rayproof.tracer.acceleration.nodes import HostNodes, Nodes, quantise
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.assets import Assets, aligned, packets
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.geometry import TriangleArrays
+from rayproof.tracer.parameters import LITERALS, Parameters
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.triangles import baked, degenerate, in_pieces, object_normals, slenderness
 
 Meshes = tuple[tuple[int, Mesh | Triangle], ...]  # (index into the scene's shapes, mesh), ascending
 RECORD = 12  # words per slot: nine coordinates, the number, and two that make it three packets of four

@@ -9,7 +9,7 @@ Source: MacDonald and Booth, "Heuristics for ray tracing using space subdivision
 
 import numpy as np
 
-from tracer.acceleration.build import Tree
+from rayproof.tracer.acceleration.build import Tree
 
 
 def _unit(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,10 +13,10 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from tracer.acceleration.build import Tree
-from tracer.arrays import ArrayTypes
-from tracer.assets import Assets, aligned, packets
-from tracer.parameters import Parameters
+from rayproof.tracer.acceleration.build import Tree
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.assets import Assets, aligned, packets
+from rayproof.tracer.parameters import Parameters
 
 STEPS = 65535
 CHILDREN, AXES = 4, 3

@@ -9,9 +9,9 @@ from typing import Any
 
 import drjit as dr
 
-from tracer.acceleration.beams import larger, reduced, smaller
-from tracer.acceleration.traverse import Walk, any_hit
-from tracer.arrays import ArrayTypes
+from rayproof.tracer.acceleration.beams import larger, reduced, smaller
+from rayproof.tracer.acceleration.traverse import Walk, any_hit
+from rayproof.tracer.arrays import ArrayTypes
 
 APART = 2.0  # times what a tile spans whose neighbours are all as close as the closest two; measured
 

@@ -11,11 +11,11 @@ from typing import Any, Protocol
 
 import drjit as dr
 
-from tracer.acceleration.beams import Beam
-from tracer.acceleration.nodes import Nodes
-from tracer.arrays import ArrayTypes
-from tracer.configuration import Configuration
-from tracer.rays import Interval, Ray
+from rayproof.tracer.acceleration.beams import Beam
+from rayproof.tracer.acceleration.nodes import Nodes
+from rayproof.tracer.arrays import ArrayTypes
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.rays import Interval, Ray
 
 NONE = 0x7FFFFFFF  # the number of no item
 DONE = 0xFFFFFFFF  # the node of those that are done

@@ -22,8 +22,8 @@ are Dr.Jit arrays of the configuration's precision (literals for what belongs to
 from collections.abc import Callable
 from typing import Any
 
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.declarations import DeclaredRegistry
 
 CAMERA: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
-    "camera formula", package="tracer.camera", name="CAMERA"
+    "camera formula", package="rayproof.tracer.camera", name="CAMERA"
 )

@@ -4,9 +4,9 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
-from tracer.directions import unit
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
+from rayproof.tracer.directions import unit
 
 
 @CAMERA.register("basis/right_handed", covers=("CAM-1",), kind="right", stage=Stage.CAMERA, default=True)

@@ -4,9 +4,9 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
-from tracer.matrices import quad
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
+from rayproof.tracer.matrices import quad
 
 
 @CAMERA.register("ray/half_depth", covers=("CAM-5",), kind="control", stage=Stage.RAY, erratum="E14")

@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
 
 
 @CAMERA.register("ray/reference_point", covers=("CAM-4",), kind="right", stage=Stage.RAY, default=True)

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
 
 
 @CAMERA.register("sample/corner", covers=("CAM-3",), kind="control", stage=Stage.CAMERA, erratum="E1")

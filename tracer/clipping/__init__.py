@@ -8,8 +8,8 @@ Contract: "clip_depth/...", "clip_shell/...", "clip_none/..." with the facts lis
 from collections.abc import Callable
 from typing import Any
 
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.declarations import DeclaredRegistry
 
 CLIPPING: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
-    "clipping formula", package="tracer.clipping", name="CLIPPING"
+    "clipping formula", package="rayproof.tracer.clipping", name="CLIPPING"
 )

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.clipping import CLIPPING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.clipping import CLIPPING
 
 
 @CLIPPING.register("clip_depth/shell", covers=("HIT-2",), kind="control", stage=Stage.OBJECT, erratum="E2")

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.clipping import CLIPPING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.clipping import CLIPPING
 
 
 @CLIPPING.register("clip_shell/distance", covers=("HIT-2",), kind="right", stage=Stage.OBJECT, default=True)

@@ -17,8 +17,8 @@ Contract, with the facts listed in `tracer.camera`:
 from collections.abc import Callable
 from typing import Any
 
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.declarations import DeclaredRegistry
 
 FEELERS: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
-    "feeler formula", package="tracer.feelers", name="FEELERS"
+    "feeler formula", package="rayproof.tracer.feelers", name="FEELERS"
 )

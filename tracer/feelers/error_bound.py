@@ -11,11 +11,11 @@ from typing import Any
 
 import drjit as dr
 
-from cases.rounding import gamma
-from cases.stages import Stage
-from tracer.feelers import FEELERS
-from tracer.feeling import Hit, Start
-from tracer.floats import next_towards
+from rayproof.cases.rounding import gamma
+from rayproof.cases.stages import Stage
+from rayproof.tracer.feelers import FEELERS
+from rayproof.tracer.feeling import Hit, Start
+from rayproof.tracer.floats import next_towards
 
 
 @FEELERS.register(

@@ -5,9 +5,9 @@ Source: Shirley, "Ray Tracing in One Weekend" (2016 and later), on shadow acne.
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.feelers import FEELERS
-from tracer.feeling import Hit, Start
+from rayproof.cases.stages import Stage
+from rayproof.tracer.feelers import FEELERS
+from rayproof.tracer.feeling import Hit, Start
 
 MINIMUM = 1e-3  # m
 

@@ -6,9 +6,9 @@ normal, so it grows towards the terminator, where blockers close to the surface 
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.feelers import FEELERS
-from tracer.feeling import Hit, Start
+from rayproof.cases.stages import Stage
+from rayproof.tracer.feelers import FEELERS
+from rayproof.tracer.feeling import Hit, Start
 
 
 @FEELERS.register(

@@ -9,10 +9,10 @@ from typing import Any
 
 import drjit as dr
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.stages import Stage
-from tracer.feelers import FEELERS
-from tracer.feeling import Hit, Start
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.stages import Stage
+from rayproof.tracer.feelers import FEELERS
+from rayproof.tracer.feeling import Hit, Start
 
 RAY_EPSILON = 1500.0  # unit roundoffs
 SHADOW_EPSILON = 15000.0

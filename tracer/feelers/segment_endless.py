@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.feelers import FEELERS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.feelers import FEELERS
 
 
 @FEELERS.register("segment/endless", covers=("LIT-1",), kind="control", stage=Stage.VISIBILITY, erratum="E10")

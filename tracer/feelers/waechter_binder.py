@@ -9,11 +9,11 @@ from typing import Any
 
 import drjit as dr
 
-from cases.rounding import UNIT_ROUNDOFF
-from cases.stages import Stage
-from tracer.feelers import FEELERS
-from tracer.feeling import Hit, Start
-from tracer.floats import moved_by_ulps
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.stages import Stage
+from rayproof.tracer.feelers import FEELERS
+from rayproof.tracer.feeling import Hit, Start
+from rayproof.tracer.floats import moved_by_ulps
 
 NEAR_ORIGIN = 1 / 32  # m, below which spacings are too small
 OFFSET = 1 / 65536  # m, of the normal there

@@ -18,8 +18,8 @@ A NaN is a miss; nothing else may turn a hit into a miss afterwards, so a formul
 from collections.abc import Callable
 from typing import Any
 
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.declarations import DeclaredRegistry
 
 INTERSECTIONS: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
-    "intersection formula", package="tracer.intersections", name="INTERSECTIONS"
+    "intersection formula", package="rayproof.tracer.intersections", name="INTERSECTIONS"
 )

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
 
 
 @INTERSECTIONS.register("nearest/smaller", covers=("HIT-9",), kind="right", stage=Stage.OBJECT, default=True)

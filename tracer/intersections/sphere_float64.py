@@ -7,11 +7,11 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
-from tracer.quadratic import stable_roots
-from tracer.rays import Interval, Ray
-from tracer.wide import in_float64
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.quadratic import stable_roots
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.wide import in_float64
 
 
 @INTERSECTIONS.register("sphere/float64", covers=("HIT-1",), kind="right", stage=Stage.OBJECT, space="object")

@@ -8,11 +8,11 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
-from tracer.products import difference_of_products
-from tracer.quadratic import stable_roots
-from tracer.rays import Interval, Ray
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.products import difference_of_products
+from rayproof.tracer.quadratic import stable_roots
+from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register("sphere/kahan", covers=("HIT-1",), kind="right", stage=Stage.OBJECT, space="object")

@@ -7,9 +7,9 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
-from tracer.rays import Interval, Ray
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register("square/half_vectors", covers=("HIT-8",), kind="right", stage=Stage.OBJECT, space="world")

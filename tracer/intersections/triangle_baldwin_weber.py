@@ -10,10 +10,10 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
-from tracer.rays import Interval, Ray
-from tracer.wide import in_float64
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.wide import in_float64
 
 
 def _rows(triangle: Any) -> tuple[tuple[Any, Any], ...]:

@@ -10,9 +10,9 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
-from tracer.rays import Interval, Ray
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.rays import Interval, Ray
 
 EPSILON = 1e-8  # m^2
 

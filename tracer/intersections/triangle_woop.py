@@ -8,10 +8,10 @@ Source: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", Journal 
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
-from tracer.rays import Interval, Ray
-from tracer.shear import distance, edge_functions, shear
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.shear import distance, edge_functions, shear
 
 
 @INTERSECTIONS.register("triangle/woop", covers=("HIT-5",), kind="right", stage=Stage.OBJECT, space="world")

@@ -10,11 +10,11 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
-from tracer.rays import Interval, Ray
-from tracer.shear import distance, edge_functions, shear
-from tracer.wide import in_float64
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.shear import distance, edge_functions, shear
+from rayproof.tracer.wide import in_float64
 
 
 def _in_float64(a: Any, b: Any, c: Any, d: Any) -> Any:

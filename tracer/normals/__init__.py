@@ -12,8 +12,8 @@ Contract, with the facts listed in `tracer.camera`:
 from collections.abc import Callable
 from typing import Any
 
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.declarations import DeclaredRegistry
 
 NORMALS: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
-    "normal formula", package="tracer.normals", name="NORMALS"
+    "normal formula", package="rayproof.tracer.normals", name="NORMALS"
 )

@@ -7,10 +7,10 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.geometry import HALF
-from tracer.normals import NORMALS
-from tracer.rays import Ray
+from rayproof.cases.stages import Stage
+from rayproof.tracer.geometry import HALF
+from rayproof.tracer.normals import NORMALS
+from rayproof.tracer.rays import Ray
 
 
 @NORMALS.register("cube_normal/entering_slab", covers=("NRM-2",), kind="right", stage=Stage.NORMAL, takes="ray")

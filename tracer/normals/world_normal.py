@@ -4,9 +4,9 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.normals import NORMALS
-from tracer.placement import Placement
+from rayproof.cases.stages import Stage
+from rayproof.tracer.normals import NORMALS
+from rayproof.tracer.placement import Placement
 
 
 @NORMALS.register(

@@ -5,10 +5,10 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.stages import Stage
-from tracer.matrices import quad
-from tracer.normals import NORMALS
-from tracer.placement import Placement
+from rayproof.cases.stages import Stage
+from rayproof.tracer.matrices import quad
+from rayproof.tracer.normals import NORMALS
+from rayproof.tracer.placement import Placement
 
 
 @NORMALS.register("world_normal/with_w", covers=("NRM-3",), kind="control", stage=Stage.NORMAL, erratum="E13")

@@ -17,8 +17,8 @@ Contract, with the facts listed in `tracer.camera`. `cosine` is dot(N, L), which
 from collections.abc import Callable
 from typing import Any
 
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.declarations import DeclaredRegistry
 
 SHADING: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
-    "shading formula", package="tracer.shading", name="SHADING"
+    "shading formula", package="rayproof.tracer.shading", name="SHADING"
 )

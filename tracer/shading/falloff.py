@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.shading import SHADING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.shading import SHADING
 
 
 @SHADING.register("falloff/inverse_square", covers=("RAD-1",), kind="right", stage=Stage.IRRADIANCE, default=True)

@@ -8,8 +8,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.shading import SHADING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.shading import SHADING
 
 
 @SHADING.register("falloff/scaled", covers=("RAD-1",), kind="right", stage=Stage.IRRADIANCE, by="away")

@@ -12,8 +12,8 @@ Contract, with the facts listed in `tracer.camera`; a `placement` is `tracer.pla
 from collections.abc import Callable
 from typing import Any
 
-from cases.declarations import DeclaredRegistry
+from rayproof.cases.declarations import DeclaredRegistry
 
 TRANSFORMS: DeclaredRegistry[Callable[..., Any]] = DeclaredRegistry(
-    "transform", package="tracer.transforms", name="TRANSFORMS"
+    "transform", package="rayproof.tracer.transforms", name="TRANSFORMS"
 )

@@ -8,9 +8,9 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.rays import Ray
-from tracer.transforms import TRANSFORMS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.rays import Ray
+from rayproof.tracer.transforms import TRANSFORMS
 
 
 @TRANSFORMS.register("position/reprojected", covers=("XF-2",), kind="right", stage=Stage.POSITION)

@@ -1,9 +1,9 @@
 """A ray into object space."""
 
-from cases.stages import Stage
-from tracer.placement import Placement
-from tracer.rays import Ray
-from tracer.transforms import TRANSFORMS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.rays import Ray
+from rayproof.tracer.transforms import TRANSFORMS
 
 
 @TRANSFORMS.register("to_object/inverse", covers=("XF-1",), kind="right", stage=Stage.OBJECT, default=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.ladders.draws import directions, rounded
-from cases.ladders.ladder import Inputs
+from rayproof.cases.ladders.draws import directions, rounded
+from rayproof.cases.ladders.ladder import Inputs
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.ladders.draws import across, directions, rounded
-from cases.ladders.ladder import Draw, Inputs
+from rayproof.cases.ladders.draws import across, directions, rounded
+from rayproof.cases.ladders.ladder import Draw, Inputs
 
 ASPECT = 1.75  # exact in both precisions
 

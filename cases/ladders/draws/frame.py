@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from cases.ladders.draws import across, directions, rounded
-from cases.ladders.ladder import Draw, Inputs
+from rayproof.cases.ladders.draws import across, directions, rounded
+from rayproof.cases.ladders.ladder import Draw, Inputs
 
 NEAR, FAR, FOVY, ASPECT = 0.125, 8.0, 60.0, 1.75
 PER_SIDE = 3  # no power of two: a division that rounds

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.ladders.draws import across, directions, rounded
-from cases.ladders.ladder import Draw, Inputs
+from rayproof.cases.ladders.draws import across, directions, rounded
+from rayproof.cases.ladders.ladder import Draw, Inputs
 
 
 def _slanted(normal: np.ndarray, cosine: np.ndarray, generator: np.random.Generator) -> np.ndarray:

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cases.ladders.draws import across, directions, rotation, rounded
-from cases.ladders.ladder import Draw, Inputs
+from rayproof.cases.ladders.draws import across, directions, rotation, rounded
+from rayproof.cases.ladders.ladder import Draw, Inputs
 
 MATRICES = 2  # per value
 Make = Callable[[float, np.random.Generator], np.ndarray]  # (3, 4)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.ladders.draws import rounded
-from cases.ladders.ladder import Inputs
+from rayproof.cases.ladders.draws import rounded
+from rayproof.cases.ladders.ladder import Inputs
 
 MOST = 64  # lights
 

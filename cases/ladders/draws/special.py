@@ -4,8 +4,8 @@ from itertools import combinations, product
 
 import numpy as np
 
-from cases.ladders.draws import directions, rounded
-from cases.ladders.ladder import Draw, Inputs
+from rayproof.cases.ladders.draws import directions, rounded
+from rayproof.cases.ladders.ladder import Draw, Inputs
 
 TINIEST = {"float32": (2.0**-149, 2.0**-127), "float64": (2.0**-1074, 2.0**-1023)}
 LARGEST = {"float32": float(np.finfo(np.float32).max), "float64": float(np.finfo(np.float64).max)}

@@ -9,10 +9,12 @@ changes which scenes have which, so that it comes with a new major number of `ca
 from collections.abc import Callable
 from enum import IntEnum
 
-from cases.random.draft import Draft
-from cases.registry import Registry
+from rayproof.cases.random.draft import Draft
+from rayproof.cases.registry import Registry
 
-FEATURES: Registry[Callable[[Draft], None]] = Registry("feature of random scenes", package="cases.random.features")
+FEATURES: Registry[Callable[[Draft], None]] = Registry(
+    "feature of random scenes", package="rayproof.cases.random.features"
+)
 
 
 class Step(IntEnum):

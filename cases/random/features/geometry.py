@@ -5,10 +5,10 @@ from typing import cast
 
 import numpy as np
 
-from cases.placement import compose, rotation, scaling, shear, translation
-from cases.random.draft import Draft, placement, rgb, shape_of
-from cases.random.features import FEATURES, Step
-from cases.scene import Cube, Mesh, Plane, Sphere, Square, Triangle
+from rayproof.cases.placement import compose, rotation, scaling, shear, translation
+from rayproof.cases.random.draft import Draft, placement, rgb, shape_of
+from rayproof.cases.random.features import FEATURES, Step
+from rayproof.cases.scene import Cube, Mesh, Plane, Sphere, Square, Triangle
 
 
 def _mesh(draft: Draft) -> tuple[int, Mesh]:

@@ -5,10 +5,10 @@ from typing import cast
 
 import numpy as np
 
-from cases.placement import mapped
-from cases.random.draft import FLUX, Draft, rgb
-from cases.random.features import FEATURES, Step
-from cases.scene import Cube, PointLight, Rgb, Sphere, Square, Triangle, Vector
+from rayproof.cases.placement import mapped
+from rayproof.cases.random.draft import FLUX, Draft, rgb
+from rayproof.cases.random.features import FEATURES, Step
+from rayproof.cases.scene import Cube, PointLight, Rgb, Sphere, Square, Triangle, Vector
 
 
 def _move(draft: Draft, position: Vector) -> None:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from cases.placement import mapped
-from cases.random.draft import Draft
-from cases.random.features import FEATURES, Step
-from cases.scene import Cube, Sphere, Square
+from rayproof.cases.placement import mapped
+from rayproof.cases.random.draft import Draft
+from rayproof.cases.random.features import FEATURES, Step
+from rayproof.cases.scene import Cube, Sphere, Square
 
 
 @FEATURES.register("eye_inside", step=Step.CAMERA, group="eye", what="The eye is inside a shape.")

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.scene import Scene
-from reference.analytic.edges.borders import borders_of
-from reference.analytic.edges.crossings import crossing_distances
-from reference.analytic.edges.hits import Hits, hits_of
-from reference.analytic.edges.lamps import LightEnd, gaps_to, light_ends
-from reference.analytic.edges.meetings import meetings_of, next_depths, undecided_depths
-from reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
-from reference.analytic.edges.screens import Screens
-from reference.analytic.edges.shadows import shadow_distances, terminator_distances
-from reference.analytic.edges.sights import sight_from_eye
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.planes import Flat
-from reference.analytic.surfaces import surface_of
+from rayproof.cases.scene import Scene
+from rayproof.reference.analytic.edges.borders import borders_of
+from rayproof.reference.analytic.edges.crossings import crossing_distances
+from rayproof.reference.analytic.edges.hits import Hits, hits_of
+from rayproof.reference.analytic.edges.lamps import LightEnd, gaps_to, light_ends
+from rayproof.reference.analytic.edges.meetings import meetings_of, next_depths, undecided_depths
+from rayproof.reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
+from rayproof.reference.analytic.edges.screens import Screens
+from rayproof.reference.analytic.edges.shadows import shadow_distances, terminator_distances
+from rayproof.reference.analytic.edges.sights import sight_from_eye
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.planes import Flat
+from rayproof.reference.analytic.surfaces import surface_of
 
 # Taken off every bound: what float64 may have lost, with room to spare, and far below what a renderer under test loses.
 ROUNDING = 1e-9  # px

@@ -5,10 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from cases.scene import Shape
-from reference.analytic.polygons import Polygons, blocks
-from reference.analytic.surfaces import surface_of
-from reference.analytic.vectors import cross, dot
+from rayproof.cases.scene import Shape
+from rayproof.reference.analytic.polygons import Polygons, blocks
+from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.vectors import cross, dot
 
 
 @dataclass(frozen=True, kw_only=True)

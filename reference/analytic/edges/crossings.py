@@ -4,16 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cases.stages import Stage
-from reference.analytic.edges.hits import Hits
-from reference.analytic.edges.meetings import Meeting
-from reference.analytic.edges.screens import Screens
-from reference.analytic.edges.sheets import Sheet, constant_sheet, ellipsoid_sheet, flat_sheet, shell_sheet
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.planes import Flat
-from reference.analytic.polygons import Polygons
-from reference.analytic.surfaces import surface_of
-from reference.analytic.vectors import length
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic.edges.hits import Hits
+from rayproof.reference.analytic.edges.meetings import Meeting
+from rayproof.reference.analytic.edges.screens import Screens
+from rayproof.reference.analytic.edges.sheets import Sheet, constant_sheet, ellipsoid_sheet, flat_sheet, shell_sheet
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.planes import Flat
+from rayproof.reference.analytic.polygons import Polygons
+from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.vectors import length
 
 
 def crossing_distances(hits: Hits, screens: Screens, meetings: Sequence[Meeting]) -> np.ndarray:

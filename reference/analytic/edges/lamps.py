@@ -8,16 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.scene import Cube
-from cases.stages import Stage
-from reference.analytic.edges.hits import Hits
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.ends import Ends, ends_of
-from reference.analytic.feelers import above_horizon, blocked
-from reference.analytic.planes import Flat
-from reference.analytic.polygons import Polygons
-from reference.analytic.surfaces import Surface, surface_of
-from reference.analytic.vectors import cross, dot, length
+from rayproof.cases.scene import Cube
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic.edges.hits import Hits
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.ends import Ends, ends_of
+from rayproof.reference.analytic.feelers import above_horizon, blocked
+from rayproof.reference.analytic.planes import Flat
+from rayproof.reference.analytic.polygons import Polygons
+from rayproof.reference.analytic.surfaces import Surface, surface_of
+from rayproof.reference.analytic.vectors import cross, dot, length
 
 # Of the coordinates: lights farther from a surface than this are told apart by whatever renderer is worth judging.
 NEAR = 1e-3

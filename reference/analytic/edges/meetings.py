@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.scene import Mesh, Triangle
-from cases.stages import Stage
-from reference.analytic.edges.hits import Hits
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.planes import Flat
-from reference.analytic.polygons import Polygons
-from reference.analytic.surfaces import surface_of
+from rayproof.cases.scene import Mesh, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic.edges.hits import Hits
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.planes import Flat
+from rayproof.reference.analytic.polygons import Polygons
+from rayproof.reference.analytic.surfaces import surface_of
 
 # Of eye and distance: crossings closer than this float64 itself may have in either order, with room to spare.
 SAME_DEPTH = 1e-12

@@ -7,15 +7,15 @@ counts.
 
 import numpy as np
 
-from reference.analytic.edges.borders import Borders
-from reference.analytic.edges.bounds import reach
-from reference.analytic.edges.screens import Screens
-from reference.analytic.edges.sheets import farthest, metric
-from reference.analytic.edges.sights import Sight
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.pencils import FEW, bundles
-from reference.analytic.polygons import blocks
-from reference.analytic.vectors import cross, dot, length
+from rayproof.reference.analytic.edges.borders import Borders
+from rayproof.reference.analytic.edges.bounds import reach
+from rayproof.reference.analytic.edges.screens import Screens
+from rayproof.reference.analytic.edges.sheets import farthest, metric
+from rayproof.reference.analytic.edges.sights import Sight
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.pencils import FEW, bundles
+from rayproof.reference.analytic.polygons import blocks
+from rayproof.reference.analytic.vectors import cross, dot, length
 
 # With this many edges hardly a pixel of theirs is farther than that from the nearest, and looking farther is slow.
 MANY = 2000

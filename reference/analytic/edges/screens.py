@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.vectors import dot, length
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.vectors import dot, length
 
 # Float64 roundings of a plane's height, relative to the coordinates that enter it, with room to spare.
 ROUNDING = 1e-12

@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from cases.scene import Cube, Mesh, PointLight, Triangle
-from cases.stages import Stage
-from reference.analytic.edges.borders import borders_of
-from reference.analytic.edges.bounds import reach
-from reference.analytic.edges.hits import Hits
-from reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
-from reference.analytic.edges.screens import ROUNDING
-from reference.analytic.edges.sights import sight_from_light
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.feelers import above_horizon, blocked_by_itself
-from reference.analytic.planes import Flat
-from reference.analytic.surfaces import surface_of
-from reference.analytic.vectors import dot, length
+from rayproof.cases.scene import Cube, Mesh, PointLight, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic.edges.borders import borders_of
+from rayproof.reference.analytic.edges.bounds import reach
+from rayproof.reference.analytic.edges.hits import Hits
+from rayproof.reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
+from rayproof.reference.analytic.edges.screens import ROUNDING
+from rayproof.reference.analytic.edges.sights import sight_from_light
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.feelers import above_horizon, blocked_by_itself
+from rayproof.reference.analytic.planes import Flat
+from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.vectors import dot, length
 
 
 def shadow_distances(hits: Hits, light: PointLight) -> np.ndarray:

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reference.analytic.edges.bounds import reach
-from reference.analytic.edges.sheets import Sheet, no_sheet
-from reference.analytic.vectors import length
-from reference.analytic.views import View
+from rayproof.reference.analytic.edges.bounds import reach
+from rayproof.reference.analytic.edges.sheets import Sheet, no_sheet
+from rayproof.reference.analytic.vectors import length
+from rayproof.reference.analytic.views import View
 
 
 @dataclass(frozen=True, kw_only=True)

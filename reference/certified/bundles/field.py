@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from flint import arb, fmpq
 
-from reference.certified.bundles.numbers import SAFE, TINY, Bundle, larger
-from reference.certified.fields import UndecidedError
+from rayproof.reference.certified.bundles.numbers import SAFE, TINY, Bundle, larger
+from rayproof.reference.certified.fields import UndecidedError
 
 UNKNOWN = 2
 

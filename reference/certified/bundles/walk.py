@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reference.certified.bundles.field import Bundles, PartedError, constant
-from reference.certified.bundles.numbers import Bundle
-from reference.certified.fields import Balls, UndecidedError, Vector, precision
-from reference.certified.paths import Path, Suspects
-from reference.certified.truths import ABOUT_ZERO, NARROW, POSITION
-from reference.certified.views import view_of
-from reference.certified.worlds import World
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.certified.bundles.field import Bundles, PartedError, constant
+from rayproof.reference.certified.bundles.numbers import Bundle
+from rayproof.reference.certified.fields import Balls, UndecidedError, Vector, precision
+from rayproof.reference.certified.paths import Path, Suspects
+from rayproof.reference.certified.truths import ABOUT_ZERO, NARROW, POSITION
+from rayproof.reference.certified.views import view_of
+from rayproof.reference.certified.worlds import World
 
 BITS = 192  # of the balls that constants are made from
 # Balls take 60 us a pixel; a bundle's numbers take some 3 ms to move, however few they are.

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
-from reference.certified.filters.margins import Margin, floats, of, products
-from reference.certified.placements import placement_of, rational, winding_of
-from reference.certified.vectors import Rational, cross, dot, minus
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
+from rayproof.reference.certified.filters.margins import Margin, floats, of, products
+from rayproof.reference.certified.placements import placement_of, rational, winding_of
+from rayproof.reference.certified.vectors import Rational, cross, dot, minus
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,15 +4,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.scene import Scene
-from reference.certified.fields import Balls, exact, precision
-from reference.certified.filters.margins import SAFE, UNIT, Margin, floats, of, products
-from reference.certified.filters.reach import Reach, Span, reach
-from reference.certified.paths import Suspects
-from reference.certified.placements import faces_of, rational
-from reference.certified.vectors import Rational
-from reference.certified.views import View, view_of
-from reference.certified.worlds import Surface
+from rayproof.cases.scene import Scene
+from rayproof.reference.certified.fields import Balls, exact, precision
+from rayproof.reference.certified.filters.margins import SAFE, UNIT, Margin, floats, of, products
+from rayproof.reference.certified.filters.reach import Reach, Span, reach
+from rayproof.reference.certified.paths import Suspects
+from rayproof.reference.certified.placements import faces_of, rational
+from rayproof.reference.certified.vectors import Rational
+from rayproof.reference.certified.views import View, view_of
+from rayproof.reference.certified.worlds import Surface
 
 CELLS = 400_000  # rays times faces in one piece
 

@@ -5,9 +5,9 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from cases.scene import Mesh, Scene
-from reference.embree import cameras
-from reports.bench import CONTENDERS, Prepared
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.reference.embree import cameras
+from rayproof.reports.bench import CONTENDERS, Prepared
 
 
 @CONTENDERS.register("embree")

@@ -9,11 +9,11 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.scene import Scene
-from reference.mitsuba3.variants import load, unavailable
-from reports.bench import CONTENDERS, Prepared
-from reports.bench.contenders.mitsuba_scene import loaded
-from reports.bench.kernels import kernels
+from rayproof.cases.scene import Scene
+from rayproof.reference.mitsuba3.variants import load, unavailable
+from rayproof.reports.bench import CONTENDERS, Prepared
+from rayproof.reports.bench.contenders.mitsuba_scene import loaded
+from rayproof.reports.bench.kernels import kernels
 
 VARIANT = "llvm_ad_rgb"
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Mesh, Scene
-from reference.mitsuba3.shapes import entries
-from reference.mitsuba3.variants import load
-from reference.mitsuba3.worlds import intensity, sensor
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.reference.mitsuba3.shapes import entries
+from rayproof.reference.mitsuba3.variants import load
+from rayproof.reference.mitsuba3.worlds import intensity, sensor
 
 
 # One for each of two variants: Dr.Jit asks all shapes in the process at every call, so that a copy slows the others.

@@ -6,11 +6,11 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.scene import Scene
-from reports.bench import CONTENDERS, Prepared
-from reports.bench.kernels import fastest
-from tracer.configuration import Configuration
-from tracer.frames import Frames
+from rayproof.cases.scene import Scene
+from rayproof.reports.bench import CONTENDERS, Prepared
+from rayproof.reports.bench.kernels import fastest
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
 
 REPETITIONS = 9  # frames, of which the fastest one's kernels are held against the machine's limit
 

@@ -4,10 +4,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cases.scene import Mesh, Scene
-from cases.stages import Stage
-from reference import REFERENCES
-from reports.bench import CONTENDERS, Prepared
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reports.bench import CONTENDERS, Prepared
 
 LARGEST = 50_000  # triangles; their scenes are text
 MOST_PIXELS = 2**18  # a larger picture takes minutes

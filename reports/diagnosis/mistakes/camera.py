@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Camera, Scene
-from cases.stages import IMAGE_STAGES, Stage
-from reports.diagnosis import MISTAKES, Given, Laid, Mistake, Way
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Camera, Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.diagnosis import MISTAKES, Given, Laid, Mistake, Way
 
 
 def _flipped(axis: int) -> Laid:

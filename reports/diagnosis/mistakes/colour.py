@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
-from reports.judge.channels import dot
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
+from rayproof.reports.judge.channels import dot
 
 
 def _radiance(

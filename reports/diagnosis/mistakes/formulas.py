@@ -4,8 +4,8 @@ What one of them shows may depend on the right formulas around it: a fault of th
 alone that is met by its half vectors. So each is tried beside squares of either kind.
 """
 
-from reports.diagnosis import MISTAKES, Mistake, Way
-from tracer.catalogue import FORMULAS, Formula
+from rayproof.reports.diagnosis import MISTAKES, Mistake, Way
+from rayproof.tracer.catalogue import FORMULAS, Formula
 
 # Those that a stranger makes, in words; the rest says what its formula says.
 SAYS = {

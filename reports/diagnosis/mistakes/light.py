@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import PointLight, Scene
-from cases.stages import Stage
-from reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
-from reports.judge.channels import dot
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
+from rayproof.reports.judge.channels import dot
 
 # From the squared distance [m^2], the cosine and the parameter to what a light's flux is multiplied by.
 Strength = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
@@ -93,7 +93,7 @@ def _over_lights(change: Callable[[int, int], float]) -> Wrong:
     """Return irradiance with each light's flux times a factor that depends on its place among all."""
 
     def irradiance(given: Given) -> np.ndarray:
-        from reference.analytic import Analytic
+        from rayproof.reference.analytic import Analytic
 
         count = len(given.scene.lights)
         lights = tuple(

@@ -9,10 +9,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cases.scene import Cube, Mesh, Shape, Sphere, Triangle
-from cases.stages import Stage
-from reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
-from reports.judge.channels import dot, length
+from rayproof.cases.scene import Cube, Mesh, Shape, Sphere, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
+from rayproof.reports.judge.channels import dot, length
 
 # From a shape, points on it and its outward unit normals in the world (n, 3) to the wrong outward normals.
 Turned = Callable[[Shape, np.ndarray, np.ndarray], np.ndarray]
@@ -87,7 +87,7 @@ def _blocked_by_its_own_face(given: Given) -> np.ndarray:
 
 
 def _true_normals(given: Given) -> np.ndarray:
-    from reference.analytic import Analytic
+    from rayproof.reference.analytic import Analytic
 
     return Analytic().continue_from(given.scene, Stage.NORMAL, given.answers)
 

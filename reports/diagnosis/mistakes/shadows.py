@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
-from reports.judge.channels import dot
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
+from rayproof.reports.judge.channels import dot
 
 ORACLE = Analytic()
 NOBODY = 1e6  # the number of a shape that is none: a feeler that starts in the air is on no surface
@@ -31,7 +31,7 @@ def _beyond(given: Given) -> np.ndarray:
     What lies behind the light as a point sees it lies on the segment to a light ever so much farther in that direction,
     which is another light for each pixel: so the feeler is asked as a ray from the point, with the analytic surfaces.
     """
-    from reference.analytic.surfaces import surface_of
+    from rayproof.reference.analytic.surfaces import surface_of
 
     found = np.array(given.right, dtype=np.float64)
     positions = given.answers[Stage.POSITION]

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.scene import Cube, Scene, Shape, Sphere, Square
-from cases.stages import Stage
-from reference.analytic.nearest import clip_interval
-from reference.analytic.surfaces import surface_of
-from reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
+from rayproof.cases.scene import Cube, Scene, Shape, Sphere, Square
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic.nearest import clip_interval
+from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
 
 FAR = 1e12  # m: as good as no far end
 NEAR = 1e-12  # m

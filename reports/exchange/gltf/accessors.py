@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import SceneError
-from cases.scene_fields import shown
-from reports.exchange.gltf.document import Document
+from rayproof.cases.scene import SceneError
+from rayproof.cases.scene_fields import shown
+from rayproof.reports.exchange.gltf.document import Document
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COUNTS = {"SCALAR": 1, "VEC3": 3}

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, SceneError
-from reports.exchange import Size
-from reports.exchange.framing import SIZE
-from reports.exchange.numbers import vector
+from rayproof.cases.scene import Camera, SceneError
+from rayproof.reports.exchange import Size
+from rayproof.reports.exchange.framing import SIZE
+from rayproof.reports.exchange.numbers import vector
 
 NO_END = 1e5  # an infinite projection's far plane, in units of its near plane
 

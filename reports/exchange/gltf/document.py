@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from cases.budget import Budget
-from cases.mesh_headers import glb_problem
-from cases.own_folder import content_of, path_within
-from cases.scene import SceneError
-from cases.scene_fields import shown
+from rayproof.cases.budget import Budget
+from rayproof.cases.mesh_headers import glb_problem
+from rayproof.cases.own_folder import content_of, path_within
+from rayproof.cases.scene import SceneError
+from rayproof.cases.scene_fields import shown
 
 LARGEST = 512 * 2**20  # bytes, of the file and of each buffer
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942

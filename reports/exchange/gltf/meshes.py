@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Mesh, Rgb
-from cases.scene_fields import shown
-from reports.exchange.gltf.accessors import array
-from reports.exchange.gltf.document import Document
-from reports.exchange.numbers import matrix, vector
+from rayproof.cases.scene import Mesh, Rgb
+from rayproof.cases.scene_fields import shown
+from rayproof.reports.exchange.gltf.accessors import array
+from rayproof.reports.exchange.gltf.document import Document
+from rayproof.reports.exchange.numbers import matrix, vector
 
 TRIANGLES = 4
 Drop = Callable[[str], None]

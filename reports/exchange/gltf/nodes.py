@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from cases.scene import SceneError
-from cases.scene_fields import shown
-from reports.exchange.gltf.document import Document
+from rayproof.cases.scene import SceneError
+from rayproof.cases.scene_fields import shown
+from rayproof.reports.exchange.gltf.document import Document
 
 
 def placed_nodes(document: Document) -> Iterator[tuple[dict[str, Any], np.ndarray]]:

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Camera, Mesh, PointLight, Scene, SceneError
-from cases.scene_fields import shown
-from reports.exchange import IMPORTERS, Imported, Size
-from reports.exchange.framing import camera_for, light_for
-from reports.exchange.gltf.cameras import camera_of
-from reports.exchange.gltf.document import Document, read_document
-from reports.exchange.gltf.meshes import meshes_of
-from reports.exchange.gltf.nodes import placed_nodes
-from reports.exchange.numbers import vector
+from rayproof.cases.scene import Camera, Mesh, PointLight, Scene, SceneError
+from rayproof.cases.scene_fields import shown
+from rayproof.reports.exchange import IMPORTERS, Imported, Size
+from rayproof.reports.exchange.framing import camera_for, light_for
+from rayproof.reports.exchange.gltf.cameras import camera_of
+from rayproof.reports.exchange.gltf.document import Document, read_document
+from rayproof.reports.exchange.gltf.meshes import meshes_of
+from rayproof.reports.exchange.gltf.nodes import placed_nodes
+from rayproof.reports.exchange.numbers import vector
 
 LIGHTS = "KHR_lights_punctual"
 UNDERSTOOD = (LIGHTS, "KHR_mesh_quantization")

@@ -5,10 +5,10 @@ from math import pi
 
 import numpy as np
 
-from cases.scene import PointLight, SceneError
-from reports.exchange.mitsuba_xml.materials import rgb
-from reports.exchange.mitsuba_xml.tree import Element
-from reports.exchange.numbers import vector
+from rayproof.cases.scene import PointLight, SceneError
+from rayproof.reports.exchange.mitsuba_xml.materials import rgb
+from rayproof.reports.exchange.mitsuba_xml.tree import Element
+from rayproof.reports.exchange.numbers import vector
 
 
 def lights_of(scene: Element, drop: Callable[[str], None]) -> Iterator[PointLight]:

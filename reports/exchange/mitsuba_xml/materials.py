@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import Rgb
-from reports.exchange.mitsuba_xml.tree import Element, Spectrum
-from reports.exchange.numbers import vector
+from rayproof.cases.scene import Rgb
+from rayproof.reports.exchange.mitsuba_xml.tree import Element, Spectrum
+from rayproof.reports.exchange.numbers import vector
 
 GREY: Rgb = (0.5, 0.5, 0.5)  # Mitsuba's own default
 # Linear sRGB of the equal-energy spectrum, X = Y = Z = 1: the row sums of the matrix from XYZ (IEC 61966-2-1).

@@ -8,7 +8,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from reports.exchange.mitsuba_xml.scanning import DEEPEST_INCLUDE
+from rayproof.reports.exchange.mitsuba_xml.scanning import DEEPEST_INCLUDE
 
 NEWLINE = ord("\n")
 

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from cases.scene import Scene, SceneError
-from reports.exchange import IMPORTERS, Imported, Size
-from reports.exchange.framing import camera_for, light_for
-from reports.exchange.mitsuba_xml.emitters import lights_of
-from reports.exchange.mitsuba_xml.sensors import camera_of
-from reports.exchange.mitsuba_xml.shapes import count_shapes, shapes_of
-from reports.exchange.mitsuba_xml.tree import read_tree
+from rayproof.cases.scene import Scene, SceneError
+from rayproof.reports.exchange import IMPORTERS, Imported, Size
+from rayproof.reports.exchange.framing import camera_for, light_for
+from rayproof.reports.exchange.mitsuba_xml.emitters import lights_of
+from rayproof.reports.exchange.mitsuba_xml.sensors import camera_of
+from rayproof.reports.exchange.mitsuba_xml.shapes import count_shapes, shapes_of
+from rayproof.reports.exchange.mitsuba_xml.tree import read_tree
 
 PINHOLES = ("perspective", "thinlens")
 # What renders a scene and is no part of it; a film is the sensor's.

@@ -9,10 +9,10 @@ from math import atan, degrees, hypot, radians, tan
 
 import numpy as np
 
-from cases.scene import Camera, SceneError
-from reports.exchange import Size
-from reports.exchange.mitsuba_xml.tree import Element
-from reports.exchange.numbers import vector
+from rayproof.cases.scene import Camera, SceneError
+from rayproof.reports.exchange import Size
+from rayproof.reports.exchange.mitsuba_xml.tree import Element
+from rayproof.reports.exchange.numbers import vector
 
 FILM = (768, 576)  # px; Mitsuba's default
 FOCAL_LENGTH = "50mm"

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from cases.mesh_file import read_mesh
-from cases.scene import Cube, Mesh, Plane, SceneError, Shape, Sphere, Square
-from reports.exchange.mitsuba_xml import PLANE
-from reports.exchange.mitsuba_xml.materials import material_of
-from reports.exchange.mitsuba_xml.tree import Element
-from reports.exchange.numbers import matrix, vector
+from rayproof.cases.mesh_file import read_mesh
+from rayproof.cases.scene import Cube, Mesh, Plane, SceneError, Shape, Sphere, Square
+from rayproof.reports.exchange.mitsuba_xml import PLANE
+from rayproof.reports.exchange.mitsuba_xml.materials import material_of
+from rayproof.reports.exchange.mitsuba_xml.tree import Element
+from rayproof.reports.exchange.numbers import matrix, vector
 
 Drop = Callable[[str], None]
 TWICE = np.diag([2.0, 2.0, 2.0, 1.0])

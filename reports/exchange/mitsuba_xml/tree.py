@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from cases.budget import BYTES_A_BYTE, FREE_BYTES, Budget
-from cases.foreign import ForeignError, ask
-from cases.scene import SceneError
-from cases.scene_fields import shown
-from reports.exchange.mitsuba_xml.scanning import scan
+from rayproof.cases.budget import BYTES_A_BYTE, FREE_BYTES, Budget
+from rayproof.cases.foreign import ForeignError, ask
+from rayproof.cases.scene import SceneError
+from rayproof.cases.scene_fields import shown
+from rayproof.reports.exchange.mitsuba_xml.scanning import scan
 
 # What Mitsuba's parser may take beside its own code.
 SECONDS, BYTES_A_SECOND = 6.0, 2**20
@@ -88,7 +88,7 @@ def read_tree(path: Path) -> Element:
     scan(path, budget)
     try:
         _, content = ask(
-            "reports.exchange.mitsuba_xml.parsing",
+            "rayproof.reports.exchange.mitsuba_xml.parsing",
             "xml",
             str(path.resolve()).encode(),
             seconds=SECONDS + budget.read / BYTES_A_SECOND,

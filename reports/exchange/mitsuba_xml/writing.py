@@ -13,13 +13,13 @@ import numpy as np
 import trimesh
 from trimesh.exchange.ply import export_ply
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Rgb, Scene, SceneError, Shape, Sphere, Square, Triangle
-from reference.mitsuba3.planes import disc_to_world
-from reference.mitsuba3.shapes import needs_instance, split
-from reports.exchange import EXPORTERS
-from reports.exchange.mitsuba_xml import PLANE
-from reports.publish.atomic import replacing, write_text
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Rgb, Scene, SceneError, Shape, Sphere, Square, Triangle
+from rayproof.reference.mitsuba3.planes import disc_to_world
+from rayproof.reference.mitsuba3.shapes import needs_instance, split
+from rayproof.reports.exchange import EXPORTERS
+from rayproof.reports.exchange.mitsuba_xml import PLANE
+from rayproof.reports.publish.atomic import replacing, write_text
 
 HALF = np.diag([0.5, 0.5, 0.5, 1.0])
 PLUGINS = {Sphere: "sphere", Cube: "cube", Square: "rectangle"}

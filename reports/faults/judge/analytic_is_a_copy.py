@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.faults import FAULTS
-from reports.faults.patching import altered
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
 
 
 @FAULTS.register(
@@ -26,8 +26,8 @@ def analytic_is_a_copy() -> Iterator[None]:
     """Let analytic answer with the tracer's own answers."""
 
     def wrong(self: Any, scene: Any, stages: Any, *, samples: int = 1) -> Any:
-        from tracer.configuration import Configuration
-        from tracer.render import render
+        from rayproof.tracer.configuration import Configuration
+        from rayproof.tracer.render import render
 
         return render(scene, stages, Configuration(precision="float32"), samples=samples)
 

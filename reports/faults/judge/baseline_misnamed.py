@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from reports.faults import FAULTS
-from reports.faults.patching import altered
-from reports.judge import adjudication
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
+from rayproof.reports.judge import adjudication
 
 
 @FAULTS.register("judge/baseline_misnamed", where="judge", stage=None)

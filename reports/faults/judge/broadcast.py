@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import measurement, shapes_of_answers
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import measurement, shapes_of_answers
 
 
 @FAULTS.register("judge/broadcast", where="judge", stage=None)

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import measurement
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import measurement
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from reports.faults import FAULTS
-from reports.faults.patching import altered
-from reports.judge.conventions import Tested
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
+from rayproof.reports.judge.conventions import Tested
 
 
 @FAULTS.register("judge/conventions_explain_all", where="judge", stage=None)

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from cases.stages import Stage
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import classes
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import classes
 
 
 @FAULTS.register("judge/edge_swallows_object", where="judge", stage=None)

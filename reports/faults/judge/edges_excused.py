@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import sides
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import sides
 
 
 @FAULTS.register("judge/edges_excused", where="judge", stage=None)

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import findings
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import findings
 
 
 @FAULTS.register("judge/everything_known", where="judge", stage=None)

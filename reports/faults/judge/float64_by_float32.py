@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from copy import copy
 from typing import Any
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import terms
-from reports.judge.limits import Roundoff
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import terms
+from rayproof.reports.judge.limits import Roundoff
 
 
 @FAULTS.register("judge/float64_by_float32", where="judge", stage=None)

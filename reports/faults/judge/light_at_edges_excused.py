@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from reports.faults import FAULTS
-from reports.faults.patching import altered
-from reports.judge.bench import Bench
-from reports.judge.light_sides import Held
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
+from rayproof.reports.judge.bench import Bench
+from rayproof.reports.judge.light_sides import Held
 
 
 @FAULTS.register("judge/light_at_edges_excused", where="judge", stage=None)

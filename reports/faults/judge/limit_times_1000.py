@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cases.rounding import gamma
-from reports.faults import FAULTS
-from reports.faults.patching import altered
-from reports.judge import limits
+from rayproof.cases.rounding import gamma
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
+from rayproof.reports.judge import limits
 
 
 @FAULTS.register("judge/limit_times_1000", where="judge", stage=None)

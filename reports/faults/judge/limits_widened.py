@@ -5,11 +5,11 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from typing import Any
 
-from cases.rounding import gamma
-from cases.stages import Stage
-from reports.faults import FAULTS
-from reports.faults.patching import altered, replaced
-from reports.judge import calibration, limits
+from rayproof.cases.rounding import gamma
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered, replaced
+from rayproof.reports.judge import calibration, limits
 
 STAGES = (Stage.RAY, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import measurement
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import measurement
 
 
 @FAULTS.register("judge/mean_for_maximum", where="judge", stage=None)

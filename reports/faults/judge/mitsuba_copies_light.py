@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cases.stages import Stage
-from reference.mitsuba3.references import _Mitsuba
-from reports.faults import FAULTS
-from reports.faults.patching import altered
+from rayproof.cases.stages import Stage
+from rayproof.reference.mitsuba3.references import _Mitsuba
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
 
 
 @FAULTS.register(
@@ -30,8 +30,8 @@ def mitsuba_copies_light() -> Iterator[None]:
     right = vars(_Mitsuba)["render"]
 
     def wrong(self: Any, scene: Any, stages: Any, *, samples: int = 1) -> Any:
-        from tracer.configuration import Configuration
-        from tracer.render import render
+        from rayproof.tracer.configuration import Configuration
+        from rayproof.tracer.render import render
 
         found = right(self, scene, stages, samples=samples)
         if Stage.IRRADIANCE in found:

@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import judging, parties
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import judging, parties
 
 
 @FAULTS.register("judge/reference_not_compared", where="judge", stage=None)

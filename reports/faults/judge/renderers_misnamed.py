@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from reports.faults import FAULTS
-from reports.faults.patching import altered
-from reports.judge.matrix import Matrix
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
+from rayproof.reports.judge.matrix import Matrix
 
 
 @FAULTS.register("judge/renderers_misnamed", where="judge", stage=None)

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cases.stages import Stage
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import oracle
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import oracle
 
 
 @FAULTS.register("judge/stage_not_planned", where="judge", stage=None)

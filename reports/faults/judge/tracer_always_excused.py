@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.judge import adjudicate
-from reports.judge.outcomes import Outcome
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.judge import adjudicate
+from rayproof.reports.judge.outcomes import Outcome
 
 
 @FAULTS.register("judge/tracer_always_excused", where="judge", stage=None)

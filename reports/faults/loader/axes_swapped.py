@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cases import mesh_file
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.cases import mesh_file
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register("loader/axes_swapped", where="loader", stage=None)

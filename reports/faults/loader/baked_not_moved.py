@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from cases import baking
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.cases import baking
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register("loader/baked_not_moved", where="loader", stage=None)

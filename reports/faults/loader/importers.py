@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from reports.exchange.gltf import accessors
-from reports.exchange.mitsuba_xml import sensors
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.reports.exchange.gltf import accessors
+from rayproof.reports.exchange.mitsuba_xml import sensors
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 OTHER = {"smaller": "larger", "larger": "smaller"}
 

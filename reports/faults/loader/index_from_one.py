@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from cases import mesh_file
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.cases import mesh_file
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register("loader/index_from_one", where="loader", stage=None)

@@ -5,11 +5,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic import light
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import light
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register(

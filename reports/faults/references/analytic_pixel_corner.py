@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cases.scene import Camera
-from cases.stages import Stage
-from reference.analytic import views
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.cases.scene import Camera
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import views
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register(

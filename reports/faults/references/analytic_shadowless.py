@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reference.analytic import feelers
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import feelers
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register(

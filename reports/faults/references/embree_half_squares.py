@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from cases.stages import Stage
-from reference.embree import facets
-from reports.faults import FAULTS
-from reports.faults.patching import altered
+from rayproof.cases.stages import Stage
+from rayproof.reference.embree import facets
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
 
 
 @FAULTS.register(

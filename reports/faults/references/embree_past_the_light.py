@@ -5,10 +5,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from cases.stages import Stage
-from reference.embree.tracing import World
-from reports.faults import FAULTS
-from reports.faults.patching import altered
+from rayproof.cases.stages import Stage
+from rayproof.reference.embree.tracing import World
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
 
 
 @FAULTS.register(

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cases.stages import Stage
-from reference.mitsuba3 import worlds
-from reports.faults import FAULTS
-from reports.faults.patching import altered
+from rayproof.cases.stages import Stage
+from rayproof.reference.mitsuba3 import worlds
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
 
 
 @FAULTS.register(

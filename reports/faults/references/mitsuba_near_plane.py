@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cases.stages import Stage
-from reference.mitsuba3 import stages
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.cases.stages import Stage
+from rayproof.reference.mitsuba3 import stages
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register(

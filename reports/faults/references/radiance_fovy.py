@@ -5,11 +5,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from cases.scene import Camera
-from cases.stages import Stage
-from reference.radiance import cameras
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.cases.scene import Camera
+from rayproof.cases.stages import Stage
+from rayproof.reference.radiance import cameras
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register(

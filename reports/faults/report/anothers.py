@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.publish import exr, pixels
-from reports.run import keeping
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.publish import exr, pixels
+from rayproof.reports.run import keeping
 
 
 @FAULTS.register("report/another_renderers_image", where="report", stage=None)

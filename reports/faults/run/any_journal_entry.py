@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from reports.faults import FAULTS
-from reports.faults.patching import altered
-from reports.run.journal import Journal
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
+from rayproof.reports.run.journal import Journal
 
 
 @FAULTS.register("run/any_journal_entry", where="run", stage=None)

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from reports.cache import references
-from reports.faults import FAULTS
-from reports.faults.patching import altered
-from reports.judge.sentinel import SCENE
+from rayproof.reports.cache import references
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
+from rayproof.reports.judge.sentinel import SCENE
 
 
 @contextmanager

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from reports.cache import entries
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.reports.cache import entries
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register("run/cache_believes_damage", where="run", stage=None)

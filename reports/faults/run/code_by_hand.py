@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from reports.cache import closure
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.reports.cache import closure
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @FAULTS.register("run/code_by_hand", where="run", stage=None)

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
-from reports.run import plan
-from reports.run.guards.keys import CASE
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
+from rayproof.reports.run import plan
+from rayproof.reports.run.guards.keys import CASE
 
 
 @FAULTS.register("run/stale_result", where="run", stage=None)

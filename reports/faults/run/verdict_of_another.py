@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from reports.cache import judgements
-from reports.faults import FAULTS
-from reports.faults.patching import replaced
+from rayproof.reports.cache import judgements
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import replaced
 
 
 @contextmanager

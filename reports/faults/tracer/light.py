@@ -2,14 +2,14 @@
 
 from typing import Any
 
-from cases.scene import Mesh
-from cases.stages import Stage
-from reports.faults.tracer.planting import function, method
-from tracer import world
-from tracer.illumination import Illumination
-from tracer.lights import InTurn
-from tracer.trace import Trace
-from tracer.world import World
+from rayproof.cases.scene import Mesh
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults.tracer.planting import function, method
+from rayproof.tracer import world
+from rayproof.tracer.illumination import Illumination
+from rayproof.tracer.lights import InTurn
+from rayproof.tracer.trace import Trace
+from rayproof.tracer.world import World
 
 SIXTH = 6
 

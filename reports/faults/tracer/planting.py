@@ -5,10 +5,10 @@ from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
 from typing import Any
 
-from cases.stages import Stage
-from reports.faults import FAULTS
-from reports.faults.patching import altered, replaced
-from tracer.acceleration import crowds, forest
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered, replaced
+from rayproof.tracer.acceleration import crowds, forest
 
 Wrong = Callable[..., Any]  # what takes the right function or the right value first, then what that was given
 

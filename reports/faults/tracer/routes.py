@@ -6,16 +6,16 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.stages import Stage
-from reports.faults.tracer.planting import function, method
-from tracer import cones, frames
-from tracer.camera_rays import CameraRays
-from tracer.cones import Cone
-from tracer.frames import Frames
-from tracer.hit_shapes import HitShapes
-from tracer.lanes import Lanes
-from tracer.parameters import Numbers
-from tracer.placement import Placement
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults.tracer.planting import function, method
+from rayproof.tracer import cones, frames
+from rayproof.tracer.camera_rays import CameraRays
+from rayproof.tracer.cones import Cone
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.hit_shapes import HitShapes
+from rayproof.tracer.lanes import Lanes
+from rayproof.tracer.parameters import Numbers
+from rayproof.tracer.placement import Placement
 
 FRAMED = ("flux_conservation/west", "faces/nine", "crowds/squares")
 COUNTED = ("flux_conservation/west", "faces/nine", "shadows/every_blocker")

@@ -6,18 +6,18 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.scene import Cube, Mesh, Sphere, Square
-from cases.stages import Stage
-from reports.faults.tracer.planting import function, method
-from tracer import shear
-from tracer.acceleration import build, choosing, crowds, heuristic, parting
-from tracer.acceleration.forest import Forest
-from tracer.acceleration.nodes import Nodes
-from tracer.geometry import square_vectors
-from tracer.placement import Placement
-from tracer.surfaces import Surfaces
-from tracer.trace import Trace
-from tracer.trees import Trees
+from rayproof.cases.scene import Cube, Mesh, Sphere, Square
+from rayproof.cases.stages import Stage
+from rayproof.reports.faults.tracer.planting import function, method
+from rayproof.tracer import shear
+from rayproof.tracer.acceleration import build, choosing, crowds, heuristic, parting
+from rayproof.tracer.acceleration.forest import Forest
+from rayproof.tracer.acceleration.nodes import Nodes
+from rayproof.tracer.geometry import square_vectors
+from rayproof.tracer.placement import Placement
+from rayproof.tracer.surfaces import Surfaces
+from rayproof.tracer.trace import Trace
+from rayproof.tracer.trees import Trees
 
 
 def _without_last(tree: Any, count: int) -> Any:

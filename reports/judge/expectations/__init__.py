@@ -9,10 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from cases.answers import Answers
-from cases.case import Expectation
-from cases.registry import Registry
-from cases.scene import Scene
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import Expectation
+from rayproof.cases.registry import Registry
+from rayproof.cases.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class Finding:
 
 
 Judge = Callable[[Any, Scene, Answers, float], Finding]
-EXPECTATIONS: Registry[Judge] = Registry("expectation", package="reports.judge.expectations")
+EXPECTATIONS: Registry[Judge] = Registry("expectation", package="rayproof.reports.judge.expectations")
 
 
 def judge(expectation: Expectation, scene: Scene, answers: Answers, slack: float) -> Finding:

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.case import Flux
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.expectations import EXPECTATIONS, Finding
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import Flux
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.expectations import EXPECTATIONS, Finding
 
 
 @EXPECTATIONS.register("Flux")

@@ -1,9 +1,9 @@
 """A closed form at one pixel."""
 
-from cases.answers import Answers
-from cases.case import PixelValue
-from cases.scene import Scene
-from reports.judge.expectations import EXPECTATIONS, Finding
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import PixelValue
+from rayproof.cases.scene import Scene
+from rayproof.reports.judge.expectations import EXPECTATIONS, Finding
 
 
 @EXPECTATIONS.register("PixelValue")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cases.registry import Registry
+from rayproof.cases.registry import Registry
 
 Metric = Callable[[np.ndarray, np.ndarray, tuple[float, float]], float | None]
-METRICS: Registry[Metric] = Registry("metric", package="reports.judge.metrics")
+METRICS: Registry[Metric] = Registry("metric", package="rayproof.reports.judge.metrics")

@@ -6,7 +6,7 @@ Transactions on Graphics 30(6), 2011; with their 0.01 against division by zero, 
 
 import numpy as np
 
-from reports.judge.metrics import METRICS
+from rayproof.reports.judge.metrics import METRICS
 
 SOFTENING = 0.01
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reports.judge.metrics import METRICS
+from rayproof.reports.judge.metrics import METRICS
 
 
 @METRICS.register("nrmse")

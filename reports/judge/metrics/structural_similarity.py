@@ -6,7 +6,7 @@ similarity", IEEE Transactions on Image Processing 13(4), 2004.
 
 import numpy as np
 
-from reports.judge.metrics import METRICS
+from rayproof.reports.judge.metrics import METRICS
 
 WINDOW = 7  # px, scikit-image's default
 

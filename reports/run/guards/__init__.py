@@ -24,17 +24,17 @@ def stand_guards() -> None:
         OSError: no guard could be asked, because the disk is full, for example.
 
     """
-    from reference import REFERENCES
-    from reports.judge.oracle import ORACLE
-    from reports.run.guards.cache import guard_cache
-    from reports.run.guards.importers import guard_importers
-    from reports.run.guards.journal import guard_journal
-    from reports.run.guards.judgements import guard_judgements
-    from reports.run.guards.keys import guard_keys
-    from reports.run.guards.ledgers import guard_ledgers
-    from reports.run.guards.loader import guard_loader
-    from reports.run.guards.oracle import guard_oracle
-    from reports.run.guards.report import guard_report
+    from rayproof.reference import REFERENCES
+    from rayproof.reports.judge.oracle import ORACLE
+    from rayproof.reports.run.guards.cache import guard_cache
+    from rayproof.reports.run.guards.importers import guard_importers
+    from rayproof.reports.run.guards.journal import guard_journal
+    from rayproof.reports.run.guards.judgements import guard_judgements
+    from rayproof.reports.run.guards.keys import guard_keys
+    from rayproof.reports.run.guards.ledgers import guard_ledgers
+    from rayproof.reports.run.guards.loader import guard_loader
+    from rayproof.reports.run.guards.oracle import guard_oracle
+    from rayproof.reports.run.guards.report import guard_report
 
     guards: tuple[Callable[[], None], ...] = (
         guard_loader,

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.answers import Answers
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.cache.references import Question, Rendered, cached
-from reports.cache.signing import SIZE
-from reports.cache.store import Store
-from reports.judge.sentinel import SCENE
-from reports.run.guards import BrokenHarnessError
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.cache.references import Question, Rendered, cached
+from rayproof.reports.cache.signing import SIZE
+from rayproof.reports.cache.store import Store
+from rayproof.reports.judge.sentinel import SCENE
+from rayproof.reports.run.guards import BrokenHarnessError
 
 HEIGHT, WIDTH = 3, 4
 

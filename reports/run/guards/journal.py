@@ -3,8 +3,8 @@
 import tempfile
 from pathlib import Path
 
-from reports.run.guards import BrokenHarnessError
-from reports.run.journal import Journal
+from rayproof.reports.run.guards import BrokenHarnessError
+from rayproof.reports.run.journal import Journal
 
 KEY, OTHER = "0" * 64, "1" * 64
 RECORD = {"name": "guard/journal"}

@@ -4,10 +4,10 @@ import os
 import tempfile
 from pathlib import Path
 
-from reports.cache import judgements
-from reports.cache.signing import SIZE
-from reports.cache.store import Store
-from reports.run.guards import BrokenHarnessError
+from rayproof.reports.cache import judgements
+from rayproof.reports.cache.signing import SIZE
+from rayproof.reports.cache.store import Store
+from rayproof.reports.run.guards import BrokenHarnessError
 
 _RECORD = {
     "name": "guard/judgements",

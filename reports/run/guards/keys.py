@@ -12,19 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from cases.answers import Resolution
-from cases.case import Case, PixelValue
-from cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import Stage
-from reports.cache import closure, guards, judgements, pictures, references
-from reports.cache.digests import Key, code
-from reports.judge.parties import Candidate
-from reports.run import plan
-from reports.run.demands import Demands, demands
-from reports.run.guards import BrokenHarnessError
-from reports.run.plan import PlannedCase
-from reports.run.request import RunRequest, Trial
-from reports.subjects import Subject
+from rayproof.cases.answers import Resolution
+from rayproof.cases.case import Case, PixelValue
+from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.reports.cache import closure, guards, judgements, pictures, references
+from rayproof.reports.cache.digests import Key, code
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.run import plan
+from rayproof.reports.run.demands import Demands, demands
+from rayproof.reports.run.guards import BrokenHarnessError
+from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.request import RunRequest, Trial
+from rayproof.reports.subjects import Subject
 
 _CORNERS = ((0.0, 0.0, 0.5), (1.0, 0.0, 0.5), (0.0, 1.0, 0.5))
 _ALBEDO = (0.5, 0.25, 0.75)
@@ -278,7 +278,7 @@ def _guard_code() -> None:
             if file not in covered:
                 raise BrokenHarnessError(f"the keys are broken: {file} decides an answer of {modules[0]} and no key")
     try:
-        code(("reports.run.nowhere",))
+        code(("rayproof.reports.run.nowhere",))
     except LookupError:
         return
     raise BrokenHarnessError("the keys are broken: code that is not there is part of a key")

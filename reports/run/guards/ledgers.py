@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from reports.judge.outcomes import Outcome, exit_code, worst
-from reports.run import assemble
-from reports.run.guards import BrokenHarnessError
+from rayproof.reports.judge.outcomes import Outcome, exit_code, worst
+from rayproof.reports.run import assemble
+from rayproof.reports.run.guards import BrokenHarnessError
 
 
 def guard_ledgers() -> None:

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cases import baking, scene_json
-from cases.scene import Matrix, Mesh
-from reports.run.guards import BrokenHarnessError
+from rayproof.cases import baking, scene_json
+from rayproof.cases.scene import Matrix, Mesh
+from rayproof.reports.run.guards import BrokenHarnessError
 
 VERTICES = np.array(
     (

@@ -13,16 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.judge.oracle import ORACLE, stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.sentinel import CASE
-from reports.publish.case_data import write_case_data
-from reports.publish.pixels import handed_over, read_pixels
-from reports.run.guards import BrokenHarnessError
-from reports.run.keeping import keep_images, masks
-from reports.run.orders import JudgeTask
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.oracle import ORACLE, stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.sentinel import CASE
+from rayproof.reports.publish.case_data import write_case_data
+from rayproof.reports.publish.pixels import handed_over, read_pixels
+from rayproof.reports.run.guards import BrokenHarnessError
+from rayproof.reports.run.keeping import keep_images, masks
+from rayproof.reports.run.orders import JudgeTask
 
 
 def guard_report(oracle: Any) -> None:

@@ -13,9 +13,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from cases.registry import Registry
-from tracer.catalogue import Formula
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.registry import Registry
+from rayproof.tracer.catalogue import Formula
 
 Answer = dict[str, np.ndarray]
 
@@ -66,7 +66,7 @@ class Question(Protocol):
         ...
 
 
-QUESTIONS: Registry[type[Question]] = Registry("question", package="reports.stability.questions")
+QUESTIONS: Registry[type[Question]] = Registry("question", package="rayproof.reports.stability.questions")
 
 
 def nothing(rays: int) -> np.ndarray:

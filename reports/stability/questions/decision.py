@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import Columns, Mathematics, confirmed, decided, sample
-from reports.stability.mathematics import dot
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
-from reports.stability.shapes import Signs
-from tracer.arrays import array_types
-from tracer.catalogue import FORMULAS, Formula
-from tracer.rays import Interval
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import Columns, Mathematics, confirmed, decided, sample
+from rayproof.reports.stability.mathematics import dot
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
+from rayproof.reports.stability.shapes import Signs
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.rays import Interval
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,16 +4,16 @@ from typing import Any
 
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from cases.rounding import UNIT_ROUNDOFF
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import decided, evaluated, sample, witnessed
-from reports.stability.geometry import ahead, ray_of, record
-from reports.stability.pairs import Pair
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from reports.stability.shapes import SHAPES, Hit, towards
-from tracer.arrays import array_types
-from tracer.catalogue import Formula
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import decided, evaluated, sample, witnessed
+from rayproof.reports.stability.geometry import ahead, ray_of, record
+from rayproof.reports.stability.pairs import Pair
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.stability.shapes import SHAPES, Hit, towards
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import Formula
 
 LENGTHS = {"sphere": ("o", "c", "r"), "triangle": ("o", "a", "b", "c")}
 

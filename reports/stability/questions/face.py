@@ -5,13 +5,13 @@ Truth: the face that the exact ray enters last or leaves first; ties, where it m
 
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from reports.stability.device import downloaded, uploaded
-from reports.stability.geometry import ahead, ray_of, record
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
-from reports.stability.questions.distance import Distance
-from tracer.arrays import array_types
-from tracer.catalogue import FORMULAS, Formula
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.geometry import ahead, ray_of, record
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
+from rayproof.reports.stability.questions.distance import Distance
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import FORMULAS, Formula
 
 
 @QUESTIONS.register("face")

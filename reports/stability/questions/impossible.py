@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from flint import arb, ctx
 
-from reports.stability.exactly import WITNESS_BITS, Mathematics, single
-from reports.stability.questions import Witness
+from rayproof.reports.stability.exactly import WITNESS_BITS, Mathematics, single
+from rayproof.reports.stability.questions import Witness
 
 MOST = 200  # rays
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx
 
-from cases.ladders.ladder import Inputs, Ladder
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import single
-from reports.stability.mathematics import dot
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from tracer.arrays import array_types
-from tracer.catalogue import Formula
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import single
+from rayproof.reports.stability.mathematics import dot
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import Formula
 
 BITS = 256
 DTYPES: dict[str, Any] = {"float32": np.float32, "float64": np.float64}

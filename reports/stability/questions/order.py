@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import Columns, confirmed, decided, sample
-from reports.stability.geometry import ahead, ray_of, record
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
-from reports.stability.shapes import Triangle
-from tracer.arrays import array_types
-from tracer.catalogue import Formula
-from tracer.configuration import Configuration
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import Columns, confirmed, decided, sample
+from rayproof.reports.stability.geometry import ahead, ray_of, record
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
+from rayproof.reports.stability.shapes import Triangle
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.configuration import Configuration
 
 TRIANGLE = Triangle()
 

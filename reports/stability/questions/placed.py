@@ -12,22 +12,22 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.baking import world_triangles
-from cases.ladders.ladder import Inputs, Ladder
-from cases.rounding import UNIT_ROUNDOFF
-from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import Columns, decided, evaluated, sample, witnessed
-from reports.stability.geometry import ahead, ray_of, record
-from reports.stability.mathematics import cross, dot, minus, normalized
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from reports.stability.questions.distance import graded
-from reports.stability.shapes import SHAPES, Triangle, towards
-from tracer.arrays import ArrayTypes, array_types
-from tracer.catalogue import Formula
-from tracer.configuration import Configuration
-from tracer.geometry import SLOTS, upload
-from tracer.placement import Placement
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import Columns, decided, evaluated, sample, witnessed
+from rayproof.reports.stability.geometry import ahead, ray_of, record
+from rayproof.reports.stability.mathematics import cross, dot, minus, normalized
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.stability.questions.distance import graded
+from rayproof.reports.stability.shapes import SHAPES, Triangle, towards
+from rayproof.tracer.arrays import ArrayTypes, array_types
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.geometry import SLOTS, upload
+from rayproof.tracer.placement import Placement
 
 ALBEDO = (0.5, 0.5, 0.5)
 MADE: dict[str, Callable[[Any], Shape]] = {

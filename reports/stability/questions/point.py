@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from cases.rounding import UNIT_ROUNDOFF
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import Columns, decided, evaluated, sample, witnessed
-from reports.stability.geometry import ahead, ray_of, record
-from reports.stability.mathematics import cross, dot, minus, normalized
-from reports.stability.pairs import Pair
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from reports.stability.questions.distance import Distance
-from reports.stability.questions.placed import angles
-from tracer.arrays import array_types
-from tracer.catalogue import FORMULAS, Formula
-from tracer.rays import Ray
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import Columns, decided, evaluated, sample, witnessed
+from rayproof.reports.stability.geometry import ahead, ray_of, record
+from rayproof.reports.stability.mathematics import cross, dot, minus, normalized
+from rayproof.reports.stability.pairs import Pair
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.stability.questions.distance import Distance
+from rayproof.reports.stability.questions.placed import angles
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.rays import Ray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,19 +14,19 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import Columns, confirmed, decided, rational, sample, single
-from reports.stability.geometry import ahead, ray_of
-from reports.stability.mathematics import dot, minus
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
-from tracer.arrays import ArrayTypes, array_types
-from tracer.catalogue import FORMULAS, Formula
-from tracer.clearance import clearance
-from tracer.configuration import Configuration
-from tracer.feeling import Hit
-from tracer.geometry import SphereArrays
-from tracer.rays import Interval, Ray
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import Columns, confirmed, decided, rational, sample, single
+from rayproof.reports.stability.geometry import ahead, ray_of
+from rayproof.reports.stability.mathematics import dot, minus
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
+from rayproof.tracer.arrays import ArrayTypes, array_types
+from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.clearance import clearance
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.feeling import Hit
+from rayproof.tracer.geometry import SphereArrays
+from rayproof.tracer.rays import Interval, Ray
 
 OWN = 0  # index of the surface that was hit
 FLOAT64 = "float64"

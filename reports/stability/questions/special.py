@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from cases.ladders.ladder import Inputs, Ladder
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import Columns
-from reports.stability.mathematics import dot
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from reports.stability.questions.distance import Distance
-from reports.stability.questions.impossible import dark, impossible
-from reports.stability.questions.view_ray import ViewRay, looking, tangents
-from reports.stability.shapes import SHAPES, towards
-from tracer.arrays import array_types
-from tracer.catalogue import Formula
-from tracer.configuration import Configuration
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import Columns
+from rayproof.reports.stability.mathematics import dot
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.stability.questions.distance import Distance
+from rayproof.reports.stability.questions.impossible import dark, impossible
+from rayproof.reports.stability.questions.view_ray import ViewRay, looking, tangents
+from rayproof.reports.stability.shapes import SHAPES, towards
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.configuration import Configuration
 
 MATTERS = ("eye", "target", "up", "sx", "sy")  # of a camera, for a direction
 

@@ -10,21 +10,21 @@ from itertools import pairwise
 
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from cases.placement import camera_around
-from cases.scene import Mesh, Scene
-from reports.stability.device import downloaded, uploaded
-from reports.stability.geometry import ahead, ray_of
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
-from reports.stability.questions.distance import Distance
-from tracer.arrays import array_types
-from tracer.assets import Assets
-from tracer.catalogue import Formula
-from tracer.configuration import Configuration
-from tracer.parameters import LITERALS
-from tracer.plan import Plan
-from tracer.setting import Setting
-from tracer.world import World
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.placement import camera_around
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.geometry import ahead, ray_of
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
+from rayproof.reports.stability.questions.distance import Distance
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.assets import Assets
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.parameters import LITERALS
+from rayproof.tracer.plan import Plan
+from rayproof.tracer.setting import Setting
+from rayproof.tracer.world import World
 
 CAMERA = camera_around((0, 0, 0), distance=4, azimuth=0, elevation=0, width=1, height=1, fovy=30)
 

@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from cases.ladders.ladder import Inputs, Ladder
-from cases.rounding import UNIT_ROUNDOFF
-from reports.stability.conditioned import Conditioned
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import Columns, Mathematics, evaluated, parts, sample, witnessed
-from reports.stability.mathematics import dot, plus, times
-from reports.stability.pairs import Pair
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from tracer.arrays import array_types
-from tracer.camera.corners import ORDER
-from tracer.catalogue import Formula
-from tracer.matrices import matrix
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.stability.conditioned import Conditioned
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import Columns, Mathematics, evaluated, parts, sample, witnessed
+from rayproof.reports.stability.mathematics import dot, plus, times
+from rayproof.reports.stability.pairs import Pair
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.camera.corners import ORDER
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.matrices import matrix
 
 PI_REST = 1.2246467991473532e-16  # what float64's pi lacks
 PLACES = tuple(product(range(4), repeat=2))  # of a 4x4 matrix

@@ -13,17 +13,17 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx
 
-from cases.ladders.ladder import Inputs, Ladder
-from cases.rounding import UNIT_ROUNDOFF
-from reports.stability.device import downloaded, number, uploaded
-from reports.stability.exactly import Columns, evaluated, sample, witnessed
-from reports.stability.mathematics import cross, minus, normalized, plus, times
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from reports.stability.questions.placed import angles
-from tracer.arrays import array_types
-from tracer.catalogue import Formula
-from tracer.configuration import Configuration
-from tracer.frame import Frame
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.stability.device import downloaded, number, uploaded
+from rayproof.reports.stability.exactly import Columns, evaluated, sample, witnessed
+from rayproof.reports.stability.mathematics import cross, minus, normalized, plus, times
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.stability.questions.placed import angles
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frame import Frame
 
 TANGENT_BITS = 300
 

@@ -10,15 +10,15 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from cases.ladders.ladder import Inputs, Ladder
-from reports.stability.device import downloaded, uploaded
-from reports.stability.exactly import rational, sample, single
-from reports.stability.geometry import ahead, ray_of
-from reports.stability.mathematics import cross, dot, minus
-from reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from tracer.arrays import array_types
-from tracer.catalogue import Formula
-from tracer.geometry import TriangleArrays
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.stability.device import downloaded, uploaded
+from rayproof.reports.stability.exactly import rational, sample, single
+from rayproof.reports.stability.geometry import ahead, ray_of
+from rayproof.reports.stability.mathematics import cross, dot, minus
+from rayproof.reports.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.geometry import TriangleArrays
 
 MARGIN = 1e-6
 

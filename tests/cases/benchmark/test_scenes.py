@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cases.benchmark.meshes import bumpy, scanned, uneven
-from cases.benchmark.scenes import SCENES, chosen
-from cases.scene import Mesh
-from cases.stages import Stage
-from reference.analytic import Analytic
+from rayproof.cases.benchmark.meshes import bumpy, scanned, uneven
+from rayproof.cases.benchmark.scenes import SCENES, chosen
+from rayproof.cases.scene import Mesh
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
 
 
 @pytest.mark.parametrize("subdivisions", [0, 3, 5])

@@ -2,8 +2,8 @@
 
 import pytest
 
-from cases.case import ITEMS, Flux, PixelValue
-from cases.families import all_cases, select
+from rayproof.cases.case import ITEMS, Flux, PixelValue
+from rayproof.cases.families import all_cases, select
 
 
 def test_every_item_of_the_specification_is_covered_at_least_twice():

@@ -4,9 +4,9 @@ from collections import Counter
 
 import pytest
 
-from cases.case import ITEMS
-from cases.families import CASE_FAMILIES, all_cases, cases_of, select
-from cases.stages import Stage
+from rayproof.cases.case import ITEMS
+from rayproof.cases.families import CASE_FAMILIES, all_cases, cases_of, select
+from rayproof.cases.stages import Stage
 
 NAMES = [case.name for case in all_cases()]
 
@@ -87,7 +87,7 @@ def test_a_pattern_that_names_nothing_lists_names_like_it():
 def test_a_family_may_neither_borrow_a_name_nor_use_one_twice(monkeypatch):
     (sphere, *_) = select(["primitives/sphere"])
     families = {"other": lambda: iter([sphere]), "primitives": lambda: iter([sphere, sphere])}
-    monkeypatch.setattr("cases.families.CASE_FAMILIES", families)
+    monkeypatch.setattr("rayproof.cases.families.CASE_FAMILIES", families)
 
     with pytest.raises(ValueError, match="family 'other' yields case 'primitives/sphere', which names another family"):
         cases_of.__wrapped__("other")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cases.ladders import all_ladders
-from cases.ladders.draws import rounded
-from cases.ladders.ladder import Gate, Ladder
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.draws import rounded
+from rayproof.cases.ladders.ladder import Gate, Ladder
 
 LADDERS = all_ladders()
 GROUPS = {

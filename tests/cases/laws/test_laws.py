@@ -4,17 +4,17 @@ from collections.abc import Iterator
 
 import pytest
 
-from cases.answers import Answers
-from cases.case import ITEMS
-from cases.families import select
-from cases.laws import LAWS
-from cases.relations import Relation
-from cases.scene import Scene
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.judge.oracle import stages_of
-from reports.laws.judging import judge
-from reports.laws.work import small
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import ITEMS
+from rayproof.cases.families import select
+from rayproof.cases.laws import LAWS
+from rayproof.cases.relations import Relation
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.laws.judging import judge
+from rayproof.reports.laws.work import small
 
 # Each holds shapes, lights and clipping that some law needs; between them every law has something to say.
 CASES = ("random_scenes/seed_2", "sidedness/plane_from_below_two_sided")

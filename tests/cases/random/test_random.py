@@ -4,12 +4,12 @@ import json
 
 import pytest
 
-from cases.families import select
-from cases.random import case_named, counted, random_scene
-from cases.random.draws import Draws
-from cases.random.features import FEATURES
-from cases.scene import Cube, Mesh, Plane, Sphere, Square, Triangle
-from cases.scene_json import scene_from_json, scene_to_json
+from rayproof.cases.families import select
+from rayproof.cases.random import case_named, counted, random_scene
+from rayproof.cases.random.draws import Draws
+from rayproof.cases.random.features import FEATURES
+from rayproof.cases.scene import Cube, Mesh, Plane, Sphere, Square, Triangle
+from rayproof.cases.scene_json import scene_from_json, scene_to_json
 
 MANY = 1000
 NAMES = [f"random/5/{number}" for number in range(MANY)]

@@ -5,7 +5,20 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from cases.scene import Camera, Cube, Matrix, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
+from rayproof.cases.scene import (
+    Camera,
+    Cube,
+    Matrix,
+    Mesh,
+    Plane,
+    PointLight,
+    Scene,
+    Shape,
+    Sphere,
+    Square,
+    Triangle,
+    Vector,
+)
 
 
 def matrix(linear, offset=(0.0, 0.0, 0.0)) -> Matrix:

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.analytic import Analytic
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.analytic import Analytic
 from tests.reference.analytic.scenes import camera, icosphere, looking_down, matrix, random_scene, triangle
 
 ORACLE: Any = Analytic()

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.families import select
-from cases.stages import Stage
-from reference.analytic import Analytic, polygons
-from reports.judge.oracle import stages_of
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic, polygons
+from rayproof.reports.judge.oracle import stages_of
 
 
 @pytest.mark.parametrize("name", ["meshes/divided_box", "meshes/torus"])

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reference.analytic.edges import Edges
-from reference.analytic.edges.bounds import reach
-from reference.analytic.views import pixel_centers
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.analytic.edges import Edges
+from rayproof.reference.analytic.edges.bounds import reach
+from rayproof.reference.analytic.views import pixel_centers
 from tests.reference.analytic.scenes import camera, icosphere, looking_down, matrix, position, random_scene
 
 ORACLE: Any = Analytic()

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from cases.families import select
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reference.analytic.edges.hits import hits_of
-from reference.analytic.ellipsoids import Ellipsoid
-from reference.analytic.surfaces import surface_of
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.analytic.edges.hits import hits_of
+from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.surfaces import surface_of
 
 
 @pytest.mark.parametrize("name", ["random/1/110", "random/1/347", "random/1/366"])

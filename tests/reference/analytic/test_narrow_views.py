@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.families import select
-from reference.analytic import Analytic
+from rayproof.cases.families import select
+from rayproof.reference.analytic import Analytic
 
 
 def test_in_a_narrow_view_edges_are_told_from_pixels_far_away() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reference.analytic.vectors import cross, dot, length
+from rayproof.reference.analytic.vectors import cross, dot, length
 
 RANDOM = np.random.default_rng(2)
 

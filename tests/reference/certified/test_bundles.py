@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from flint import fmpq
 
-from cases.scene import Cube, Plane, PointLight, Scene, Square
-from cases.stages import IMAGE_STAGES, Stage
-from reference.certified import Certified
-from reference.certified.bundles import walk
-from reference.certified.bundles.field import Bundles, PartedError
-from reference.certified.bundles.numbers import Bundle, larger
-from reference.certified.fields import UndecidedError, precision
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Square
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.certified import Certified
+from rayproof.reference.certified.bundles import walk
+from rayproof.reference.certified.bundles.field import Bundles, PartedError
+from rayproof.reference.certified.bundles.numbers import Bundle, larger
+from rayproof.reference.certified.fields import UndecidedError, precision
 from tests.reference.analytic.scenes import camera, looking_down, matrix, random_scene
 
 ORACLE: Any = Certified()
@@ -163,7 +163,7 @@ def test_most_pixels_are_certain_in_bundles_and_ties_are_handed_back() -> None:
 
 
 def walk_suspects(scene: Scene, points: np.ndarray):
-    from reference.certified.filters.suspects import suspects
+    from rayproof.reference.certified.filters.suspects import suspects
 
     return suspects(scene, points, lights=True)
 

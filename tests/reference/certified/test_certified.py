@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.certified import Certified
-from reference.certified.fields import UndecidedError
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.certified import Certified
+from rayproof.reference.certified.fields import UndecidedError
 from tests.reference.analytic.scenes import camera, icosphere, looking_down, matrix, random_scene
 
 ORACLE: Any = Certified()
@@ -212,7 +212,7 @@ def test_what_cannot_be_decided_is_listed_and_not_guessed(monkeypatch: pytest.Mo
         raise UndecidedError
 
     scene = oblique()
-    monkeypatch.setattr("reference.certified.paths.nearest", refuse)
+    monkeypatch.setattr("rayproof.reference.certified.paths.nearest", refuse)
     (record,) = ORACLE.enclose(scene, IMAGE_STAGES, [(8, 8)])
 
     assert record["undecided"] == ["object"]
@@ -226,7 +226,7 @@ def test_a_light_that_cannot_be_decided_leaves_the_hit_known(monkeypatch: pytest
     def refuse(*_: Any) -> None:
         raise UndecidedError
 
-    monkeypatch.setattr("reference.certified.paths.is_lit", refuse)
+    monkeypatch.setattr("rayproof.reference.certified.paths.is_lit", refuse)
     (record,) = ORACLE.enclose(oblique(), IMAGE_STAGES, [(8, 16)])
 
     assert record["undecided"] == ["visibility.0"]

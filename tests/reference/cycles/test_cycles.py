@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.baking import world_triangles
-from cases.families import select
-from cases.rounding import gamma
-from cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.cycles import program
-from reference.cycles.refusals import ANSWERED
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.families import select
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.cycles import program
+from rayproof.reference.cycles.refusals import ANSWERED
 from tests.reference.pictured import (
     ALBEDO,
     FIRST,

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.baking import world_triangles
-from cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
-from reference.double_double.backends import types
-from reference.double_double.balls import ball_of
-from reference.double_double.pairs import Pair
-from reference.double_double.surfaces import Span
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
+from rayproof.reference.double_double.backends import types
+from rayproof.reference.double_double.balls import ball_of
+from rayproof.reference.double_double.pairs import Pair
+from rayproof.reference.double_double.surfaces import Span
 from tests.reference.analytic.scenes import icosphere, matrix
 
 COUNT = 20_000

@@ -3,10 +3,10 @@
 import drjit as dr
 import numpy as np
 
-from reference.double_double.backends import types
-from reference.double_double.branches import only_where
-from reference.double_double.pairs import Pair
-from reference.double_double.questions import Questions
+from rayproof.reference.double_double.backends import types
+from rayproof.reference.double_double.branches import only_where
+from rayproof.reference.double_double.pairs import Pair
+from rayproof.reference.double_double.questions import Questions
 
 
 def test_values_and_margins_come_from_the_rays_that_need_them() -> None:

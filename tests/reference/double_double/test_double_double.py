@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.double_double import DoubleDouble
-from reference.double_double.questions import LOW_MARGIN
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.double_double import DoubleDouble
+from rayproof.reference.double_double.questions import LOW_MARGIN
 from tests.reference.analytic.scenes import camera, icosphere, looking_down, matrix, random_scene
 
 ORACLE: Any = DoubleDouble()
@@ -163,7 +163,7 @@ def test_many_launches_answer_like_one(monkeypatch: pytest.MonkeyPatch) -> None:
     points = points_in(scene, 50)
     whole = ORACLE.pairs(scene, [Stage.RADIANCE], points)
 
-    monkeypatch.setattr("reference.double_double.LANES", 16)
+    monkeypatch.setattr("rayproof.reference.double_double.LANES", 16)
     pieces = ORACLE.pairs(scene, [Stage.RADIANCE], points)
 
     assert np.array_equal(whole.high[Stage.RADIANCE], pieces.high[Stage.RADIANCE])
@@ -202,7 +202,7 @@ def test_samples_are_averaged_and_misuse_is_refused() -> None:
 
 
 def test_too_many_triangles_are_refused_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("reference.double_double.MOST_TRIANGLES", 100)
+    monkeypatch.setattr("rayproof.reference.double_double.MOST_TRIANGLES", 100)
 
     assert "320 triangles" in ORACLE.unsupported(SCENES["mesh"], Stage.DISTANCE)
     assert ORACLE.unsupported(SCENES["mesh"], Stage.RAY) is None

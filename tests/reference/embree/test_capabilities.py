@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-import reference.embree
-from cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.embree import Embree
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES, embree
+from rayproof.reference.embree import Embree
 from tests.reference.mitsuba3.geometry import SHEARED, WHITE, answer, looking_down
 
 LIGHT = PointLight(position=(1, 1, 3), flux=(10.0, 20.0, 30.0))
@@ -57,7 +56,7 @@ def test_it_is_an_independent_witness_that_is_always_asked(embree):
 
 
 def test_it_says_how_to_install_what_is_missing(monkeypatch):
-    monkeypatch.setattr(reference.embree, "find_spec", lambda name: None)
+    monkeypatch.setattr(embree, "find_spec", lambda name: None)
 
     assert "pip install embreex" in str(Embree.missing())
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.placement import compose, translation
-from cases.scene import IDENTITY, Cube, Mesh, Scene, Square, Triangle
-from cases.stages import Stage
+from rayproof.cases.placement import compose, translation
+from rayproof.cases.scene import IDENTITY, Cube, Mesh, Scene, Square, Triangle
+from rayproof.cases.stages import Stage
 from tests.reference.mitsuba3.geometry import (
     GENERIC,
     HIT,

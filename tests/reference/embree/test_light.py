@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from cases.placement import compose, scaling
-from cases.scene import Cube, Mesh, PointLight, Scene, Square
-from cases.stages import Stage
-from reference.embree.stages import CLEARANCE
+from rayproof.cases.placement import compose, scaling
+from rayproof.cases.scene import Cube, Mesh, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
+from rayproof.reference.embree.stages import CLEARANCE
 from tests.reference.mitsuba3.geometry import SHEARED, WHITE, answer, looking_down
 
 

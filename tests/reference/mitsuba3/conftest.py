@@ -2,8 +2,8 @@ from typing import Any
 
 import pytest
 
-from reference import REFERENCES
-from reference.mitsuba3 import variants
+from rayproof.reference import REFERENCES
+from rayproof.reference.mitsuba3 import variants
 
 
 @pytest.fixture(params=["mitsuba_scalar", "mitsuba_llvm"])

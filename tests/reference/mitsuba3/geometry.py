@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.scene import Camera, Scene
-from cases.stages import Stage
+from rayproof.cases.scene import Camera, Scene
+from rayproof.cases.stages import Stage
 
 GENERIC = Camera(
     eye=(1.3, -4.1, 2.2),

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.scene import Scene
-from cases.stages import Stage
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
 from tests.reference.mitsuba3.geometry import GENERIC
 
 CLOSE = 20 * 2.0**-24

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.scene import IDENTITY, Plane, PointLight, Scene, Sphere
-from cases.stages import Stage
+from rayproof.cases.scene import IDENTITY, Plane, PointLight, Scene, Sphere
+from rayproof.cases.stages import Stage
 from tests.reference.mitsuba3.geometry import WHITE, answer, directions, looking_down, unit_sphere_roots
 
 

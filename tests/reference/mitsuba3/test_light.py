@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
-from cases.stages import Stage
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.stages import Stage
 from tests.reference.mitsuba3.geometry import GENERIC, WHITE, answer, directions, looking_down
 
 ALBEDO = (0.2, 0.5, 0.9)

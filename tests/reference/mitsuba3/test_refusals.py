@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from cases.scene import Plane, PointLight, Scene, Sphere, Square
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.mitsuba3.epsilons import RAY_EPSILON, SHADOW_EPSILON, offsets
+from rayproof.cases.scene import Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.mitsuba3.epsilons import RAY_EPSILON, SHADOW_EPSILON, offsets
 from tests.reference.mitsuba3.geometry import WHITE, answer, looking_down
 
 LIGHT = PointLight(position=(1, 1, 3), flux=(10.0, 20.0, 30.0))

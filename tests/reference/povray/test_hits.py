@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.scene import Cube, Mesh, Plane, Scene, Sphere, Triangle
-from cases.stages import Stage
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Sphere, Triangle
+from rayproof.cases.stages import Stage
 from tests.reference.pictured import ALBEDO, answer, every_shape, looking_down, object_space, raised, tetrahedron
 
 # A few dozen roundings at the scale of the scene, which measures some ten metres.

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.scene import Plane, Scene, Sphere
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.povray import pictures
-from reference.povray.worlds import FARTHEST, LIT_SCALE
+from rayproof.cases.scene import Plane, Scene, Sphere
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.povray import pictures
+from rayproof.reference.povray.worlds import FARTHEST, LIT_SCALE
 from tests.reference.pictured import ALBEDO, FIRST, answer, every_shape, looking_down
 
 

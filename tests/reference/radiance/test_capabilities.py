@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.scene import Plane, PointLight, Scene, Sphere, Square, Triangle
-from cases.stages import IMAGE_STAGES, Stage
-from reference import REFERENCES
-from reference.radiance import Radiance, programs
+from rayproof.cases.scene import Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.radiance import Radiance, programs
 from tests.reference.mitsuba3.geometry import MIRRORED, SHEARED, WHITE, answer, looking_down
 
 LIGHT = PointLight(position=(1, 1, 3), flux=(10.0, 20.0, 30.0))

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Sphere, Square
-from cases.stages import Stage
+from rayproof.cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Sphere, Square
+from rayproof.cases.stages import Stage
 from tests.reference.mitsuba3.geometry import (
     GENERIC,
     HIT,

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cases.families import select
-from cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reference.radiance import cameras
+from rayproof.cases.families import select
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.radiance import cameras
 from tests.reference.mitsuba3.geometry import GENERIC, WHITE, answer, directions, looking_down
 
 ALBEDO = (0.2, 0.5, 1.9)

@@ -2,7 +2,7 @@ from typing import Any
 
 import pytest
 
-from reference import REFERENCES
+from rayproof.reference import REFERENCES
 
 
 @pytest.fixture

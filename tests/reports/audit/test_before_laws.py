@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from cases.case import Case
-from cases.families import select
-from reports.audit.before_laws import FaultOrder, FaultReport, before_the_laws, meet, summed_up, told
-from reports.audit.planted import PlantedFault, planted
-from reports.laws.suite import Pair
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.reports.audit.before_laws import FaultOrder, FaultReport, before_the_laws, meet, summed_up, told
+from rayproof.reports.audit.planted import PlantedFault, planted
+from rayproof.reports.laws.suite import Pair
 
 (LIGHTS,) = select(["several_lights/inverse_square"])
 PAIRS = (Pair(law="albedo_linear", case=LIGHTS), Pair(law="lights_add", case=LIGHTS))

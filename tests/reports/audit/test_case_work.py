@@ -2,11 +2,11 @@
 
 import pytest
 
-from cases.families import select
-from reports.audit import findings
-from reports.audit.case_work import work
-from reports.audit.orders import CaseOrder
-from reports.audit.planted import planted
+from rayproof.cases.families import select
+from rayproof.reports.audit import findings
+from rayproof.reports.audit.case_work import work
+from rayproof.reports.audit.orders import CaseOrder
+from rayproof.reports.audit.planted import planted
 
 # Fault, case: one of each stage, and of each side.
 TRACER = (

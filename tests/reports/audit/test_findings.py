@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from reports.audit import findings
-from reports.audit.orders import LiarReport, Look, Sighting
-from reports.audit.planted import PlantedFault
-from reports.judge.outcomes import Outcome
+from rayproof.cases.stages import Stage
+from rayproof.reports.audit import findings
+from rayproof.reports.audit.orders import LiarReport, Look, Sighting
+from rayproof.reports.audit.planted import PlantedFault
+from rayproof.reports.judge.outcomes import Outcome
 
 FAULT = PlantedFault(name="slot/fault_x", where="tracer", stage=Stage.OBJECT, also=(Stage.DISTANCE,))
 

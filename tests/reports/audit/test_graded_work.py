@@ -2,9 +2,9 @@
 
 import pytest
 
-from cases.families import select
-from reports.audit.graded_work import QUANTITIES, work
-from reports.audit.orders import GradedOrder
+from rayproof.cases.families import select
+from rayproof.reports.audit.graded_work import QUANTITIES, work
+from rayproof.reports.audit.orders import GradedOrder
 
 (CASE,) = select(["primitives/sphere"])
 AMOUNTS = (1e-2, 1e-4, 1e-6)

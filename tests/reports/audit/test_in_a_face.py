@@ -2,11 +2,11 @@
 
 import pytest
 
-from cases.case import Case
-from cases.scene import IDENTITY, Camera, Cube, Scene
-from reports.audit.case_work import work
-from reports.audit.orders import CaseOrder
-from reports.audit.planted import planted
+from rayproof.cases.case import Case
+from rayproof.cases.scene import IDENTITY, Camera, Cube, Scene
+from rayproof.reports.audit.case_work import work
+from rayproof.reports.audit.orders import CaseOrder
+from rayproof.reports.audit.planted import planted
 
 MIRROR = ((-1.0, 0.0, 0.0, 0.0), *IDENTITY[1:])
 

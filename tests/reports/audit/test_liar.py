@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.audit import liar
-from reports.audit.orders import LiarOrder
-from reports.judge import bench, measurement
-from reports.judge.sentinel import CASE
+from rayproof.cases.stages import Stage
+from rayproof.reports.audit import liar
+from rayproof.reports.audit.orders import LiarOrder
+from rayproof.reports.judge import bench, measurement
+from rayproof.reports.judge.sentinel import CASE
 
 
 def test_before_an_honest_judge_nothing_hides_away_from_edges() -> None:

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from cases.case import ITEMS
-from cases.families import all_cases
-from reports.audit.planted import planted, tracer_faults
-from reports.audit.selection import candidates
-from tracer.configuration import Configuration
+from rayproof.cases.case import ITEMS
+from rayproof.cases.families import all_cases
+from rayproof.reports.audit.planted import planted, tracer_faults
+from rayproof.reports.audit.selection import candidates
+from rayproof.tracer.configuration import Configuration
 
 TRACER = tracer_faults()
 CASES = all_cases()

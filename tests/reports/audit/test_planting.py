@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from cases.scene import Scene, Square
-from reference.embree import facets
-from reports.faults import FAULTS
-from reports.faults.patching import OURS, altered, replaced
-from reports.judge import outcomes
+from rayproof.cases.scene import Scene, Square
+from rayproof.reference.embree import facets
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered, replaced
+from rayproof.reports.judge import outcomes
 from tests.reports.judge.scenes import SCENE
 
 
@@ -17,7 +17,7 @@ def _state() -> dict[tuple[str, str], int]:
     """Return the identity of everything that the project's modules and their classes hold."""
     found: dict[tuple[str, str], int] = {}
     for module in list(sys.modules.values()):
-        if module.__name__.split(".")[0] not in OURS:
+        if module.__name__.split(".")[0] != "rayproof":
             continue
         for name, value in vars(module).items():
             found[module.__name__, name] = id(value)
@@ -38,7 +38,7 @@ def test_a_fault_changes_something_and_is_taken_out_again(name: str) -> None:
 
 
 def test_a_function_is_replaced_wherever_it_was_imported_to() -> None:
-    from reports.run import assemble
+    from rayproof.reports.run import assemble
 
     right = outcomes.worst
 

@@ -1,8 +1,8 @@
 """Which cases a fault meets: named ones first, then one a family; a survivor meets new ones each round."""
 
-from cases.families import all_cases
-from reports.audit.planted import planted
-from reports.audit.selection import first_round, later_round
+from rayproof.cases.families import all_cases
+from rayproof.reports.audit.planted import planted
+from rayproof.reports.audit.selection import first_round, later_round
 
 CASES = [case for case in all_cases() if case.samples == 1]
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from reports.bench import apart
-from reports.bench.apart import BenchError, Task, timed_apart
+from rayproof.reports.bench import apart
+from rayproof.reports.bench.apart import BenchError, Task, timed_apart
 
 
 def task(scene: str) -> Task:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cases.benchmark.scenes import chosen
-from reports.bench import CONTENDERS
-from reports.bench.contenders.mitsuba_scene import loaded
+from rayproof.cases.benchmark.scenes import chosen
+from rayproof.reports.bench import CONTENDERS
+from rayproof.reports.bench.contenders.mitsuba_scene import loaded
 
 
 @pytest.mark.parametrize("name", ["mitsuba_minimal", "mitsuba_minimal_frozen", "mitsuba_direct", "ours"])

@@ -7,16 +7,16 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from cases.benchmark.scenes import chosen
-from reports.bench.branches import shared
-from reports.bench.kernels import Kernel, kernels
-from reports.bench.limits import limit
-from reports.bench.machine import CHAIN, WIDTH, _add, _chained, _divide, _multiply_add, _root
-from reports.bench.work import Work, loops, work
-from tracer.arrays import array_types
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.plan import Plan
+from rayproof.cases.benchmark.scenes import chosen
+from rayproof.reports.bench.branches import shared
+from rayproof.reports.bench.kernels import Kernel, kernels
+from rayproof.reports.bench.limits import limit
+from rayproof.reports.bench.machine import CHAIN, WIDTH, _add, _chained, _divide, _multiply_add, _root
+from rayproof.reports.bench.work import Work, loops, work
+from rayproof.tracer.arrays import array_types
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.plan import Plan
 
 pytestmark = pytest.mark.skipif(not dr.has_backend(dr.JitBackend.LLVM), reason="Dr.Jit finds no LLVM library")
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cases.benchmark.scenes import chosen
-from cases.scene import Scene
-from reports.bench import CONTENDERS, Prepared, measuring
-from reports.bench.measuring import Timed, differing, ratio, timed
-from reports.bench.regressions import compared
+from rayproof.cases.benchmark.scenes import chosen
+from rayproof.cases.scene import Scene
+from rayproof.reports.bench import CONTENDERS, Prepared, measuring
+from rayproof.reports.bench.measuring import Timed, differing, ratio, timed
+from rayproof.reports.bench.regressions import compared
 
 PICTURE = np.linspace(0, 1, 8 * 8 * 3).reshape(8, 8, 3)
 

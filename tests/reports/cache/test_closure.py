@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from reports.cache import guards, judgements, pictures, references
-from reports.cache.closure import PACKAGES, ROOT, closure
-from reports.run import plan
+from rayproof.reports.cache import guards, judgements, pictures, references
+from rayproof.reports.cache.closure import ROOT, closure
+from rayproof.reports.run import plan
 
 KINDS = {kind.__name__.rpartition(".")[2]: kind.CODE for kind in (guards, judgements, pictures, references, plan)}
 
@@ -21,7 +21,7 @@ def imported(path: Path) -> set[Path]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             assert node.level == 0, f"{path}: a relative import, which nobody reads"
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    ours = [ROOT.joinpath(*name.split(".")) for name in names if name.split(".")[0] in PACKAGES]
+    ours = [ROOT.parent.joinpath(*name.split(".")) for name in names if name.split(".")[0] == "rayproof"]
     files = [file for place in ours for file in (place.with_suffix(".py"), place / "__init__.py")]
     return {file for file in files if file.is_file()}
 
@@ -37,15 +37,15 @@ def test_everything_that_a_file_of_a_key_imports_is_part_of_the_key(modules: tup
 
 
 def test_what_a_registry_lists_and_data_beside_a_module_are_part_of_it() -> None:
-    names = {path.relative_to(ROOT).as_posix() for path in closure(("reports.judge.judging",))}
+    names = {path.relative_to(ROOT).as_posix() for path in closure(("rayproof.reports.judge.judging",))}
 
     assert {"reports/judge/metrics/root_mean_square.py", "reports/judge/findings.json"} <= names
 
 
 def test_packages_told_otherwise_are_left_out() -> None:
-    assert not any(path.is_relative_to(ROOT / "tracer") for path in closure(plan.CODE, without=("tracer",)))
+    assert not any(path.is_relative_to(ROOT / "tracer") for path in closure(plan.CODE, without=("rayproof.tracer",)))
 
 
 def test_a_module_that_is_not_there_is_told() -> None:
-    with pytest.raises(LookupError, match=r"no module is called reports\.gone"):
-        closure(("reports.gone",))
+    with pytest.raises(LookupError, match=r"no module is called rayproof\.reports\.gone"):
+        closure(("rayproof.reports.gone",))

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reports.cache.entries import DamagedEntryError, decode, encode
+from rayproof.reports.cache.entries import DamagedEntryError, decode, encode
 
 SIGNED: Any = {"question": "a", "secret": b"secret"}
 ARRAYS = {

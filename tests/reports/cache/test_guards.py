@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from reports.cache import guards
-from reports.cache.closure import ROOT, closure
-from reports.cache.guards import ask_once
-from reports.cache.store import Store
+from rayproof.reports.cache import guards
+from rayproof.reports.cache.closure import ROOT, closure
+from rayproof.reports.cache.guards import ask_once
+from rayproof.reports.cache.store import Store
 
 
 def test_a_guard_that_passed_is_not_asked_again_until_the_code_changes(

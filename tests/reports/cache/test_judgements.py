@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reports.cache import judgements
-from reports.cache.store import Store
+from rayproof.reports.cache import judgements
+from rayproof.reports.cache.store import Store
 
 KEY = "a" * 64
 RECORD: dict[str, Any] = {

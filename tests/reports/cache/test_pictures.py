@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from reports.cache import pictures
-from reports.cache.store import Store
+from rayproof.reports.cache import pictures
+from rayproof.reports.cache.store import Store
 
 
 def job(folder: Path, **changed: Any) -> dict[str, Any]:

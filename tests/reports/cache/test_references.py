@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.cache import references
-from reports.cache.entries import encode
-from reports.cache.references import KeepingOracle, Question, cached
-from reports.cache.signing import usual_secret
-from reports.cache.store import Store, usual_folder
-from reports.run.asking import heard
-from reports.run.orders import ReferenceTask
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.cache import references
+from rayproof.reports.cache.entries import encode
+from rayproof.reports.cache.references import KeepingOracle, Question, cached
+from rayproof.reports.cache.signing import usual_secret
+from rayproof.reports.cache.store import Store, usual_folder
+from rayproof.reports.run.asking import heard
+from rayproof.reports.run.orders import ReferenceTask
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
 STAGES = tuple(Stage)

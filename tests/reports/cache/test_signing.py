@@ -4,8 +4,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from reports.cache import signing
-from reports.cache.signing import NoSecretError, usual_secret
+from rayproof.reports.cache import signing
+from rayproof.reports.cache.signing import NoSecretError, usual_secret
 
 
 @pytest.fixture

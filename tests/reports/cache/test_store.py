@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports.cache import entries
-from reports.cache.entries import DamagedEntryError, encode
-from reports.cache.signing import VARIABLE, usual_secret
-from reports.cache.store import Store
+from rayproof.reports.cache import entries
+from rayproof.reports.cache.entries import DamagedEntryError, encode
+from rayproof.reports.cache.signing import VARIABLE, usual_secret
+from rayproof.reports.cache.store import Store
 
 ARRAY = {"a": np.full(1000, 0.1)}
 SIZE = len(encode({"key": "k" * 64}, ARRAY, question="k" * 64, secret=b"s"))

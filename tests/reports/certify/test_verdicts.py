@@ -6,23 +6,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.answers import Answers
-from cases.case import Case
-from cases.families import select
-from cases.rounding import gamma
-from cases.stages import IMAGE_STAGES, Stage
-from reference.analytic import Analytic
-from reports.certify.perturbed import perturbed
-from reports.certify.verdicts import Certified, Inquest, certify, steady
-from reports.faults import FAULTS
-from reports.faults.patching import altered
-from reports.judge import limits
-from reports.judge.ground import ground
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.summing_up import Judged
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.cases.rounding import gamma
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.certify.perturbed import perturbed
+from rayproof.reports.certify.verdicts import Certified, Inquest, certify, steady
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.faults.patching import altered
+from rayproof.reports.judge import limits
+from rayproof.reports.judge.ground import ground
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.summing_up import Judged
 
 ORACLE = Analytic()
 (FULL,) = select(["random_scenes/seed_2"])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from reports.cli import main
+from rayproof.reports.cli import main
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,9 +4,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from cases.families import select
-from reports.subjects import PROGRAM, Subject
-from reports.subjects.program import ask_capabilities, candidate
+from rayproof.cases.families import select
+from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects.program import ask_capabilities, candidate
 from tests.examples.test_renderers import judged
 from tests.reports.commands.conftest import Rayproof
 

@@ -91,7 +91,7 @@ def test_an_interrupt_ends_with_130(rayproof: Rayproof, monkeypatch: pytest.Monk
     def interrupted(family: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cases.families.cases_of", interrupted)
+    monkeypatch.setattr("rayproof.cases.families.cases_of", interrupted)
 
     ended = rayproof("list", "cases")
 
@@ -103,7 +103,7 @@ def test_a_bug_is_no_verdict(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch
     def broken(family: str) -> None:
         raise ZeroDivisionError("a bug")
 
-    monkeypatch.setattr("cases.families.cases_of", broken)
+    monkeypatch.setattr("rayproof.cases.families.cases_of", broken)
 
     ended = rayproof("list", "cases")
 

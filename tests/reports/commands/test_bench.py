@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from cases.benchmark import scenes
-from reports.bench import apart
-from reports.cli import main
+from rayproof.cases.benchmark import scenes
+from rayproof.reports.bench import apart
+from rayproof.reports.cli import main
 
 
 def test_a_small_benchmark_writes_what_its_document_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(scenes, "QUICK_SIZES", ((64, 48),))
-    monkeypatch.setattr("reports.commands.bench.QUICK_BUDGET", 0.05)
+    monkeypatch.setattr("rayproof.reports.commands.bench.QUICK_BUDGET", 0.05)
     file, again = tmp_path / "one.json", tmp_path / "two.json"
 
     assert main(["bench", "sphere_and_floor", "--quick", "--json", str(file)]) == 0

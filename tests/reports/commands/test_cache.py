@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reports.cache.store import Store
+from rayproof.reports.cache.store import Store
 from tests.reports.commands.conftest import Rayproof
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from cases.families import select
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.judge.oracle import stages_of
-from reports.publish.exr import write_answers
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.publish.exr import write_answers
 from tests.reports.commands.conftest import Rayproof
 
 

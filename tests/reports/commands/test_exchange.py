@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from cases.families import select
-from cases.scene_json import load_scene
-from reports.cli import main
+from rayproof.cases.families import select
+from rayproof.cases.scene_json import load_scene
+from rayproof.reports.cli import main
 
 
 def test_export_then_import_makes_a_scene_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

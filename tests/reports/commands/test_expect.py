@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from reports.cli import main
-from reports.publish.results import load_results
+from rayproof.reports.cli import main
+from rayproof.reports.publish.results import load_results
 
 CASE = "primitives/sphere"
 FAULTY = ["--configuration", "float32/lambert=fault_missing"]

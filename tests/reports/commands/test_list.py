@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from cases.families import CASE_FAMILIES, all_cases, cases_of
-from reference import REFERENCES
-from reports.judge.metrics import METRICS
+from rayproof.cases.families import CASE_FAMILIES, all_cases, cases_of
+from rayproof.reference import REFERENCES
+from rayproof.reports.judge.metrics import METRICS
+from rayproof.tracer.catalogue import FORMULAS
 from tests.reports.commands.conftest import Rayproof
-from tracer.catalogue import FORMULAS
 
 KINDS = {
     "cases": lambda: [case.name for family in CASE_FAMILIES for case in cases_of(family)],

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from cases.families import select
-from cases.scene_json import save_scene
-from cases.stages import IMAGE_STAGES
-from reference import REFERENCES
+from rayproof.cases.families import select
+from rayproof.cases.scene_json import save_scene
+from rayproof.cases.stages import IMAGE_STAGES
+from rayproof.reference import REFERENCES
 from tests.reports.commands.conftest import Rayproof
 
 
@@ -69,7 +69,7 @@ def test_wrong_pixels_end_with_2_and_one_line(rayproof: Rayproof, pixels: str, n
 
 
 def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("reports.commands.oracle.MOST_PIXELS", 10)
+    monkeypatch.setattr("rayproof.reports.commands.oracle.MOST_PIXELS", 10)
 
     ended = rayproof("oracle", "primitives/sphere")
 
@@ -80,7 +80,7 @@ def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.Mon
 def test_the_speed_of_both_truths_is_measured(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("reports.oracle_speed.LANES", 2**10)
+    monkeypatch.setattr("rayproof.reports.oracle_speed.LANES", 2**10)
     scene = select(["primitives/sphere"])[0].scene
     small = dataclasses.replace(scene, camera=dataclasses.replace(scene.camera, width=12, height=9))
     save_scene(small, tmp_path / "small.json")
@@ -100,8 +100,8 @@ def test_the_speed_of_both_truths_is_measured(
 def test_the_speed_of_what_a_truth_cannot_answer_is_a_sentence(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("reference.certified.MOST_SURFACES", 0)
-    monkeypatch.setattr("reports.oracle_speed.LANES", 2**10)
+    monkeypatch.setattr("rayproof.reference.certified.MOST_SURFACES", 0)
+    monkeypatch.setattr("rayproof.reports.oracle_speed.LANES", 2**10)
 
     ended = rayproof("oracle", "primitives/sphere", "--speed", "--json", tmp_path / "speed.json")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from reports.commands.output import shout, show_table, write_json
+from rayproof.reports.commands.output import shout, show_table, write_json
 
 
 def test_a_planted_fault_is_shouted(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from reports.ownership import NAME, OwnedError, abandoned, owned
+from rayproof.reports.ownership import NAME, OwnedError, abandoned, owned
 from tests.reports.commands.conftest import Rayproof
 
 CHECKOUT = Path(__file__).parents[3]
 OWNING = """
 import sys, time
 from pathlib import Path
-from reports.ownership import owned
+from rayproof.reports.ownership import owned
 with owned(Path(sys.argv[1])):
     print("owned", flush=True)
     time.sleep(60)

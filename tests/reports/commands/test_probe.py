@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from cases.families import select
-from cases.scene_json import save_scene
-from cases.stages import Stage
-from reference import REFERENCES
+from rayproof.cases.families import select
+from rayproof.cases.scene_json import save_scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.render import render
 
 
 def test_every_renderer_answers_every_stage(rayproof: Rayproof, tmp_path: Path) -> None:

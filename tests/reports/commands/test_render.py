@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
-from cases.families import select
-from cases.scene_json import save_scene
-from cases.stages import Stage
-from reports.publish.exr import read_answers
+from rayproof.cases.families import select
+from rayproof.cases.scene_json import save_scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish.exr import read_answers
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
-from tracer.catalogue import FORMULAS
-from tracer.configuration import Configuration
-from tracer.render import render
 
 
 def test_the_stages_asked_for_are_in_the_image(rayproof: Rayproof, tmp_path: Path) -> None:

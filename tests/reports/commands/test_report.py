@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from reports.cli import main
+from rayproof.reports.cli import main
 from tests.reports.publish.sample import make_folder
 
 

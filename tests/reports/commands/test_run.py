@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from reports.run.request import RunRequest
-from reports.subjects import Subject
-from reports.subjects.capabilities import Capabilities
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.subjects import Subject
+from rayproof.reports.subjects.capabilities import Capabilities
 from tests.reports.commands.conftest import Rayproof
 
 
@@ -19,7 +19,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
         requests.append(request)
         return 1
 
-    monkeypatch.setattr("reports.run.suite.run", suite)
+    monkeypatch.setattr("rayproof.reports.run.suite.run", suite)
     return requests
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from jsonschema import Draft202012Validator
 
-from cases.scene_json import schema
+from rayproof.cases.scene_json import schema
 from tests.reports.commands.conftest import Rayproof
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cases.families import all_cases
-from cases.scene_json import scene_to_json
+from rayproof.cases.families import all_cases
+from rayproof.cases.scene_json import scene_to_json
 from tests.reports.commands.conftest import Rayproof
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from cases.ladders import all_ladders
-from cases.ladders.ladder import Law
-from reports.stability import survey
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Law
+from rayproof.reports.stability import survey
 from tests.reports.commands.conftest import Rayproof
 
 KEYS = {

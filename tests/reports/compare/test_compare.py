@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.families import select
-from cases.stages import Stage
-from cases.stresses import STRESSES
-from reports.compare.contenders import contender, seen, stages_at_stake
-from reports.compare.findings import Finding, finding
-from reports.compare.pairing import PairedStage, paired
-from reports.compare.received import as_received
-from reports.compare.verdicts import NOTHING, TRADE, Signs, accuracy, outcome, speed
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.cases.stresses import STRESSES
+from rayproof.reports.compare.contenders import contender, seen, stages_at_stake
+from rayproof.reports.compare.findings import Finding, finding
+from rayproof.reports.compare.pairing import PairedStage, paired
+from rayproof.reports.compare.received import as_received
+from rayproof.reports.compare.verdicts import NOTHING, TRADE, Signs, accuracy, outcome, speed
+from rayproof.tracer.catalogue import FORMULAS
 from tests.reports.commands.conftest import Rayproof
-from tracer.catalogue import FORMULAS
 
 SCENE = next(iter(STRESSES["far_sphere_1e3"]()))[1]
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.scene import Scene, Sphere
-from cases.stages import Stage
-from cases.stresses import STRESSES
-from reports.compare.contenders import contender
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.cases.stresses import STRESSES
+from rayproof.reports.compare.contenders import contender
+from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
-from tracer.render import render
 
 GOOD = """
 import drjit as dr

@@ -2,12 +2,12 @@
 
 import pytest
 
-from cases.scene import Scene
-from cases.stresses import STRESSES, stressing
-from reports.compare.concerned import concerned
-from reports.compare.contenders import contender
-from reports.compare.questions import questions
-from tracer.catalogue import FORMULAS
+from rayproof.cases.scene import Scene
+from rayproof.cases.stresses import STRESSES, stressing
+from rayproof.reports.compare.concerned import concerned
+from rayproof.reports.compare.contenders import contender
+from rayproof.reports.compare.questions import questions
+from rayproof.tracer.catalogue import FORMULAS
 
 
 @pytest.mark.parametrize("name", list(STRESSES))

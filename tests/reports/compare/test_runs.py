@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from reports.compare.runs import compare_runs
+from rayproof.reports.compare.runs import compare_runs
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.publish.sample import make_folder
 

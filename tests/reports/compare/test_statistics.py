@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from reports.compare.statistics import mcnemar, median_interval, percentile_interval, scene_means, shared, tile_medians
+from rayproof.reports.compare.statistics import (
+    mcnemar,
+    median_interval,
+    percentile_interval,
+    scene_means,
+    shared,
+    tile_medians,
+)
 
 
 @pytest.mark.parametrize(

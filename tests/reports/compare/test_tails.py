@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.families import select
-from cases.stages import Stage
-from reports.compare.contenders import contender
-from reports.compare.findings import finding
-from reports.compare.pairing import PairedStage, paired
-from reports.compare.tails import TILE, Tail, leaning, lost
-from reports.compare.verdicts import Signs, accuracy, sentence
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.reports.compare.contenders import contender
+from rayproof.reports.compare.findings import finding
+from rayproof.reports.compare.pairing import PairedStage, paired
+from rayproof.reports.compare.tails import TILE, Tail, leaning, lost
+from rayproof.reports.compare.verdicts import Signs, accuracy, sentence
 from tests.reports.commands.conftest import Rayproof
 
 ROWS, COLUMNS = 9, 12  # tiles of the images below

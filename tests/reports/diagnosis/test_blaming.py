@@ -5,20 +5,20 @@ from typing import Any
 
 import pytest
 
-from cases.families import select
-from reference.analytic import Analytic
-from reports.diagnosis import measuring
-from reports.diagnosis.blaming import Blamed, by_stages, narrowed, put
-from reports.diagnosis.diagnosing import narrow
-from reports.diagnosis.saying import entries
-from reports.diagnosis.search import search
-from reports.diagnosis.trial import Evidence
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.parties import Witness
-from reports.run.supported import count_what_is_supported
-from reports.subjects import PROGRAM, Subject
-from reports.subjects.program import candidate
+from rayproof.cases.families import select
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.diagnosis import measuring
+from rayproof.reports.diagnosis.blaming import Blamed, by_stages, narrowed, put
+from rayproof.reports.diagnosis.diagnosing import narrow
+from rayproof.reports.diagnosis.saying import entries
+from rayproof.reports.diagnosis.search import search
+from rayproof.reports.diagnosis.trial import Evidence
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.parties import Witness
+from rayproof.reports.run.supported import count_what_is_supported
+from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects.program import candidate
 
 ORACLE = Analytic()
 needs_compiler = pytest.mark.skipif(measuring.compiler() is None, reason="there is no C++ compiler")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from reports.diagnosis import measuring
+from rayproof.reports.diagnosis import measuring
 
 CASES = (
     "primitives/plane",

@@ -5,15 +5,15 @@ from functools import cache
 
 import pytest
 
-from cases.case import ITEMS
-from cases.families import select
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.diagnosis import MISTAKES
-from reports.diagnosis.answering import Answered
-from reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated
-from reports.diagnosis.search import search
-from reports.diagnosis.trial import Evidence, trial
+from rayproof.cases.case import ITEMS
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.answering import Answered
+from rayproof.reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated
+from rayproof.reports.diagnosis.search import search
+from rayproof.reports.diagnosis.trial import Evidence, trial
 
 ORACLE = Analytic()
 CASES = {

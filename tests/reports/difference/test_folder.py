@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.difference.folder import write_folder
-from reports.difference.images import write_both
-from reports.difference.record import comparison, moved, names_of, sentence
-from reports.publish import publish_all
-from reports.publish.comparing import comparison_front
-from reports.publish.exr import read_answers, write_answers
-from reports.publish.kept import kept_images
-from reports.publish.pixels import read_pixels, write_pixels
-from reports.publish.results import load_results, save_results
+from rayproof.cases.stages import Stage
+from rayproof.reports.difference.folder import write_folder
+from rayproof.reports.difference.images import write_both
+from rayproof.reports.difference.record import comparison, moved, names_of, sentence
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.comparing import comparison_front
+from rayproof.reports.publish.exr import read_answers, write_answers
+from rayproof.reports.publish.kept import kept_images
+from rayproof.reports.publish.pixels import read_pixels, write_pixels
+from rayproof.reports.publish.results import load_results, save_results
 from tests.reports.publish.sample import answers, make_folder
 from tests.reports.publish.visits import Visit
 

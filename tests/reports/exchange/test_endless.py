@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from cases.scene import SceneError
-from reports.exchange import import_scene
+from rayproof.cases.scene import SceneError
+from rayproof.reports.exchange import import_scene
 
 HERE = Path(__file__).with_name("endless")
 SECONDS = 10  # of processor time, this process's and its parsers'; the machine may have other work
@@ -140,7 +140,13 @@ ALIKE: dict[str, Written] = {
 def test_it_ends_in_one_line_and_takes_little(name: str, tmp_path: Path) -> None:
     write, message = FILES[name]
     file = write(tmp_path)
-    command = [sys.executable, "-c", "import sys; from reports.cli import main; sys.exit(main())", "import", str(file)]
+    command = [
+        sys.executable,
+        "-c",
+        "import sys; from rayproof.reports.cli import main; sys.exit(main())",
+        "import",
+        str(file),
+    ]
 
     # Its own processor time and memory, and those of the parsers that it waited for.
     used = tmp_path / "used"

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from cases.baking import world_triangles
-from cases.rounding import gamma
-from cases.scene import Mesh, SceneError
-from reports.exchange import import_scene
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Mesh, SceneError
+from rayproof.reports.exchange import import_scene
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype="<f4")
 INDICES = np.array([0, 1, 2, 2, 1, 3], dtype="<u2")

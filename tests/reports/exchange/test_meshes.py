@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from cases.scene import Mesh, SceneError, Sphere
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.exchange import IMPORTERS, import_scene
-from reports.exchange.framing import bounds, camera_for, light_for
+from rayproof.cases.scene import Mesh, SceneError, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.exchange import IMPORTERS, import_scene
+from rayproof.reports.exchange.framing import bounds, camera_for, light_for
 
 
 @pytest.mark.parametrize("suffix", ["obj", "ply", "stl"])

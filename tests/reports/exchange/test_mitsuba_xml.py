@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.families import all_cases, select
-from cases.scene import Cube, Mesh, Scene, SceneError, Sphere, Square
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.exchange import export_scene, import_scene
+from rayproof.cases.families import all_cases, select
+from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Sphere, Square
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.exchange import export_scene, import_scene
 
 HEAD = '<scene version="3.0.0">'
 SENSOR = """<sensor type="perspective"><float name="fov" value="40"/>

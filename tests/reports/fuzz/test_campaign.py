@@ -1,15 +1,16 @@
 """A short campaign over every target finds nothing; and a reader that misbehaves is found.
 
-The recorded campaign is a command, `python -m reports.fuzz --inputs 1000000`; what it finds becomes a file of a test.
+The recorded campaign is a command, `python -m rayproof.reports.fuzz --inputs 1000000`. What it finds becomes a file
+of a test.
 """
 
 from pathlib import Path
 
 import pytest
 
-from reports.fuzz import campaign
-from reports.fuzz.campaign import fuzz
-from reports.fuzz.targets import TARGETS, Target
+from rayproof.reports.fuzz import campaign
+from rayproof.reports.fuzz.campaign import fuzz
+from rayproof.reports.fuzz.targets import TARGETS, Target
 
 INPUTS = {"results": 25, "history": 40}  # of which each takes longest
 

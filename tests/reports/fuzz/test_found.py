@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from reports.fuzz.campaign import Figures, read_once
-from reports.fuzz.targets import TARGETS
+from rayproof.reports.fuzz.campaign import Figures, read_once
+from rayproof.reports.fuzz.targets import TARGETS
 
 FOUND = Path(__file__).with_name("found")
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from reports.gate.accepting import accepted, pruned
-from reports.gate.expectations import Expectation, load_expectations, save_expectations
-from reports.gate.gating import Gate, gate
+from rayproof.reports.gate.accepting import accepted, pruned
+from rayproof.reports.gate.expectations import Expectation, load_expectations, save_expectations
+from rayproof.reports.gate.gating import Gate, gate
 
 ENTRY = Expectation(
     case="shadows/one",

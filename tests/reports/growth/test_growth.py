@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from reports.cli import main
-from reports.growth import measuring
-from reports.growth.checkouts import Round, compared, ratios
-from reports.growth.marginal import marginal
-from reports.growth.measuring import GrowthError, measured
-from reports.growth.scenes import write_scenes
+from rayproof.reports.cli import main
+from rayproof.reports.growth import measuring
+from rayproof.reports.growth.checkouts import Round, compared, ratios
+from rayproof.reports.growth.marginal import marginal
+from rayproof.reports.growth.measuring import GrowthError, measured
+from rayproof.reports.growth.scenes import write_scenes
 from tests.reports.commands.conftest import Rayproof, rayproof
 
 __all__ = ["rayproof"]
@@ -107,11 +107,16 @@ def test_the_ratio_of_two_checkouts_is_taken_within_a_round() -> None:
     assert ratios(rows) == {"at first": {"ratio": 1.1, "interval": [1.1, 1.1], "rounds": 3}}
 
 
-def test_each_checkout_runs_its_own_code(tmp_path: Path) -> None:
+@pytest.mark.parametrize("holder", [pytest.param("", id="packages-at-the-top"), "python/rayproof"])
+def test_each_checkout_runs_its_own_code(tmp_path: Path, holder: str) -> None:
     other = tmp_path / "other"
-    (other / "reports").mkdir(parents=True)
-    (other / "reports" / "__init__.py").touch()
-    (other / "reports" / "cli.py").write_text("def main():\n    return 'the other checkout was asked'\n")
+    package = other / holder / "reports"
+    package.mkdir(parents=True)
+    for folder in {package, package.parent} - {other}:
+        (folder / "__init__.py").touch()
+    if holder:
+        (other / "reports").symlink_to(package)
+    (package / "cli.py").write_text("def main():\n    return 'the other checkout was asked'\n")
 
     with pytest.raises(GrowthError, match="the other checkout was asked"):
         list(compared(other, ("primitives/plane",), rounds=1))

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from reports.cli import main
-from reports.history.database import HistoryError, append, opened
-from reports.history.series import read_series
-from reports.history.standing import worse
+from rayproof.reports.cli import main
+from rayproof.reports.history.database import HistoryError, append, opened
+from rayproof.reports.history.series import read_series
+from rayproof.reports.history.standing import worse
 
 
 def results(ratio: float | str = 0.2, seconds: float = 0.1, verdict: str = "pass") -> dict[str, Any]:
@@ -90,9 +90,9 @@ def test_a_worse_run_says_so(runs: list[dict[str, Any]], what: list[str], tmp_pa
 
 def test_times_of_another_machine_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "h.sqlite"
-    monkeypatch.setattr("reports.history.database.machine", lambda: "a fast one")
+    monkeypatch.setattr("rayproof.reports.history.database.machine", lambda: "a fast one")
     kept(path, [results(seconds=0.1)] * 6)
-    monkeypatch.setattr("reports.history.database.machine", lambda: "a slow one")
+    monkeypatch.setattr("rayproof.reports.history.database.machine", lambda: "a slow one")
 
     series = kept(path, [results(seconds=0.9)])
 
@@ -144,7 +144,8 @@ def test_a_history_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pyte
             return super().execute(statement, *values)
 
     monkeypatch.setattr(
-        "reports.history.database.sqlite3.connect", lambda *given, **named: connect(*given, factory=Watched, **named)
+        "rayproof.reports.history.database.sqlite3.connect",
+        lambda *given, **named: connect(*given, factory=Watched, **named),
     )
 
     with opened(path, create=True):

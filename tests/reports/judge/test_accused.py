@@ -2,14 +2,14 @@
 
 import pytest
 
-from cases.random import random_case
-from reference import REFERENCES
-from reference.analytic import Analytic
-from reports.judge.judging import judge_case
-from reports.judge.outcomes import Outcome
-from reports.run.asking import heard
-from reports.run.orders import ReferenceTask, TracerTask
-from reports.run.trace_task import trace
+from rayproof.cases.random import random_case
+from rayproof.reference import REFERENCES
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.run.asking import heard
+from rayproof.reports.run.orders import ReferenceTask, TracerTask
+from rayproof.reports.run.trace_task import trace
 
 SCENES = {
     # Under grazing light, next to its own edge, a cube's next face hides the light from who has triangles instead.

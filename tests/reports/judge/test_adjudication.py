@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.answers import Answers
-from cases.case import Case
-from cases.scene import PointLight, Scene
-from cases.stages import Stage
-from reports.judge.adjudication import adjudication
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.remembering import Remembering
-from reports.judge.summing_up import Judged
+from rayproof.cases.answers import Answers
+from rayproof.cases.case import Case
+from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.adjudication import adjudication
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.remembering import Remembering
+from rayproof.reports.judge.summing_up import Judged
 from tests.reports.judge.scenes import CAMERA, CASE, LIGHT, ORACLE, SCENE, candidate, rounded, truth, witness
 
 HEIGHT, WIDTH = CAMERA.height, CAMERA.width

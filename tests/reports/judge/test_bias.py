@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.scene import Cube, PointLight, Scene, Square
-from cases.stages import Stage
-from reports.judge.bias import LEAST_DISTINCT, Bias
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
+from rayproof.cases.scene import Cube, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.bias import LEAST_DISTINCT, Bias
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
 from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness
 
 F = np.float32

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from cases.scene import Camera
-from reference.analytic.cameras import camera_answer
-from reports.judge import camera
-from reports.judge.limits import Roundoff
+from rayproof.cases.scene import Camera
+from rayproof.reference.analytic.cameras import camera_answer
+from rayproof.reports.judge import camera
+from rayproof.reports.judge.limits import Roundoff
 
 # At the origin the eye's own error is 0 and so is the limit of what it moves.
 AT_ORIGIN = Camera(

@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.judge.channels import all_of, any_of, crossed, dot, largest, length
-from reports.judge.measurement import error
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.channels import all_of, any_of, crossed, dot, largest, length
+from rayproof.reports.judge.measurement import error
 
 TINY, HUGE = 5e-324, 1.7976931348623157e308
 SPECIAL = (0.0, -0.0, TINY, -3 * TINY, 2.2250738585072014e-308, 1.0, -1 / 3, HUGE, -HUGE, np.inf, -np.inf, np.nan)

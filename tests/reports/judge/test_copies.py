@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cases.answers import Answers
-from cases.stages import Stage
-from reports.judge.copies import copied
+from rayproof.cases.answers import Answers
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.copies import copied
 
 GENERATOR = np.random.default_rng(20061115)
 OURS: Answers = {stage: GENERATOR.uniform(size=(12, 16, 3)) for stage in (Stage.RAY, Stage.POSITION, Stage.IRRADIANCE)}

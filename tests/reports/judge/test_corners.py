@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.baking import world_triangles
-from cases.case import Case
-from cases.scene import Camera, Cube, PointLight, Scene, Square, Triangle, Vector
-from cases.stages import Stage
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate
-from reports.judge.resolving import WHOLE
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Square, Triangle, Vector
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.resolving import WHOLE
 from tests.reports.judge.scenes import ITEMS, ORACLE, witness
 
 GREY = (0.5, 0.4, 0.3)

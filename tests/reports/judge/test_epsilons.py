@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.judge.checks import Check
-from reports.judge.examined import Kind
-from reports.judge.judging import judge_case
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate
-from reports.run.clearances import shadow_epsilons
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.examined import Kind
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.run.clearances import shadow_epsilons
+from rayproof.tracer.configuration import Configuration
 from tests.reports.judge.scenes import CASE, ORACLE, rounded, witness
 from tests.reports.judge.test_light_sides import case_named, checked, kinds_of, ledger, party, terms, truth_of
-from tracer.configuration import Configuration
 
 WIDE, DEEP = 0.098, 7.84  # m: of examples/still_life.json, whose shapes lie 5 to 9 m from the eye
 

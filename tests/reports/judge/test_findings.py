@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.placement import scaling
-from cases.scene import Scene, Sphere
-from cases.scene_json import load_scene
-from cases.stages import Stage
-from reference import REFERENCES
-from reference.analytic import Analytic
-from reports.judge import findings, judging
-from reports.judge.circumstances import CIRCUMSTANCES
-from reports.judge.findings import KnownFinding, explained, known_findings
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.run import assemble
-from reports.subjects.pfm import read_pfm
+from rayproof.cases.placement import scaling
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.scene_json import load_scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge import findings, judging
+from rayproof.reports.judge.circumstances import CIRCUMSTANCES
+from rayproof.reports.judge.findings import KnownFinding, explained, known_findings
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.run import assemble
+from rayproof.reports.subjects.pfm import read_pfm
 from tests.reports.judge.scenes import CAMERA, CASE, SCENE, candidate, rounded, truth, verdict, witness
 
 ROOT = Path(__file__).parents[3]

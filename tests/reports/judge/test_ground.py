@@ -5,11 +5,11 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from cases.families import CASE_FAMILIES
-from reports.judge.classes import classify
-from reports.judge.ground import ground
-from reports.judge.limits import Roundoff
-from reports.judge.oracle import stages_of
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.reports.judge.classes import classify
+from rayproof.reports.judge.ground import ground
+from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.oracle import stages_of
 from tests.reports.judge.scenes import ORACLE
 
 

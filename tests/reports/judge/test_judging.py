@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.case import PixelValue
-from cases.placement import frontal_fovy
-from cases.scene import Cube, PointLight, Scene, Square
-from cases.stages import Stage
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.sentinels_at_edges import EDGE_CASE, HEIGHT, PIXEL
+from rayproof.cases.case import PixelValue
+from rayproof.cases.placement import frontal_fovy
+from rayproof.cases.scene import Cube, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.sentinels_at_edges import EDGE_CASE, HEIGHT, PIXEL
 from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
 
 FACTORS = {

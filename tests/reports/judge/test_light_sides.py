@@ -7,19 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.case import Case
-from cases.families import CASE_FAMILIES
-from cases.scene import PointLight
-from cases.stages import Stage
-from reports.judge.checks import Check
-from reports.judge.examined import Examined, Kind, most_interval
-from reports.judge.ground import ground
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate
-from reports.judge.terms import Terms
-from reports.run.scene_case import case_of_file
+from rayproof.cases.case import Case
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.scene import PointLight
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.examined import Examined, Kind, most_interval
+from rayproof.reports.judge.ground import ground
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.terms import Terms
+from rayproof.reports.run.scene_case import case_of_file
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, witness
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.summing_up import Judged
-from reports.judge.supersampled import box_mean, finer
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.judge.supersampled import box_mean, finer
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
 
 SAMPLES = 2

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.case import Case
-from cases.scene import Mesh
-from cases.stages import Stage
-from reports.judge.adjudication import adjudication
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Mesh
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.adjudication import adjudication
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, witness
 
 TENT = Mesh(

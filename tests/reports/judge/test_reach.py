@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.families import select
-from reports.judge.channels import any_of
-from reports.judge.conditioning import basis_condition, ray_condition
-from reports.judge.ground import ground
-from reports.judge.oracle import stages_of
-from reports.judge.terms import Terms
+from rayproof.cases.families import select
+from rayproof.reports.judge.channels import any_of
+from rayproof.reports.judge.conditioning import basis_condition, ray_condition
+from rayproof.reports.judge.ground import ground
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.terms import Terms
 from tests.reports.judge.scenes import CAMERA, ORACLE, candidate, witness
 
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from cases.scene import CLIPS
-from cases.stages import Stage
-from reports.judge.remembering import Remembering
+from rayproof.cases.scene import CLIPS
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.remembering import Remembering
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.answers import Resolution
-from cases.stages import Stage
-from reports.judge.judging import judge_case
-from reports.judge.outcomes import Outcome
-from reports.judge.resolving import Coarseness
+from rayproof.cases.answers import Resolution
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.resolving import Coarseness
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
 
 STEP = 2.0**-16

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.judge import bench, ground
-from reports.judge.classes import classify
-from reports.judge.sentinels import BrokenJudgeError, stand_guard
+from rayproof.reports.judge import bench, ground
+from rayproof.reports.judge.classes import classify
+from rayproof.reports.judge.sentinels import BrokenJudgeError, stand_guard
 from tests.reports.judge.scenes import ORACLE
 
 

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.stages import IMAGE_STAGES, Stage
-from reports.judge.adjudication import adjudication
-from reports.judge.judging import judge_case
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.judge.summing_up import Judged
-from reports.run import judge_task
-from reports.run.orders import JudgeTask
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.judge.adjudication import adjudication
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.run import judge_task
+from rayproof.reports.run.orders import JudgeTask
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, truth, witness
 
 SPOILT = {

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cases.stages import Stage
-from reports.judge.sides import Sides, excused
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.sides import Sides, excused
 
 
 def test_a_sides_value_is_held_to_its_own_limit_and_not_to_a_blunter_neighbours() -> None:

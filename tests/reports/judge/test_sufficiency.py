@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.case import Case
-from cases.placement import translation
-from cases.scene import Camera, PointLight, Scene, Square
-from cases.stages import Stage
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.resolving import WHOLE
-from reports.judge.summing_up import Judged
+from rayproof.cases.case import Case
+from rayproof.cases.placement import translation
+from rayproof.cases.scene import Camera, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.resolving import WHOLE
+from rayproof.reports.judge.summing_up import Judged
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, truth, witness
 
 FAR_ABOVE_ALL = 1e9  # m

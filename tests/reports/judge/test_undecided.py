@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.case import Case
-from cases.families import CASE_FAMILIES, select
-from cases.stages import Stage
-from reports.judge.judging import judge_case
-from reports.judge.oracle import stages_of
-from reports.judge.outcomes import Outcome
-from reports.judge.summing_up import Judged
+from rayproof.cases.case import Case
+from rayproof.cases.families import CASE_FAMILIES, select
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.summing_up import Judged
 from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
 
 

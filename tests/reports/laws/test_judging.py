@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from cases.families import select
-from cases.relations import Conditions, Relation
-from cases.stages import Stage
-from reports.laws.judging import judge
+from rayproof.cases.families import select
+from rayproof.cases.relations import Conditions, Relation
+from rayproof.cases.stages import Stage
+from rayproof.reports.laws.judging import judge
 
 SCENE = select(["primitives/sphere"])[0].scene
 ROWS, COLUMNS = np.mgrid[0:21, 0:31]

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from reports.cli import main
-from reports.looking import chromium
-from reports.looking.figures import sizes
-from reports.looking.pictures import MOST_BYTES
+from rayproof.reports.cli import main
+from rayproof.reports.looking import chromium
+from rayproof.reports.looking.figures import sizes
+from rayproof.reports.looking.pictures import MOST_BYTES
 from tests.reports.publish.sample import make_folder
 
 
@@ -30,7 +30,7 @@ def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path) -
         pytest.skip(why)
 
     # In a process of its own: the browser of the other tests has a driver in this one, and two do not go together.
-    command = [sys.executable, "-c", "import sys; from reports.cli import main; sys.exit(main(sys.argv[1:]))"]
+    command = [sys.executable, "-c", "import sys; from rayproof.reports.cli import main; sys.exit(main(sys.argv[1:]))"]
     asked = ["report", str(run), "--pictures", str(tmp_path), "--case", "sphere/sheared", "--figures"]
     ended = subprocess.run([*command, *asked], capture_output=True, text=True, check=False)
 

@@ -4,14 +4,14 @@ import json
 
 import pytest
 
-from cases.families import all_cases, select
-from reports.audit.planted import in_paths
-from reports.commands.paths import paths
-from reports.faults import FAULTS
-from reports.paths import ledger
-from reports.paths.verdict import paths_of, together
-from tracer.configuration import Configuration
-from tracer.paths import PATHS
+from rayproof.cases.families import all_cases, select
+from rayproof.reports.audit.planted import in_paths
+from rayproof.reports.commands.paths import paths
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.paths import ledger
+from rayproof.reports.paths.verdict import paths_of, together
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.paths import PATHS
 
 
 @pytest.fixture(scope="module")

@@ -5,14 +5,14 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from cases.families import all_cases, select
-from cases.stages import IMAGE_STAGES, Stage
-from reports.paths.choice import CHOICE, NAMES, SHORT, asked, routes_of
-from reports.paths.routes import ROUTES, compare, suiting
-from reports.paths.verdict import held_together
-from tracer.configuration import Configuration
-from tracer.frames import Frames
-from tracer.render import render
+from rayproof.cases.families import all_cases, select
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.paths.choice import CHOICE, NAMES, SHORT, asked, routes_of
+from rayproof.reports.paths.routes import ROUTES, compare, suiting
+from rayproof.reports.paths.verdict import held_together
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.render import render
 
 
 def test_the_names_are_those_of_the_routes() -> None:

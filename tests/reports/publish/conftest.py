@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from reports.publish import publish_all
+from rayproof.reports.publish import publish_all
 from tests.reports.publish.everything import make_everything
 from tests.reports.publish.modules import loaded
 from tests.reports.publish.sample import make_folder

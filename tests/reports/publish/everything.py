@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from reports.publish import gl, publish_all
-from reports.publish.pictures import draw_pictures
-from reports.publish.results import save_results
+from rayproof.reports.publish import gl, publish_all
+from rayproof.reports.publish.pictures import draw_pictures
+from rayproof.reports.publish.results import save_results
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.test_audit import AUDIT
 from tests.reports.publish.test_bench_page import DOCUMENT

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from reports.publish.page import SCRIPTS
+from rayproof.reports.publish.page import SCRIPTS
 
 # What needs no results: everything but the part that builds the page when it is read.
 ALONE = [name for name in SCRIPTS if name != "start"]
@@ -24,5 +24,5 @@ def loaded(browser: Any) -> Any:
     """Return an empty page with the modules in it."""
     page = browser.new_page()
     for name in ALONE:
-        page.add_script_tag(content=files("reports.publish").joinpath("html", f"{name}.js").read_text())
+        page.add_script_tag(content=files("rayproof.reports.publish").joinpath("html", f"{name}.js").read_text())
     return page

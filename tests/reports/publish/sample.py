@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from cases.case import ITEMS
-from cases.stages import IMAGE_STAGES, Stage
-from reports.judge.masks import SHADOW, SILHOUETTE, TERMINATOR
-from reports.judge.outcomes import Outcome
-from reports.publish.encoding import pack
-from reports.publish.exr import write_answers
-from reports.publish.results import SCHEMA, save_results
+from rayproof.cases.case import ITEMS
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.judge.masks import SHADOW, SILHOUETTE, TERMINATOR
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.publish.encoding import pack
+from rayproof.reports.publish.exr import write_answers
+from rayproof.reports.publish.results import SCHEMA, save_results
 
 HOSTILE = "evil/<script>alert(1)</script><img src=x onerror=alert(2)>\"'&|`*@everyone\u202e"
 EYE = np.array([0.4, -3.2, 1.6])

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from reports.publish.annotations import MOST, publish
+from rayproof.reports.publish.annotations import MOST, publish
 from tests.reports.publish.sample import make_folder, results_of
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from reports.publish import publish_all
-from reports.publish.audit import front, load_audit, sentence
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.audit import front, load_audit, sentence
 from tests.reports.publish.sample import make_folder
 
 AUDIT = {

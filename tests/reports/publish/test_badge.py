@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from reports.publish.badge import publish
+from rayproof.reports.publish.badge import publish
 from tests.reports.publish.sample import make_folder, results_of
 
 

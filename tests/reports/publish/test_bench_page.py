@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from reports.publish import publish_all
-from reports.publish.plots import bench, pages
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.plots import bench, pages
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.families import select
-from cases.scene import PointLight
-from reports.publish.picture_scene import MOST_LIGHTS, light_places
-from reports.publish.picture_shapes import thinned
+from rayproof.cases.families import select
+from rayproof.cases.scene import PointLight
+from rayproof.reports.publish.picture_scene import MOST_LIGHTS, light_places
+from rayproof.reports.publish.picture_shapes import thinned
 
 
 def test_of_a_thousand_lights_some_are_drawn_the_first_and_the_last_among_them() -> None:

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.stages import Stage, exr_channels
-from reports.plain import legible
-from reports.publish.exr import read_answers
+from rayproof.cases.stages import Stage, exr_channels
+from rayproof.reports.plain import legible
+from rayproof.reports.publish.exr import read_answers
 from tests.reports.publish.sample import HOSTILE
 
 pytestmark = pytest.mark.browser
@@ -349,7 +349,7 @@ def test_an_address_that_makes_no_sense_shows_the_case(visit, address):
 def test_a_subject_of_any_name_is_ours(browser, tmp_path):
     import json
 
-    from reports.publish import publish_all
+    from rayproof.reports.publish import publish_all
     from tests.reports.publish.sample import make_folder
     from tests.reports.publish.visits import Visit
 

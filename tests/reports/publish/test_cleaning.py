@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from reports.cli import main
-from reports.publish.cleaning import clean_pixels, clean_view
-from reports.publish.encoding import inflated, pack
-from reports.publish.pixels import handed_over, read_pixels, script, write_pixels
+from rayproof.reports.cli import main
+from rayproof.reports.publish.cleaning import clean_pixels, clean_view
+from rayproof.reports.publish.encoding import inflated, pack
+from rayproof.reports.publish.pixels import handed_over, read_pixels, script, write_pixels
 from tests.reports.publish.sample import SCENE, answers, make_folder
 
 ATTACK = "alert(document.cookie)"

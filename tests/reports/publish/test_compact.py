@@ -3,8 +3,8 @@
 import copy
 import json
 
-from reports.publish.compact import COUNTS, compact, expand
-from reports.publish.results import load_results, save_results
+from rayproof.reports.publish.compact import COUNTS, compact, expand
+from rayproof.reports.publish.results import load_results, save_results
 
 MEASURED = {"worst_ratio": 0.5, "worst_inside": 0.5, "ours": [0, 1]} | dict.fromkeys(COUNTS, 0) | {"edge": 3}
 

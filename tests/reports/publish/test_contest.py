@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from reports.publish import publish_all
-from reports.publish.contest import NAME, contest
-from reports.publish.results import save_results
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.contest import NAME, contest
+from rayproof.reports.publish.results import save_results
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 

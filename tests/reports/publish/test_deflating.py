@@ -5,7 +5,7 @@ import zlib
 import numpy as np
 import pytest
 
-from reports.publish.deflating import deflated
+from rayproof.reports.publish.deflating import deflated
 
 RANDOM = np.random.default_rng(5)
 NOISE = RANDOM.integers(0, 256, 20_000, dtype=np.uint8).tobytes()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reports.publish.encoding import decode, encode
+from rayproof.reports.publish.encoding import decode, encode
 
 SPECIAL = np.array([0.0, -0.0, np.inf, -np.inf, np.nan, 1e-45, 3.4e38, -1.0], dtype=np.float32).reshape(2, 4, 1)
 ZERO = np.zeros_like(SPECIAL)

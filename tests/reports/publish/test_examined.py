@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from reports.judge.outcomes import Outcome
-from reports.publish.headline import examined_line, headline, no_say
-from reports.publish.page import publish
-from reports.publish.summary import publish as publish_summary
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.publish.headline import examined_line, headline, no_say
+from rayproof.reports.publish.page import publish
+from rayproof.reports.publish.summary import publish as publish_summary
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 

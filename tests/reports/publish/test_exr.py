@@ -4,8 +4,8 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from cases.stages import IMAGE_STAGES, Stage, exr_channels
-from reports.publish.exr import read_answers, write_answers
+from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reports.publish.exr import read_answers, write_answers
 from tests.reports.publish.sample import answers
 
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from reports.publish import gl
+from rayproof.reports.publish import gl
 
 
 def test_a_yes_is_remembered_until_the_environment_changes(tmp_path, monkeypatch):
@@ -65,7 +65,7 @@ def test_the_users_window_class_wins(monkeypatch):
 
 @pytest.mark.parametrize("path", ["scenes/a/b_0.5.json"])
 def test_a_picture_is_named_as_the_run_named_the_scene(path):
-    from reports.publish.pictures import picture_path
+    from rayproof.reports.publish.pictures import picture_path
 
     assert picture_path({"scene": path}) == "pictures/a/b_0.5.png"
     assert picture_path({"scene": "scenes/../../x.json"}) is None

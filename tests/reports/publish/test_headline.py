@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from reports.publish.headline import worst_ratio
+from rayproof.reports.publish.headline import worst_ratio
 
 MEASURED = {"worst_ratio": 0.25}
 

@@ -2,7 +2,7 @@
 
 from xml.etree import ElementTree
 
-from reports.plain import legible
+from rayproof.reports.plain import legible
 from tests.reports.publish.sample import HOSTILE
 
 

@@ -8,13 +8,13 @@ import math
 import re
 from pathlib import Path
 
-import reports.publish
-from cases.case import ITEMS
-from reports.publish import publish_all
-from reports.publish.case_data import write_case_data
-from reports.publish.items import TITLES
-from reports.publish.page import SCRIPTS, publish, script_safe
-from reports.publish.results import save_results
+from rayproof.cases.case import ITEMS
+from rayproof.reports import publish as package
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.case_data import write_case_data
+from rayproof.reports.publish.items import TITLES
+from rayproof.reports.publish.page import SCRIPTS, publish, script_safe
+from rayproof.reports.publish.results import save_results
 from tests.reports.publish.sample import make_folder
 
 
@@ -40,14 +40,14 @@ def test_no_address_and_no_raw_markup_of_a_name_is_in_the_page(published):
 
 
 def test_every_script_is_in_the_page_and_every_item_has_a_title():
-    folder = Path(reports.publish.__path__[0], "html")
+    folder = Path(package.__path__[0], "html")
 
     assert {path.stem for path in folder.glob("*.js")} == set(SCRIPTS)
     assert set(TITLES) == set(ITEMS)
 
 
 def test_scripts_never_use_what_turns_text_into_markup():
-    for path in Path(reports.publish.__path__[0], "html").glob("*.js"):
+    for path in Path(package.__path__[0], "html").glob("*.js"):
         assert not re.search(
             r"innerHTML|outerHTML|insertAdjacent|document\.write|eval\(|new Function", path.read_text()
         ), path

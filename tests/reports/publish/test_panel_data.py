@@ -1,6 +1,6 @@
 """What references say in many cases is said once, counted; findings come from the run, else from the checkout."""
 
-from reports.publish.panel_data import findings, panel
+from rayproof.reports.publish.panel_data import findings, panel
 
 
 def test_notes_refusals_and_settings_are_gathered_over_cases() -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from reports.publish import gl, pictures
-from reports.publish.pictures import draw_pictures
+from rayproof.reports.publish import gl, pictures
+from rayproof.reports.publish.pictures import draw_pictures
 
 
 @pytest.fixture

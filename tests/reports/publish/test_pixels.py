@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.publish.kept import kept_images
-from reports.publish.pixels import inert, read_pixels, write_pixels
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish.kept import kept_images
+from rayproof.reports.publish.pixels import inert, read_pixels, write_pixels
 from tests.reports.publish.sample import SCENE, answers
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from reports.publish.plots import LIBRARY, pages, publish, stability, tradeoff
+from rayproof.reports.publish.plots import LIBRARY, pages, publish, stability, tradeoff
 
 RUNG = {
     "value": 10.0,

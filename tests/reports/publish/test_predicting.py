@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.publish.predicting import along, factors, pinhole, predicted, predictions, through, times
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish.predicting import along, factors, pinhole, predicted, predictions, through, times
 from tests.reports.publish.sample import EYE, SCENE, answers
 
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from reports.plain import plain
-from reports.publish.results import ResultsError, load_results, save_results, shape_problem
+from rayproof.reports.plain import plain
+from rayproof.reports.publish.results import ResultsError, load_results, save_results, shape_problem
 from tests.reports.publish.sample import results_of
 
 

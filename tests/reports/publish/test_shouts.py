@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from reports.publish import PUBLISHERS, publish_all
-from reports.publish.headline import headline, shouts
-from reports.publish.results import save_results
+from rayproof.reports.publish import PUBLISHERS, publish_all
+from rayproof.reports.publish.headline import headline, shouts
+from rayproof.reports.publish.results import save_results
 from tests.reports.publish.sample import make_folder, results_of
 
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from cases.stages import Stage
-from reports.publish import gl, publish_all
-from reports.publish.exr import read_answers
-from reports.publish.pictures import draw_pictures
-from reports.publish.results import save_results
-from reports.publish.single_file import write_single_file
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish import gl, publish_all
+from rayproof.reports.publish.exr import read_answers
+from rayproof.reports.publish.pictures import draw_pictures
+from rayproof.reports.publish.results import save_results
+from rayproof.reports.publish.single_file import write_single_file
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.test_plots import CLIMB, leave
 from tests.reports.publish.visits import Visit

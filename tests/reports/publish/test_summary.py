@@ -2,7 +2,7 @@
 
 import copy
 
-from reports.publish.summary import escaped, publish
+from rayproof.reports.publish.summary import escaped, publish
 from tests.reports.publish.sample import HOSTILE, results_of
 
 

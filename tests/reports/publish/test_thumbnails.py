@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from cases.stages import Stage
-from reports.publish.exr import write_answers
-from reports.publish.thumbnails import BROKEN, GAP, draw_thumbnails
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish.exr import write_answers
+from rayproof.reports.publish.thumbnails import BROKEN, GAP, draw_thumbnails
 from tests.reports.publish.sample import make_folder
 
 
@@ -68,8 +68,8 @@ def test_of_checks_alike_the_one_with_the_worst_error_is_drawn_and_nan_is_the_wo
 
 
 def test_summary_and_junit_point_to_them(tmp_path: Path) -> None:
-    from reports.publish.junit import publish as junit
-    from reports.publish.summary import publish as summary
+    from rayproof.reports.publish.junit import publish as junit
+    from rayproof.reports.publish.summary import publish as summary
 
     results = make_folder(tmp_path)
 

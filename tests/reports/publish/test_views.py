@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.publish import gl
-from reports.publish.picture_hits import Hits, chosen_hits, correct_digits
-from reports.publish.pictures import draw_pictures
-from reports.publish.view_file import pack
-from reports.publish.view_values import point_values
-from reports.publish.viewer_page import SCRIPTS, digests_in_one, page, page_in_one, vendored
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish import gl
+from rayproof.reports.publish.picture_hits import Hits, chosen_hits, correct_digits
+from rayproof.reports.publish.pictures import draw_pictures
+from rayproof.reports.publish.view_file import pack
+from rayproof.reports.publish.view_values import point_values
+from rayproof.reports.publish.viewer_page import SCRIPTS, digests_in_one, page, page_in_one, vendored
 from tests.reports.publish.sample import answers, make_folder
 
 MOST_BYTES = 120_000

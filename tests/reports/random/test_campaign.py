@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from cases.random import FAMILY, random_case
-from reports.random.campaign import Tally
-from reports.random.trials import fault_for, trials
-from reports.subjects import PROGRAM, Subject
+from rayproof.cases.random import FAMILY, random_case
+from rayproof.reports.random.campaign import Tally
+from rayproof.reports.random.trials import fault_for, trials
+from rayproof.reports.subjects import PROGRAM, Subject
 from tests.reports.commands.conftest import Rayproof
 
 

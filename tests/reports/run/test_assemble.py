@@ -2,8 +2,8 @@
 
 import pytest
 
-from reports.judge.outcomes import Outcome, exit_code, ledger
-from reports.run.assemble import case_ledger, check_ledger, coverage, review, silent, verdict
+from rayproof.reports.judge.outcomes import Outcome, exit_code, ledger
+from rayproof.reports.run.assemble import case_ledger, check_ledger, coverage, review, silent, verdict
 
 
 def check(**changed):

@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.case import Case
-from cases.families import select
-from cases.scene import Cube, PointLight, Scene, Sphere, Square
-from cases.scene_json import scene_to_json
-from cases.stages import Stage
-from reference import REFERENCES
-from reports.publish.pixels import read_pixels
-from reports.run import judge_task, keeping, merging, size
-from reports.run.asking import WHOLE_ONLY, heard, unable
-from reports.run.banded_run import band
-from reports.run.orders import JudgeTask, ReferenceTask, TracerTask
-from reports.run.plan import PlannedCase
-from reports.run.trace_task import trace
-from reports.subjects import PROGRAM, THE_TRACER, Subject
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.cases.scene import Cube, PointLight, Scene, Sphere, Square
+from rayproof.cases.scene_json import scene_to_json
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reports.publish.pixels import read_pixels
+from rayproof.reports.run import judge_task, keeping, merging, size
+from rayproof.reports.run.asking import WHOLE_ONLY, heard, unable
+from rayproof.reports.run.banded_run import band
+from rayproof.reports.run.orders import JudgeTask, ReferenceTask, TracerTask
+from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.trace_task import trace
+from rayproof.reports.subjects import PROGRAM, THE_TRACER, Subject
 
 PANEL = ("analytic", "radiance")
 PLACED = ((0.5, 0.1, 0.0, 0.9), (0.0, 0.6, 0.1, 0.8), (0.0, 0.0, 0.5, 0.3), (0.0, 0.0, 0.0, 1.0))

@@ -7,15 +7,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cases.scene import PointLight, Scene
-from cases.stages import Stage
-from reports.judge.bias import bias
-from reports.judge.bias_bounds import LEAST_DISTINCT
-from reports.judge.ground import ground
-from reports.judge.oracle import stages_of
-from reports.judge.terms import Terms
-from reports.publish.headline import headline
-from reports.run.common_factors import common_factors, wrong
+from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.bias import bias
+from rayproof.reports.judge.bias_bounds import LEAST_DISTINCT
+from rayproof.reports.judge.ground import ground
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.terms import Terms
+from rayproof.reports.publish.headline import headline
+from rayproof.reports.run.common_factors import common_factors, wrong
 from tests.reports.judge.scenes import BALL, CAMERA, FLOOR, ORACLE, candidate, witness
 from tests.reports.judge.test_bias import FOLDS, ORDERS, float32_program
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from reports.run.pool import Pool
-from reports.subjects.orphans import descendants
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.subjects.orphans import descendants
 
 CHECKOUT = Path(__file__).parents[3]
 NAP = f"86398.{os.getpid()}"  # s; no other process sleeps as long, nor another run of this test
@@ -31,7 +31,7 @@ def test_nothing_is_left_running(tmp_path: Path, how: str) -> None:
     command = ["run", "primitives/sphere", "--jobs", "1", "--out", str(tmp_path / "out")]
     # A shell without job control starts background jobs with Ctrl-C ignored, and CI may be one.
     heeding = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    code = f"{heeding}; import sys; from reports.cli import main; sys.exit(main(sys.argv[1:]))"
+    code = f"{heeding}; import sys; from rayproof.reports.cli import main; sys.exit(main(sys.argv[1:]))"
     process = subprocess.Popen(
         [sys.executable, "-c", code, *command, "--subject", f"exec:{script} {{scene}} {{output}}"],
         cwd=CHECKOUT,
@@ -81,7 +81,7 @@ def started_run(tmp_path: Path, *more: str, **environment: str) -> subprocess.Po
     """Start a run of one case, its temporary files in a folder of their own."""
     (tmp_path / "tmp").mkdir(exist_ok=True)
     heeding = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    code = f"{heeding}; import sys; from reports.cli import main; sys.exit(main(sys.argv[1:]))"
+    code = f"{heeding}; import sys; from rayproof.reports.cli import main; sys.exit(main(sys.argv[1:]))"
     return subprocess.Popen(
         [sys.executable, "-c", code, "run", "primitives/sphere", "--out", str(tmp_path / "out"), *more],
         cwd=CHECKOUT,
@@ -113,11 +113,11 @@ def test_a_run_that_is_stopped_before_its_first_line_ends_in_one(tmp_path: Path,
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_full_disk_is_one_line_and_resuming_is_exact(tmp_path: Path) -> None:
-    limited = f"{CHECKOUT}{os.pathsep}{tmp_path}"
+    limited = f"{CHECKOUT / 'python'}{os.pathsep}{tmp_path}"
     # No file above 4 KB: as a disk that is full, but for everything at once and without rights of mounting.
     (tmp_path / "sitecustomize.py").write_text(
         "import resource, sys\n"
-        "if sys.argv[:1] == ['-c'] and not any('multiprocessing' in word for word in sys.orig_argv):\n"
+        "if sys.argv[:1] == ['-c'] and not any('worker_process' in word for word in sys.orig_argv):\n"
         "    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))\n"
     )
     full = started_run(tmp_path, "--no-cache", PYTHONPATH=limited, PYTHONDONTWRITEBYTECODE="1")

@@ -1,7 +1,7 @@
 """What was finished is kept, exactly if it is still the same question."""
 
-from reports.publish.results import save_results
-from reports.run.journal import Journal, settle
+from rayproof.reports.publish.results import save_results
+from rayproof.reports.run.journal import Journal, settle
 from tests.reports.publish.sample import results_of
 
 

@@ -6,17 +6,17 @@ from typing import Any
 
 import pytest
 
-from reports.cache.guards import passed
-from reports.cache.store import usual_store
-from reports.judge.outcomes import Outcome, exit_code
-from reports.judge.sentinels import BrokenJudgeError
-from reports.run import judge_task
-from reports.run.kinds import JUDGE
-from reports.run.orders import GuardTask, JudgeTask
-from reports.run.tasks import handler
-from reports.run.unjudged import unjudged
-from reports.run.worker import Reply
-from reports.subjects import THE_TRACER
+from rayproof.reports.cache.guards import passed
+from rayproof.reports.cache.store import usual_store
+from rayproof.reports.judge.outcomes import Outcome, exit_code
+from rayproof.reports.judge.sentinels import BrokenJudgeError
+from rayproof.reports.run import judge_task
+from rayproof.reports.run.kinds import JUDGE
+from rayproof.reports.run.orders import GuardTask, JudgeTask
+from rayproof.reports.run.tasks import handler
+from rayproof.reports.run.unjudged import unjudged
+from rayproof.reports.run.worker import Reply
+from rayproof.reports.subjects import THE_TRACER
 from tests.reports.judge.scenes import CASE, candidate, rounded, truth, witness
 
 

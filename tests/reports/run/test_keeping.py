@@ -6,15 +6,15 @@ from base64 import b64decode
 import numpy as np
 import pytest
 
-from cases.families import select
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate, Witness
-from reports.publish.exr import read_answers
-from reports.publish.pixels import read_pixels
-from reports.run.keeping import keep_images, masks
-from reports.run.orders import JudgeTask
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.publish.exr import read_answers
+from rayproof.reports.publish.pixels import read_pixels
+from rayproof.reports.run.keeping import keep_images, masks
+from rayproof.reports.run.orders import JudgeTask
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from reference.analytic import Analytic
-from reports.run import case_run, kinds, memory
-from reports.run.pool import Pool
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.run import case_run, kinds, memory
+from rayproof.reports.run.pool import Pool
 from tests.reports.commands.conftest import Rayproof, rayproof
 
 __all__ = ["rayproof"]

@@ -2,16 +2,16 @@
 
 import pytest
 
-from cases.case import ITEMS
-from cases.families import all_cases
-from reports.cache import judgements
-from reports.cache.closure import ROOT, closure
-from reports.run import plan as planning
-from reports.run.plan import ALTERNATIVES, alternatives, plan
+from rayproof.cases.case import ITEMS
+from rayproof.cases.families import all_cases
+from rayproof.reports.cache import judgements
+from rayproof.reports.cache.closure import ROOT, closure
+from rayproof.reports.run import plan as planning
+from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan
 
 
 def test_every_item_is_covered_by_a_case_with_a_configuration_whose_formulas_cover_it():
-    from tracer.configuration import Configuration
+    from rayproof.tracer.configuration import Configuration
 
     planned = plan(all_cases(), ())
 

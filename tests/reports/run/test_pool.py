@@ -10,9 +10,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from reports.run.pool import Pool
-from reports.run.scratch import PREFIX, scratch
-from reports.run.worker import Reply
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.scratch import PREFIX, scratch
+from rayproof.reports.run.worker import Reply
 from tests.reports.run.workers import obey
 
 
@@ -174,8 +174,8 @@ def test_eight_megabytes_go_there_and_come_back():
 
 WITH_A_WORKER = """
 import sys
-from reports.run.pool import Pool
-from reports.run.scratch import scratch
+from rayproof.reports.run.pool import Pool
+from rayproof.reports.run.scratch import scratch
 from tests.reports.run.workers import obey
 if __name__ == "__main__":
     with scratch():

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from reports.run import progress
-from reports.run.progress import CaseProgress, highest, worst_first
-from reports.terminal import Page
+from rayproof.reports.run import progress
+from rayproof.reports.run.progress import CaseProgress, highest, worst_first
+from rayproof.reports.terminal import Page
 
 
 def record(name: str, verdict: str, *ratios: float | str | None) -> dict[str, Any]:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from cases.answers import Resolution
-from cases.stages import Stage
-from reports.judge.parties import Witness
-from reports.run.said import said
+from rayproof.cases.answers import Resolution
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.parties import Witness
+from rayproof.reports.run.said import said
 
 
 def test_settings_epsilons_and_coarse_output_are_told() -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from cases.families import all_cases
-from cases.scene_json import load_scene
-from reports.run.plan import DEFAULTS
-from reports.run.reproducing import reproduce, write_scene
-from reports.run.scene_case import cases_of_files
+from rayproof.cases.families import all_cases
+from rayproof.cases.scene_json import load_scene
+from rayproof.reports.run.plan import DEFAULTS
+from rayproof.reports.run.reproducing import reproduce, write_scene
+from rayproof.reports.run.scene_case import cases_of_files
 
 SCENE = {
     "camera": {

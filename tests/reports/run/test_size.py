@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.case import Case
-from cases.families import select
-from cases.scene import Mesh
-from reports.cli import main
-from reports.run.size import USUAL_LIMIT, deadline, estimate
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.cases.scene import Mesh
+from rayproof.reports.cli import main
+from rayproof.reports.run.size import USUAL_LIMIT, deadline, estimate
 
 CAMERA = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 40, "near": 1, "far": 9}
 

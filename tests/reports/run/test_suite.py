@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from reports.publish.results import load_results
-from reports.run import suite
-from reports.run.request import RunRequest
+from rayproof.reports.publish.results import load_results
+from rayproof.reports.run import suite
+from rayproof.reports.run.request import RunRequest
 
 
 def test_results_are_there_before_anybody_waits_for_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.stages import Stage
-from reports.judge.judging import judge_case
-from reports.judge.outcomes import Outcome
-from reports.judge.parties import Candidate
-from reports.judge.sides import Sides, excused_anyhow
-from reports.judge.summing_up import Judged
-from reports.run.assemble import verdict
-from reports.run.supported import concerning, count_what_is_supported
-from reports.subjects import ITEMS_OF_OTHERS
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.sides import Sides, excused_anyhow
+from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.run.assemble import verdict
+from rayproof.reports.run.supported import concerning, count_what_is_supported
+from rayproof.reports.subjects import ITEMS_OF_OTHERS
 from tests.reports.judge.scenes import CASE, ORACLE, rounded, truth, witness
 
 CANNOT = "It has nothing of the kind."

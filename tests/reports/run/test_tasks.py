@@ -7,12 +7,12 @@ from textwrap import dedent
 
 import pytest
 
-from reports.cache import references
-from reports.cache.store import Store
-from reports.run.asking import heard
-from reports.run.kinds import RECALLING
-from reports.run.orders import RecallTask, ReferenceTask
-from reports.run.tasks import handler
+from rayproof.reports.cache import references
+from rayproof.reports.cache.store import Store
+from rayproof.reports.run.asking import heard
+from rayproof.reports.run.kinds import RECALLING
+from rayproof.reports.run.orders import RecallTask, ReferenceTask
+from rayproof.reports.run.tasks import handler
 from tests.reports.judge.scenes import ORACLE, SCENE
 
 
@@ -37,9 +37,9 @@ def test_the_tracers_worker_imports_what_a_task_needs_before_there_is_one() -> N
     # In a process of its own: here other tests have imported everything.
     script = """
         import sys
-        from reports.run.kinds import TRACING
-        from reports.run.orders import TracerTask
-        from reports.run.tasks import handler
+        from rayproof.reports.run.kinds import TRACING
+        from rayproof.reports.run.orders import TracerTask
+        from rayproof.reports.run.tasks import handler
         from tests.reports.judge.scenes import SCENE
         trace = handler(TRACING)
         before = set(sys.modules)

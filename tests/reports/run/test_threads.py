@@ -9,7 +9,7 @@ from textwrap import dedent
 
 import pytest
 
-from reports.run.kinds import TRACING
+from rayproof.reports.run.kinds import TRACING
 
 
 @pytest.mark.parametrize("kind", [TRACING, "reference:mitsuba_llvm"])
@@ -17,11 +17,11 @@ def test_subnormal_numbers_are_flushed_after_a_worker_s_task_as_before_it(kind: 
     # In a process of its own: here other tests may have chosen a number of threads.
     script = """
         import sys
-        import tracer
+        from rayproof import tracer
         import drjit as dr
         from drjit.llvm import Float
-        from reports.run.orders import ReferenceTask, TracerTask
-        from reports.run.tasks import handler
+        from rayproof.reports.run.orders import ReferenceTask, TracerTask
+        from rayproof.reports.run.tasks import handler
         from tests.reports.judge.scenes import SCENE
 
         def facts():

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from reports.run.workload import AT_LEAST, PIXELS, FirstCalls, has_room
+from rayproof.reports.run.workload import AT_LEAST, PIXELS, FirstCalls, has_room
 
 
 def test_small_cases_start_until_their_pixels_are_many():

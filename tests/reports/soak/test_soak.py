@@ -12,11 +12,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from reports.commands.soak import document
-from reports.soak.disturbing import MEMORY, PAUSE, STOP, Signal, _kind, chosen, hit
-from reports.soak.rounds import Round
-from reports.soak.scenarios import Outcome
-from reports.soak.site import DRAWING, TIMEOUT, Ended, Site, Tally, deadlines
+from rayproof.reports.commands.soak import document
+from rayproof.reports.soak.disturbing import MEMORY, PAUSE, STOP, Signal, _kind, chosen, hit
+from rayproof.reports.soak.rounds import Round
+from rayproof.reports.soak.scenarios import Outcome
+from rayproof.reports.soak.site import DRAWING, TIMEOUT, Ended, Site, Tally, deadlines
 from tests.reports.commands.conftest import Rayproof, rayproof
 
 __all__ = ["rayproof"]
@@ -32,10 +32,10 @@ CASE = {"name": "a", "verdict": "pass", "checks": []}
         ("rayproof-draw", "", "draw"),
         ("rayproof-exec", "", "caller"),
         ("python", "python -I -S /x/confine.py 1 2 3 /y/program", "keeper"),
-        ("python", "python -c from multiprocessing.spawn import spawn_main", "starting"),
+        ("python", "python -c import sys; from rayproof.reports.run.worker_process import begin", "starting"),
         ("program", "/bin/sh /y/program scene", "program"),
         ("sleep", "sleep 600", "child"),
-        ("python", "python -c from multiprocessing.resource_tracker import main", None),
+        ("python", "python -c from rayproof.cases.foreign import serve", None),
     ],
 )
 def test_processes_are_known_by_what_they_do(name: str, command: str, kind: str | None) -> None:

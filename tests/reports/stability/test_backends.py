@@ -8,15 +8,15 @@ import sys
 import drjit as dr
 import pytest
 
-from reports.cli import NOT_MEASURED
-from tracer.arrays import BACKENDS, VARIABLE
+from rayproof.reports.cli import NOT_MEASURED
+from rayproof.tracer.arrays import BACKENDS, VARIABLE
 
 # A process chooses its backend once.
 CODE = """
 import json
-from reports.stability.guards import broken
-from reports.stability.survey import plan, survey
-from tracer.arrays import array_types
+from rayproof.reports.stability.guards import broken
+from rayproof.reports.stability.survey import plan, survey
+from rayproof.tracer.arrays import array_types
 both = ("float32", "float64")
 planned = plan(("sphere/textbook", "sphere/haines"), ladders=("SPH-FAR",), precisions=both, quick=True)
 found = [[one["formula"], one["precision"], one["slope"], one["surprise"]] for one in survey(planned, doubts=print)]
@@ -52,7 +52,9 @@ def test_a_backend_keeps_the_guards_and_the_law(backend: str) -> None:
 
 
 def test_a_backend_that_is_not_there_is_told_in_one_line() -> None:
-    ended = ran("abacus", "from reports.cli import main; raise SystemExit(main(['stability', '--ladder', 'SPH-FAR']))")
+    ended = ran(
+        "abacus", "from rayproof.reports.cli import main; raise SystemExit(main(['stability', '--ladder', 'SPH-FAR']))"
+    )
 
     assert ended.returncode == NOT_MEASURED
     assert ended.stderr.count("\n") == 1

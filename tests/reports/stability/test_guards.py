@@ -3,9 +3,9 @@
 import drjit as dr
 import numpy as np
 
-from reports.stability.device import number
-from reports.stability.guards import broken
-from tracer.arrays import array_types
+from rayproof.reports.stability.device import number
+from rayproof.reports.stability.guards import broken
+from rayproof.tracer.arrays import array_types
 
 
 def test_neither_fast_math_nor_contraction(precision: str) -> None:

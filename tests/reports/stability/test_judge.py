@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.ladders import all_ladders
-from cases.ladders.ladder import Failure, Ladder, Law
-from reports.stability.climb import Climb, Drawn, Rung
-from reports.stability.judge import doubted, judged
-from reports.stability.questions import Truth, Witness
-from reports.stability.slopes import Slope
-from tracer.catalogue import FORMULAS
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Failure, Ladder, Law
+from rayproof.reports.stability.climb import Climb, Drawn, Rung
+from rayproof.reports.stability.judge import doubted, judged
+from rayproof.reports.stability.questions import Truth, Witness
+from rayproof.reports.stability.slopes import Slope
+from rayproof.tracer.catalogue import FORMULAS
 
 SPH_FAR = next(ladder for ladder in all_ladders() if ladder.name == "SPH-FAR")
 

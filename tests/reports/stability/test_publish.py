@@ -4,9 +4,9 @@ import csv
 import json
 from pathlib import Path
 
-from cases.ladders import all_ladders
-from reports.stability.publish import publish
-from reports.stability.survey import plan, survey
+from rayproof.cases.ladders import all_ladders
+from rayproof.reports.stability.publish import publish
+from rayproof.reports.stability.survey import plan, survey
 
 
 def test_files_of_a_ladder(tmp_path: Path) -> None:

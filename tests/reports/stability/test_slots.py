@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.ladders import all_ladders
-from cases.ladders.ladder import Ladder
-from reports.stability.climb import climb, drawn
-from reports.stability.conditioned import Conditioned
-from reports.stability.judge import judged
-from reports.stability.survey import applies
-from tracer.acceleration import beams
-from tracer.catalogue import FORMULAS, Formula
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.stability.climb import climb, drawn
+from rayproof.reports.stability.conditioned import Conditioned
+from rayproof.reports.stability.judge import judged
+from rayproof.reports.stability.survey import applies
+from rayproof.tracer.acceleration import beams
+from rayproof.tracer.catalogue import FORMULAS, Formula
 
 LADDERS = {ladder.name: ladder for ladder in all_ladders()}
 SLOTS = {

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from reports.stability.survey import plan, survey
+from rayproof.reports.stability.survey import plan, survey
 
 Records = dict[tuple[str, str, str], dict[str, Any]]
 

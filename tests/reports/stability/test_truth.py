@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from flint import arb, fmpq
 
-from reports.stability.exactly import decided, evaluated, rational, single, witnessed
-from reports.stability.shapes import SHAPES, Hit, towards
+from rayproof.reports.stability.exactly import decided, evaluated, rational, single, witnessed
+from rayproof.reports.stability.shapes import SHAPES, Hit, towards
 
 
 def hit(shape: str, **inputs: Any) -> Hit:

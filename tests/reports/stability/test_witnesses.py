@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from flint import arb
 
-from cases.ladders import all_ladders
-from cases.ladders.ladder import Ladder
-from reports.stability.climb import drawn
-from reports.stability.judge import doubted
-from reports.stability.questions.impossible import dark, impossible
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.stability.climb import drawn
+from rayproof.reports.stability.judge import doubted
+from rayproof.reports.stability.questions.impossible import dark, impossible
 
 LADDERS = all_ladders()
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.scene import Camera, Cube, Mesh, PointLight, Scene, Sphere, Square, Triangle
-from reports.subjects import PROGRAM, Subject
+from rayproof.cases.scene import Camera, Cube, Mesh, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.reports.subjects import PROGRAM, Subject
 
 CAMERA = Camera(
     eye=(3.0, -4.0, 2.5), target=(0.1, 0.2, 0.3), up=(0.0, 0.0, 1.0), fovy=40.0, width=6, height=4, near=0.1, far=50.0

@@ -2,9 +2,9 @@
 
 import pytest
 
-from cases.stages import Stage
-from reports.subjects.capabilities import Capabilities, capabilities_from
-from reports.subjects.program import ask_capabilities
+from rayproof.cases.stages import Stage
+from rayproof.reports.subjects.capabilities import Capabilities, capabilities_from
+from rayproof.reports.subjects.program import ask_capabilities
 from tests.reports.subjects.conftest import SCENE, Writing
 
 

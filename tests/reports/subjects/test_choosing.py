@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from reference import REFERENCES
-from reports.run.panel import panel
-from reports.subjects import Subject
-from reports.subjects.capabilities import Capabilities
-from reports.subjects.choosing import chosen
+from rayproof.reference import REFERENCES
+from rayproof.reports.run.panel import panel
+from rayproof.reports.subjects import Subject
+from rayproof.reports.subjects.capabilities import Capabilities
+from rayproof.reports.subjects.choosing import chosen
 
 
 def nothing(subject: Subject) -> Capabilities:

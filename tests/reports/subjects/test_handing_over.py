@@ -6,11 +6,11 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 
-from cases.scene import Cube, Mesh, Square, Triangle
-from cases.scene_json import load_scene, schema
-from cases.stages import Stage
-from reference.analytic import Analytic
-from reports.subjects.handing_over import hand_over, triangulated
+from rayproof.cases.scene import Cube, Mesh, Square, Triangle
+from rayproof.cases.scene_json import load_scene, schema
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.subjects.handing_over import hand_over, triangulated
 from tests.reports.subjects.conftest import SCENE
 
 

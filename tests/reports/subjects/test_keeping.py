@@ -4,9 +4,9 @@ import json
 import subprocess
 from pathlib import Path
 
-from reports.subjects.handing_over import hand_over
-from reports.subjects.keeping import TOLD, Keep
-from reports.subjects.program import candidate
+from rayproof.reports.subjects.handing_over import hand_over
+from rayproof.reports.subjects.keeping import TOLD, Keep
+from rayproof.reports.subjects.program import candidate
 from tests.reports.subjects.conftest import SCENE, Writing
 
 

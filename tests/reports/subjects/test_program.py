@@ -9,11 +9,11 @@ import OpenEXR
 import psutil
 import pytest
 
-from cases.scene import Scene
-from cases.stages import Stage
-from reports.judge.parties import Candidate
-from reports.subjects import Subject
-from reports.subjects.program import allowance, ask_capabilities, candidate
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.subjects import Subject
+from rayproof.reports.subjects.program import allowance, ask_capabilities, candidate
 from tests.reports.subjects.conftest import SCENE, Writing
 
 SIZE = (SCENE.camera.height, SCENE.camera.width)

@@ -3,8 +3,8 @@
 import numpy as np
 import OpenEXR
 
-from cases.stages import Stage
-from reports.subjects.taking_back import take_back
+from rayproof.cases.stages import Stage
+from rayproof.reports.subjects.taking_back import take_back
 from tests.reports.judge.scenes import SCENE
 
 

@@ -30,7 +30,7 @@ def test_mine(conformance):
 ROUNDED = "image.astype('float32')"  # a copy of the oracle to the last bit would be no witness
 RENDERER = """
 import pytest
-from reference.analytic import Analytic
+from rayproof.reference.analytic import Analytic
 
 def render(scene, stages):
     answers = Analytic().render(scene, stages)
@@ -45,7 +45,7 @@ def test_conforms(conformance):
 @pytest.fixture
 def suite(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
     """Return an empty test suite that sees rayproof and its plug-in as any installed one would."""
-    root = Path(__file__).resolve().parents[3]
+    root = Path(__file__).resolve().parents[3] / "python"
     monkeypatch.setenv("PYTHONPATH", str(root))
     return pytester
 
@@ -65,8 +65,8 @@ def test_a_formula_in_four_lines_passes(suite: pytest.Pytester) -> None:
 
 
 def test_a_file_s_formula_runs_in_the_configuration_that_is_asked_for(tmp_path: Path) -> None:
-    from cases.families import select
-    from reports.testing.conformance import Conformance
+    from rayproof.cases.families import select
+    from rayproof.reports.testing.conformance import Conformance
 
     (tmp_path / "mine.py").write_text(MINE)
     (case,) = select(["primitives/sphere"])

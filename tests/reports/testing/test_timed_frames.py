@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from cases.case import Case
-from cases.families import select
-from reports.testing.conformance import Conformance
-from tracer.configuration import Configuration
-from tracer.frames import Frames
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.reports.testing.conformance import Conformance
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import Frames
 
 
 @pytest.mark.parametrize("case", select(["benchmarked"]), ids=lambda case: case.name)

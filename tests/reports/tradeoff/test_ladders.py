@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from reports.stability.questions.placed import blocks
-from reports.tradeoff.ladders import RAYS, enough, ladders, value_of
+from rayproof.reports.stability.questions.placed import blocks
+from rayproof.reports.tradeoff.ladders import RAYS, enough, ladders, value_of
 
 
 def test_every_ray_is_timed_equally_often() -> None:

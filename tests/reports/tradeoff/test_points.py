@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.tradeoff.points import Point, front
-from reports.tradeoff.tails import LEAST, quantile, root_mean_square, tail
+from rayproof.reports.tradeoff.points import Point, front
+from rayproof.reports.tradeoff.tails import LEAST, quantile, root_mean_square, tail
 
 POINT = Point(
     diagram="sphere/far",

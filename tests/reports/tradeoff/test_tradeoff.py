@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases.families import select
-from reports.publish.tradeoff import diagrams
-from reports.tradeoff import routes, sampling
-from reports.tradeoff.drawing import svg
-from reports.tradeoff.files import page, write
-from reports.tradeoff.measuring import measure
-from reports.tradeoff.tasks import DEFAULT, QUICK, Sampled, tasks
+from rayproof.cases.families import select
+from rayproof.reports.publish.tradeoff import diagrams
+from rayproof.reports.tradeoff import routes, sampling
+from rayproof.reports.tradeoff.drawing import svg
+from rayproof.reports.tradeoff.files import page, write
+from rayproof.reports.tradeoff.measuring import measure
+from rayproof.reports.tradeoff.tasks import DEFAULT, QUICK, Sampled, tasks
+from rayproof.tracer.frames import Frames
 from tests.reports.commands.conftest import Rayproof
-from tracer.frames import Frames
 
 
 @pytest.fixture(scope="module")

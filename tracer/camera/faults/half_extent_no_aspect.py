@@ -5,8 +5,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
 
 
 @CAMERA.register("half_extent/fault_no_aspect", covers=("CAM-2",), kind="fault", stage=Stage.CAMERA)

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
 
 
 @CAMERA.register("inverse/fault_transposed", covers=("CAM-1", "CAM-2"), kind="fault", stage=Stage.CAMERA)

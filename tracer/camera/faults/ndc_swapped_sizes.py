@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
 
 
 @CAMERA.register("ndc/fault_swapped_sizes", covers=("CAM-3",), kind="fault", stage=Stage.CAMERA)

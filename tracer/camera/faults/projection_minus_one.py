@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
-from tracer.matrices import matrix
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
+from rayproof.tracer.matrices import matrix
 
 
 @CAMERA.register("projection/fault_minus_one", covers=("CAM-2",), kind="fault", stage=Stage.CAMERA)

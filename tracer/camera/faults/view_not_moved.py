@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.camera import CAMERA
-from tracer.matrices import matrix
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
+from rayproof.tracer.matrices import matrix
 
 
 @CAMERA.register("view/fault_not_moved", covers=("CAM-1",), kind="fault", stage=Stage.CAMERA)

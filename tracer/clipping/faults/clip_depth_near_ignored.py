@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.clipping import CLIPPING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.clipping import CLIPPING
 
 
 @CLIPPING.register("clip_depth/fault_near_ignored", covers=("HIT-2",), kind="fault", stage=Stage.OBJECT)

@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.clipping import CLIPPING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.clipping import CLIPPING
 
 
 @CLIPPING.register(

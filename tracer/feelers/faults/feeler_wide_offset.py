@@ -4,9 +4,9 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.feelers import FEELERS
-from tracer.feeling import Hit, Start
+from rayproof.cases.stages import Stage
+from rayproof.tracer.feelers import FEELERS
+from rayproof.tracer.feeling import Hit, Start
 
 
 @FEELERS.register(

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.feelers import FEELERS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.feelers import FEELERS
 
 
 @FEELERS.register("obstructed/fault_nearer_than_light", covers=("LIT-1",), kind="fault", stage=Stage.VISIBILITY)

@@ -4,9 +4,9 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
-from tracer.rays import Interval, Ray
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(

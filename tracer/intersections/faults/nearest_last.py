@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.intersections import INTERSECTIONS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.intersections import INTERSECTIONS
 
 
 @INTERSECTIONS.register("nearest/fault_last", covers=("HIT-9",), kind="fault", stage=Stage.OBJECT)

@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.normals import NORMALS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.normals import NORMALS
 
 
 @NORMALS.register(

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.normals import NORMALS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.normals import NORMALS
 
 
 @NORMALS.register("facing/fault_never", covers=("NRM-3",), kind="fault", stage=Stage.NORMAL)

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.normals import NORMALS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.normals import NORMALS
 
 
 @NORMALS.register("sphere_normal/fault_unnormalised", covers=("NRM-1",), kind="fault", stage=Stage.NORMAL)

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.normals import NORMALS
-from tracer.placement import Placement
+from rayproof.cases.stages import Stage
+from rayproof.tracer.normals import NORMALS
+from rayproof.tracer.placement import Placement
 
 
 @NORMALS.register("world_normal/fault_unnormalised", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)

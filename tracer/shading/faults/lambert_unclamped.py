@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from cases.stages import Stage
-from tracer.shading import SHADING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.shading import SHADING
 
 
 @SHADING.register(

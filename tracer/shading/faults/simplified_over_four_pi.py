@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.shading import SHADING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.shading import SHADING
 
 
 @SHADING.register("simplified/fault_over_four_pi", covers=("RAD-3",), kind="fault", stage=Stage.IRRADIANCE)

@@ -4,8 +4,8 @@ from typing import Any
 
 import drjit as dr
 
-from cases.stages import Stage
-from tracer.shading import SHADING
+from rayproof.cases.stages import Stage
+from rayproof.tracer.shading import SHADING
 
 
 @SHADING.register("sum_lights/fault_clamped", covers=("RAD-3", "RAD-5"), kind="fault", stage=Stage.IRRADIANCE)

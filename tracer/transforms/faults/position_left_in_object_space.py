@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import Any
 
-from cases.stages import Stage
-from tracer.rays import Ray
-from tracer.transforms import TRANSFORMS
+from rayproof.cases.stages import Stage
+from rayproof.tracer.rays import Ray
+from rayproof.tracer.transforms import TRANSFORMS
 
 
 @TRANSFORMS.register("position/fault_left_in_object_space", covers=("XF-2",), kind="fault", stage=Stage.POSITION)

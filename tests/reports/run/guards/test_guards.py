@@ -4,12 +4,12 @@ from dataclasses import dataclass, fields, replace
 
 import pytest
 
-from cases.scene import Camera
-from reference.analytic import Analytic
-from reports.cache.digests import Key
-from reports.faults import FAULTS
-from reports.judge.sentinels import BrokenJudgeError, stand_guard
-from reports.run.guards import BrokenHarnessError, keys, stand_guards
+from rayproof.cases.scene import Camera
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.cache.digests import Key
+from rayproof.reports.faults import FAULTS
+from rayproof.reports.judge.sentinels import BrokenJudgeError, stand_guard
+from rayproof.reports.run.guards import BrokenHarnessError, keys, stand_guards
 
 GUARDED = [
     name

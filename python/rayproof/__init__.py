@@ -1,0 +1,1 @@
+"""rayproof: a conformance harness for ray tracers."""
