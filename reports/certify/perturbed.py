@@ -57,12 +57,13 @@ def perturbed(
 
 
 def horizons(scene: Scene) -> Iterator[Scene]:
-    """Yield scenes of which only the corners of placed triangles are rounded to float32 otherwise."""
+    """Yield scenes of which only the corners of placed triangles are rounded to float32 otherwise, in world space."""
     for seed in range(4):
         for way in (1.0, -1.0):
             generator = np.random.default_rng(seed)
             amount = way * UNIT_ROUNDOFF["float64"]
-            yield perturbed(scene, generator, amount, unshared=False, corners=CORNERS * UNIT_ROUNDOFF["float32"])
+            corners = CORNERS * UNIT_ROUNDOFF["float32"]
+            yield perturbed(scene, generator, amount, unshared=False, baked=True, corners=corners)
 
 
 def _more(shape: Shape, amount: float, corners: float) -> float:

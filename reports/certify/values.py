@@ -7,7 +7,7 @@ import numpy as np
 
 from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.cases.scene import Scene
+from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.continuing import continued
@@ -15,7 +15,9 @@ from rayproof.reports.certify.perturbed import horizons, perturbed
 from rayproof.reports.judge.bench import GEOMETRY
 from rayproof.reports.judge.calibration import calibration
 from rayproof.reports.judge.channels import all_of, any_of, largest
+from rayproof.reports.judge.epsilons import ALLOWED, needed_shadow
 from rayproof.reports.judge.ground import Ground
+from rayproof.reports.judge.limits import Roundoff
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.parties import Candidate, Witness
 from rayproof.reports.judge.sides import widest_near
@@ -183,7 +185,27 @@ class Held:
                     like &= ~self._steady(stage, near, rows, columns) | (self.ratio(stage)[rows, columns] <= SLACK)
                 left[stage] = mask & ~like
         tied = np.any([np.isnan(samples).any(axis=(0, 2)) for samples in near.samples.values()], axis=0)
-        return left, tied
+        return left, tied | self._lost(rows, columns)
+
+    def _lost(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return which pixels (n,) show a shape that the least rounding moves by half of its own size.
+
+        The eye's place and the shape's are rounded, each to either side. Of what such a shape looks like no number of
+        scenes shows everything, nor is a place on it one.
+        """
+        scene = self.ground.scene
+        farthest = max(
+            np.abs(place).max()
+            for place in (scene.camera.eye, *(np.asarray(shape.to_world)[:3, 3] for shape in scene.shapes))
+        )
+        step = AMOUNTS[0] * UNIT_ROUNDOFF[self.party.precision] * farthest
+        small = np.array([*(_size(shape) <= 4 * step for shape in scene.shapes), False])
+        found = np.zeros(len(rows), dtype=bool)
+        for answers in (self.truth, self.party.answers or {}):
+            if Stage.OBJECT in answers:
+                index = np.nan_to_num(np.asarray(answers[Stage.OBJECT])[rows, columns, 0], nan=-1.0)
+                found |= small[np.where((index >= 0) & (index < len(scene.shapes)), index, -1).astype(int)]
+        return found
 
     def _on_the_horizon(self, pixels: np.ndarray) -> np.ndarray:
         """Return which pixels (n, 2) see a light or not by how a triangle's corners are rounded to float32.
@@ -228,12 +250,37 @@ class Held:
             return np.logical_or.reduce(same, axis=0)
         theirs, value = near.samples[stage], ours[stage]
         if stage is Stage.VISIBILITY:
-            return all_of(((theirs == value) & same[..., np.newaxis]).any(axis=0))
+            among = ((theirs == value) & same[..., np.newaxis]).any(axis=0)
+            return all_of(among | self._feels(ours, value, rows, columns))
         bound = self._bound(stage, rows, columns)[:, np.newaxis]
         if stage in LIGHT and Stage.VISIBILITY in ours:
             alike = same & all_of(near.samples[Stage.VISIBILITY] == ours[Stage.VISIBILITY])
             return _among(value, theirs, alike, bound) | self._follows(stage, ours, value, bound, rows, columns)
         return _among(value, theirs, same, bound)
+
+    def _feels(self, ours: dict[Stage, np.ndarray], value: np.ndarray, rows: np.ndarray, columns: np.ndarray):
+        """Return which lights (n, lights) are seen or not, as the party says, from about the hit that it names.
+
+        That hit is off its surface by rounding, to either side, and feelers start above it by what the party declares,
+        as far as rounding needs it.
+        No scene within rounding shows that: its hits are on their surfaces.
+        """
+        if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
+            return np.zeros(value.shape, dtype=bool)
+        lifted = self.terms.limits.lifted[rows, columns]
+        needed = needed_shadow(
+            self.ground.conditioning,
+            self.ground.scene,
+            self.ground.truth[Stage.POSITION],
+            Roundoff(self.party.precision),
+        )
+        above = np.minimum(self.party.shadow_epsilon, ALLOWED * needed)
+        found = np.zeros(value.shape, dtype=bool)
+        for height in (-lifted, 0 * lifted, lifted, lifted + above[rows, columns]):
+            for side in (1.0, -1.0):
+                start = ours[Stage.POSITION] + side * height[:, np.newaxis] * ours[Stage.NORMAL]
+                found |= continued(self.ground.scene, Stage.VISIBILITY, ours | {Stage.POSITION: start}) == value
+        return found
 
     def _follows(
         self,
@@ -265,3 +312,15 @@ def _among(value: np.ndarray, theirs: np.ndarray, same: np.ndarray, bound: np.nd
         span = np.where(np.isfinite(high - low), high - low, 0.0)
         inside = (value >= low - span - bound) & (value <= high + span + bound)
     return all_of(inside) & same.any(axis=0)
+
+
+def _size(shape: Shape) -> float:
+    """Return a shape's extent in the world [m], infinite of a plane."""
+    linear = np.asarray(shape.to_world)[:3, :3]
+    if isinstance(shape, Plane):
+        return np.inf
+    if isinstance(shape, Triangle | Mesh):
+        corners = np.asarray(shape.vertices, dtype=np.float64) @ linear.T
+        return float(np.linalg.norm(np.ptp(corners, axis=0)))
+    unit = 2 * shape.radius if isinstance(shape, Sphere) else 1.0
+    return float(unit * np.linalg.norm(linear, 2))

@@ -33,7 +33,7 @@ from rayproof.reports.judge.summing_up import Judged
 ACCUSING = (Outcome.REFERENCE_SUSPECT, Outcome.WARN)
 UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})
 MOST_NAMED = 3  # wrong verdicts a renderer and case that are listed with their pixel
-SAMPLE = 24  # pixels by which a scene is called decidable
+SAMPLE = 200  # pixels by which a scene is called decidable
 STEADY = 0.5  # the share of them that must be the same in every scene within rounding
 TRIALS = 8  # pairs of scenes
 CONSPIRING = 32  # roundings by which these scenes differ: limits count 16, all one way, and what is drawn seldom is
@@ -81,7 +81,7 @@ class Inquest:
     truth: dict[Stage, np.ndarray]
     held: dict[str, Held] = field(default_factory=dict)
     known: dict[tuple[str, bool, Pixel], tuple[Stage, ...]] = field(default_factory=dict)
-    shares: dict[tuple[str, bool, bool], float] = field(default_factory=dict)
+    shares: dict[tuple[str, bool, float], float] = field(default_factory=dict)
 
     def of(self, party: Candidate) -> Held:
         """Return a party's values, held against certified ones."""
@@ -107,8 +107,9 @@ class Inquest:
         witness = next((witness for witness in witnesses if witness.name == check.reference), None)
         other = witness.precision if witness is not None else "float64"
         precision = max((candidate.precision, other), key=lambda precision: UNIT_ROUNDOFF[precision])
-        by_matrices = candidate.by_matrices or (witness is not None and witness.by_matrices)
-        key = precision, check.stage not in GEOMETRY, by_matrices
+        by_matrices = [party.precision for party in (candidate, witness) if party is not None and party.by_matrices]
+        matrices = max((UNIT_ROUNDOFF[one] for one in by_matrices), default=0.0)
+        key = precision, check.stage not in GEOMETRY, matrices
         if key not in self.shares:
             # Where which of several surfaces is hit is a tie, something is.
             rows, columns = np.nonzero(~(self.truth[Stage.OBJECT][..., 0] < 0))
@@ -299,18 +300,21 @@ def _camera_ratio(inquest: Inquest, party: Candidate) -> float:
     return camera.compared(mine, camera_answer(view), view, Roundoff(party.precision)).ratio
 
 
-def steady(inquest: Inquest, pixels: np.ndarray, precision: str, lit: bool, by_matrices: bool) -> float:
+def steady(inquest: Inquest, pixels: np.ndarray, precision: str, lit: bool, matrices: float) -> float:
     """Return the share of pixels (n, 2) whose discrete answers no perturbation of CONSPIRING roundings changes.
 
     `lit` says that the lights count. Scenes come in pairs of opposite ones, so that no tie stays on one side by chance.
-    `by_matrices` moves the pixels' centres by what CAM-5's matrices lose where the near plane is close to the eye.
+    `matrices` is the unit roundoff of who makes rays by CAM-5's matrices, 0 if nobody does: they move the pixels'
+    centres where the near plane is close to the eye.
     """
     scene, truth, conditioning = inquest.base.scene, inquest.truth, inquest.base.conditioning
     stages = tuple(stage for stage in (Stage.OBJECT, Stage.VISIBILITY)[: 1 + lit] if stage in truth)
     amount, same = CONSPIRING * UNIT_ROUNDOFF[precision], np.ones(len(pixels), dtype=bool)
     columns, rows = pixels.T
-    eye = float(np.linalg.norm(scene.camera.eye)) / scene.camera.near * by_matrices
-    reach = amount * MATRICES / RAY * eye * (conditioning.axial / conditioning.pixel_angle)[rows, columns]
+    eye = float(np.linalg.norm(scene.camera.eye)) / scene.camera.near
+    reach = (
+        CONSPIRING * matrices * MATRICES / RAY * eye * (conditioning.axial / conditioning.pixel_angle)[rows, columns]
+    )
     for number in range(TRIALS):
         for way in (1, -1):
             generator = np.random.default_rng(number)

@@ -112,14 +112,14 @@ def _light_bounds(terms: Terms) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np
     """
     scene, truth, parties, c = terms.scene, terms.truth, (terms.candidate, terms.witness), terms.conditioning
     irradiance, roundoffs = truth[Stage.IRRADIANCE], tuple(map(roundoff, parties))
-    limits = terms.ground.together(*roundoffs, by_matrices=any(party.by_matrices for party in parties))
+    limits = terms.ground.together(*roundoffs, by_matrices=(parties[0].by_matrices, parties[1].by_matrices))
     own = sum(
         (continued_light_limit(scene, Stage.IRRADIANCE, truth, irradiance, g) for g in roundoffs),
         np.zeros_like(irradiance),
     )
     point, turned = limits.continued[Stage.POSITION], limits.continued[Stage.NORMAL]
-    moved = SHARED * limits.position + (HALF - SHARED) * point
-    turned = np.where(c.curvature > 0, SHARED, HALF) * turned + c.curvature * moved
+    moved = SHARED * (limits.position - limits.aimed) + (HALF - SHARED) * point + limits.aimed
+    turned = np.where(c.curvature > 0, SHARED, HALF) * turned + c.turned(moved)
     shared = HALF * own + irradiance_moved(scene, truth, moved, turned)
     images = HALF * own, own, shared, limits.end_to_end[Stage.IRRADIANCE]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -19,6 +19,7 @@ from rayproof.reports.judge.channels import crossed, dot, largest, length
 
 # A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
 LEAST_COSINE = 1e-9
+CURVED = ("local", "whirl", "loss", "curvature", "bend", "give")  # what curved shapes alone have
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +28,8 @@ class Conditioning:
 
     hit: np.ndarray  # bool
     pixel_angle: np.ndarray  # rad per pixel, the smaller of the two image directions
-    ray: np.ndarray  # rad: direction error per roundoff
+    ray: np.ndarray  # rad: direction error per roundoff, of what is computed from the axes on
+    aim: np.ndarray  # rad: the same of the eye's and the target's own places
     axial: np.ndarray  # cosine of the ray's angle to the view's axis
     cosine: np.ndarray  # |n.d|; 1 on a miss
     distance: np.ndarray  # m; 0 on a miss
@@ -35,7 +37,11 @@ class Conditioning:
     point: np.ndarray  # m: error of the surface in any direction, per roundoff
     matrix: np.ndarray  # 1: condition number of the model matrix
     local: np.ndarray  # 1: relative error of the object-space point that a curved normal is made from
+    whirl: np.ndarray  # 1: what that error turns a curved normal by, where it is, per roundoff
+    loss: np.ndarray  # 1: what it takes away of the length of the normal before that is made 1, per roundoff
     curvature: np.ndarray  # 1/m: largest normal curvature
+    bend: np.ndarray  # 1/m: what an error of the position turns the normal by, where it is
+    give: np.ndarray  # 1/m: what it takes away of the length of the normal before that is made 1
     baking: np.ndarray  # 1: error of a triangle's normal taken from baked world-space corners, per roundoff of float32
     placing: np.ndarray  # 1: error of a square's or cube's normal taken from its corners in world space, per roundoff
 
@@ -44,10 +50,24 @@ class Conditioning:
         """Return the error of the distance for a given ray [m per roundoff]."""
         return self.surface / self.cosine + self.distance
 
+    def turned(self, moved: np.ndarray | float) -> np.ndarray:
+        """Return how far [rad] a position's error [m] turns the normal: before its length is made 1, it is linear."""
+        return np.minimum(self.curvature * moved, _off(self.bend * moved, self.give * moved))
+
+    def rounded(self, units: float) -> np.ndarray:
+        """Return how far [rad] so many roundings turn a normal made of the object-space point."""
+        carried = np.minimum(self.matrix * self.local * units, _off(self.whirl * units, self.loss * units))
+        return self.matrix * units + carried
+
     @property
     def swing(self) -> np.ndarray:
         """Return how far the hit slides over the surface when the ray turns [m per rad]."""
         return self.distance / self.cosine
+
+
+def _off(across: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the angle [rad] by which a vector of length 1 is off that is moved by so much across and along itself."""
+    return np.where(along < 1, across / np.where(along < 1, 1 - along, 1.0), np.inf)
 
 
 def basis_condition(camera: Camera) -> float:
@@ -56,6 +76,18 @@ def basis_condition(camera: Camera) -> float:
     forward = target - eye
     sine = np.linalg.norm(np.cross(forward, up)) / (np.linalg.norm(forward) * np.linalg.norm(up))
     return float((1 + (np.linalg.norm(eye) + np.linalg.norm(target)) / np.linalg.norm(forward)) / sine)
+
+
+def aim_condition(camera: Camera) -> float:
+    """Return the direction error per unit roundoff [rad] of eye and target: what their difference cancels.
+
+    Only the rounding of these data is so large beside the difference; whatever is computed of the difference is not.
+    """
+    eye, target, up = (np.asarray(vector, dtype=np.float64) for vector in (camera.eye, camera.target, camera.up))
+    apart = float(np.linalg.norm(target - eye))
+    sine = float(np.linalg.norm(np.cross(target - eye, up))) / (apart * float(np.linalg.norm(up)))
+    reach = math.tan(camera.alpha) * max(1.0, camera.aspect)
+    return float(np.linalg.norm(eye) + np.linalg.norm(target)) / apart / sine * min(1 + reach, 2.0)
 
 
 def ray_condition(camera: Camera) -> float:
@@ -88,7 +120,7 @@ def condition(scene: Scene, truth: Answers) -> Conditioning:
     cosine = np.ones(shape)
     cosine[hit] = np.abs(dot(truth[Stage.NORMAL][hit], directions[hit])).clip(LEAST_COSINE)
     distance = np.where(hit, truth[Stage.DISTANCE][..., 0], 0.0)
-    fields = {name: np.zeros(shape) for name in ("surface", "point", "local", "curvature", "baking", "placing")} | {
+    fields = {name: np.zeros(shape) for name in ("surface", "point", "baking", "placing", *CURVED)} | {
         "matrix": np.ones(shape)
     }
     for index, one in enumerate(scene.shapes):
@@ -96,10 +128,12 @@ def condition(scene: Scene, truth: Answers) -> Conditioning:
         if np.any(mask):
             for name, values in _of_shape(scene, one, mask, truth, distance).items():
                 fields[name][mask] = values
+    aim = aim_condition(scene.camera)
     return Conditioning(
         hit=hit,
         pixel_angle=pixel_angle(scene.camera, directions),
-        ray=np.full(shape, ray_condition(scene.camera)),
+        ray=np.full(shape, ray_condition(scene.camera) - aim),
+        aim=np.full(shape, aim),
         axial=off_axis(scene.camera, directions),
         cosine=cosine,
         distance=distance,
@@ -112,9 +146,7 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
     eye = np.abs(np.asarray(scene.camera.eye, dtype=np.float64))
     normal, position = np.abs(truth[Stage.NORMAL][mask]), np.abs(truth[Stage.POSITION][mask])
     matrix = np.asarray(shape.to_world, dtype=np.float64)
-    linear, shift = matrix[:3, :3], np.abs(matrix[:3, 3])
-    inverse = np.linalg.inv(linear)
-    singular = np.linalg.svd(linear, compute_uv=False)
+    singular = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     number = singular[0] / singular[2]
     if isinstance(shape, Triangle | Mesh):
         corners = world_triangles(shape).astype(np.float64)
@@ -129,12 +161,41 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, dist
     factors = {"surface": dot(normal, carried), "point": length(carried)}
     factors["matrix"] = np.full(len(normal), number)
     if isinstance(shape, Sphere):
-        arrived = (position + shift) @ np.abs(inverse).T + np.abs(np.asarray(shape.center))
-        factors["local"] = length(arrived) / shape.radius
-        factors["curvature"] = singular[0] / (singular[2] ** 2 * shape.radius)
+        factors |= _curved(shape, truth[Stage.POSITION][mask], truth[Stage.NORMAL][mask])
     if isinstance(shape, Cube | Square):
         factors["placing"] = _placing(shape, truth[Stage.NORMAL][mask])
     return factors
+
+
+def _curved(shape: Sphere, position: np.ndarray, normal: np.ndarray) -> dict[str, np.ndarray | float]:
+    """Return how a sphere's normals (n, 3) at positions (n, 3) turn with what they are made of.
+
+    With p the object-space point from the centre, w = M^-T p is the normal before its length is made 1, and is linear
+    in p. An error e of p turns it by |(1 - n n^T) M^-T e| / (|w| - |M^-T e|) at most: of a squeezed sphere hardly at
+    all where it is flat, for M^-T e lies along the normal there. e is the point's own, carried through an inverse of
+    which each column may be off by |M^-1| |M| of itself (Higham, 2002, section 14.1). Of the position e is M^-1 dx.
+    """
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    linear, shift, center = matrix[:3, :3], matrix[:3, 3], np.asarray(shape.center)
+    inverse, singular = np.linalg.inv(linear), np.linalg.svd(linear, compute_uv=False)
+    arrived = (np.abs(position) + np.abs(shift)) @ np.abs(inverse).T + np.abs(center)
+    off = length(arrived @ (np.abs(inverse) @ np.abs(linear)).T)
+    whole = length(((position - shift) @ inverse.T - center) @ inverse)
+    return {
+        "local": length(arrived) / shape.radius,
+        "whirl": _across(normal, inverse.T) * off / whole,
+        "loss": off / (singular[2] * whole),
+        "curvature": singular[0] / (singular[2] ** 2 * shape.radius),
+        "bend": _across(normal, inverse.T @ inverse) / whole,
+        "give": 1 / (singular[2] ** 2 * whole),
+    }
+
+
+def _across(normal: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Return the norm (n,) of a matrix without what it gives along each normal (n, 3): Frobenius', no less than any."""
+    whole = float((matrix**2).sum())
+    # The difference is off by a few roundings of what is subtracted.
+    return np.sqrt(np.maximum(whole - ((normal @ matrix) ** 2).sum(axis=1), 1e-15 * whole))
 
 
 def _placing(shape: Cube | Square, normals: np.ndarray) -> np.ndarray:
@@ -175,6 +236,19 @@ def surface_error(shape: Shape, start: np.ndarray, end: np.ndarray, *, face: int
         edge, aspect = float(np.median(_longest_edge(faces))), float(np.median(_aspect(faces)))
         return length(np.abs(start) + np.abs(end)) + (length(end - start) + edge) * aspect
     return length(_carried(shape, start, end))
+
+
+def error_at_eye(shape: Shape, eye: np.ndarray) -> float:
+    """Return how far [m per roundoff] a shape's surface near the eye (3,) [m] may seem off; 0 if it has no area.
+
+    A triangle's plane turns about its corners by their rounding over its height, and no point of the triangle itself is
+    farther from them than that height: so however thin it is, it is off by no more than its corners are.
+    """
+    if isinstance(shape, Triangle | Mesh):
+        faces = world_triangles(shape).astype(np.float64)
+        faces = faces[_least_height(faces) > 0]
+        return float(2 * np.linalg.norm(eye) + np.median(_longest_edge(faces))) if len(faces) else 0.0
+    return float(surface_error(shape, eye, eye))
 
 
 def _longest_edge(faces: np.ndarray) -> np.ndarray:

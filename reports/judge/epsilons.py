@@ -14,7 +14,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.channels import length
 from rayproof.reports.judge.checks import Check
-from rayproof.reports.judge.conditioning import Conditioning, surface_error
+from rayproof.reports.judge.conditioning import Conditioning, error_at_eye
 from rayproof.reports.judge.limits import HIT, POINT, Roundoff
 from rayproof.reports.judge.outcomes import Outcome
 from rayproof.reports.judge.terms import LIGHT, Terms
@@ -36,7 +36,7 @@ def needed_shadow(c: Conditioning, scene: Scene, position: np.ndarray, g: Roundo
 def needed_ray(scene: Scene, g: Roundoff) -> float:
     """Return how far [m] a surface through the eye may seem off it."""
     eye = np.asarray(scene.camera.eye, dtype=np.float64)
-    return g(HIT) * max((float(surface_error(shape, eye, eye)) for shape in scene.shapes), default=0.0)
+    return g(HIT) * max((error_at_eye(shape, eye) for shape in scene.shapes), default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

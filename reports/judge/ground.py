@@ -47,23 +47,24 @@ class Ground:
             self._limits[key] = limits(self.scene, self.truth, self.conditioning, g, by_matrices=by_matrices)
         return self._limits[key]
 
-    def together(self, one: Roundoff, other: Roundoff, *, by_matrices: bool) -> Limits:
+    def together(self, one: Roundoff, other: Roundoff, *, by_matrices: tuple[bool, bool]) -> Limits:
         """Return the limits of two kinds of rounding added: what a difference of two parties' answers may be."""
         key = (one.key, other.key, by_matrices)
         if key not in self._limits:
-            mine, theirs = (self.limits(g, by_matrices=by_matrices) for g in (one, other))
+            mine, theirs = (self.limits(g, by_matrices=own) for g, own in zip((one, other), by_matrices, strict=True))
             self._limits[key] = Limits(
                 continued={stage: mine.continued[stage] + theirs.continued[stage] for stage in mine.continued},
                 end_to_end={stage: mine.end_to_end[stage] + theirs.end_to_end[stage] for stage in mine.end_to_end},
                 cosine=mine.cosine + theirs.cosine,
                 relative=mine.relative + theirs.relative,
                 position=mine.position + theirs.position,
+                aimed=mine.aimed + theirs.aimed,
                 lifted=mine.lifted + theirs.lifted,
             )
         return self._limits[key]
 
     def continued_limits(
-        self, ours: Answers, roundoffs: Sequence[Roundoff], *, by_matrices: bool
+        self, ours: Answers, roundoffs: Sequence[Roundoff], *, by_matrices: Sequence[bool]
     ) -> dict[Stage, np.ndarray]:
         """Return the limits of stages up to the normal, each by itself, for what a candidate's own ray and object meet.
 
@@ -76,7 +77,7 @@ class Ground:
             met[stage] = self.oracle.continue_from(self.scene, stage, met)
         met[Stage.OBJECT] = np.where(np.isfinite(met[Stage.DISTANCE]), met[Stage.OBJECT], -1.0)
         about = self.scene, met, condition(self.scene, met)
-        each = [limits(*about, g, by_matrices=by_matrices).continued for g in roundoffs]
+        each = [limits(*about, g, by_matrices=own).continued for g, own in zip(roundoffs, by_matrices, strict=True)]
         return {stage: np.sum([one[stage] for one in each], axis=0) for stage in each[0]}
 
     def once(self, key: tuple, objects: tuple, found: Callable[[], T]) -> T:

@@ -25,7 +25,7 @@ from rayproof.reports.judge.resolving import Coarseness
 from rayproof.reports.judge.shapes_of_answers import misshapen as misshapen_answers
 from rayproof.reports.judge.shapes_of_answers import without
 from rayproof.reports.judge.sharing import shared
-from rayproof.reports.judge.sufficiency import crowded, leave_undecided, only_at_edges, too_little
+from rayproof.reports.judge.sufficiency import crowded, leave_undecided, only_at_edges, too_little_seen
 from rayproof.reports.judge.summing_up import Judged, sum_up
 from rayproof.reports.judge.terms import Terms
 from rayproof.reports.judge.voices import voice
@@ -86,7 +86,7 @@ def judge_case(
             at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
             beyond[candidate.name] = excess(at_oracle)
             expectations += closed_forms(case, candidate, at_oracle)
-            sparse += too_little(case, candidate, at_oracle)
+            sparse += too_little_seen(case, checks, at_oracle)
             if crowded(case, at_oracle):
                 crowds.add(candidate.name)
     if case.samples > 1 and scene.lights:
@@ -114,7 +114,7 @@ def judge_case(
             check.outcome, check.reason = Outcome.WARN, f"{check.reason}; known: {known.what}"
             check.known = known.name
         failed = check.outcome in (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
-        if failed and check.configuration in crowds and only_at_edges(check):
+        if failed and check.configuration in crowds and only_at_edges(check, checks):
             check.outcome = Outcome.ERROR if case.tuned else Outcome.UNDECIDED
             check.reason = f"{check.reason}; only at edges, and too many pixels are edges to tell their sides"
     hold_epsilons(checks, beyond, case.most_edge)

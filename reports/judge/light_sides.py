@@ -16,8 +16,12 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.channels import all_of, dot, length
 
-# Undecided lights of which every choice is tried: 2^8 sums; of more the interval from none of them to all is taken.
-MOST_LISTED = 8
+# Undecided lights of which every choice is tried at once, 2^8 sums, and by two halves that meet, 2 times 2^11 sums. Of
+# more, and where the choices say next to nothing, the interval from none of them to all is taken.
+MOST_LISTED, MOST_MET = 8, 22
+TELLING = (
+    0.01  # of what the choices span, as volume of the three channels, so much at most may have some choice's value
+)
 AT_ONCE = 512  # pixels: what bounds the memory that their samples take
 
 
@@ -70,7 +74,7 @@ def held(scene: Scene, stage: Stage, values: np.ndarray, seen: Seen, lights: Lig
         for rows, same in _objects(seen.objects):
             ranges = _ranges(straight[rows], cosine[rows], same, lights.of(rows))
             value, known = values[rows], lights.of(rows)
-            listed = _listed(value, ranges, known)
+            listed = _listed(value, ranges, known) | _met(value, ranges, known)
             between = _between(value, ranges, known)
             counted = known.free | known.decided
             many = np.count_nonzero(known.free, axis=1) > MOST_LISTED
@@ -158,6 +162,51 @@ def _listed(values: np.ndarray, ranges: _Ranges, lights: Lights) -> np.ndarray:
         least, greatest = base_low + _sum(low, chosen), base_high + _sum(high, chosen)
         good |= valid & all_of((values >= least - lights.step) & (values <= greatest + lights.step))
     return good & (np.count_nonzero(free, axis=1) <= MOST_LISTED)
+
+
+def _met(values: np.ndarray, ranges: _Ranges, lights: Lights) -> np.ndarray:
+    """Return which values (pixels, 3) one choice among many undecided lights gives (pixels,).
+
+    Every choice is one among half of the lights and one among the others: that the two meet at the value is looked up
+    in sums that are sorted (Horowitz and Sahni, 1974).
+    """
+    counts, good = np.count_nonzero(lights.free, axis=1), np.zeros(len(values), dtype=bool)
+    base_low, base_high = (_sum(part, lights.decided) for part in (ranges.low, ranges.high))
+    for pixel in np.flatnonzero((counts > MOST_LISTED) & (counts <= MOST_MET)):
+        low, high = ranges.low[pixel, lights.free[pixel]], ranges.high[pixel, lights.free[pixel]]
+        if not np.isfinite(high).all():
+            continue
+        least = values[pixel] - lights.step[pixel] - base_high[pixel]  # what the highest sum must come to
+        most = values[pixel] + lights.step[pixel] - base_low[pixel]  # and the lowest one
+        width = (most - least) + (high - low).sum(axis=0)
+        span = np.maximum(high.sum(axis=0), width)
+        if 2.0 ** counts[pixel] * np.prod(np.divide(width, span, out=np.ones(3), where=span > 0)) <= TELLING:
+            good[pixel] = _meets(low, high, least, most)
+    return good
+
+
+def _meets(low: np.ndarray, high: np.ndarray, least: np.ndarray, most: np.ndarray) -> bool:
+    """Return whether some choice of parts (lights, 3) has a lowest sum up to `most`, and a highest from `least` on."""
+    half = len(low) // 2
+    one_low, one_high, other_low, other_high = (
+        _choices(len(part)) @ part for part in (low[:half], high[:half], low[half:], high[half:])
+    )
+    order = np.argsort(other_low[:, 0])
+    other_low, other_high = other_low[order], other_high[order]
+    widest = float((other_high - other_low)[:, 0].max())
+    first = np.searchsorted(other_low[:, 0], least[0] - one_high[:, 0] - widest)
+    last = np.searchsorted(other_low[:, 0], most[0] - one_low[:, 0], side="right")
+    for mine in np.flatnonzero(last > first):
+        met = slice(first[mine], last[mine])
+        fits = (other_low[met] <= most - one_low[mine]) & (other_high[met] >= least - one_high[mine])
+        if all_of(fits).any():
+            return True
+    return False
+
+
+def _choices(count: int) -> np.ndarray:
+    """Return every choice among so many, (2^count, count) of 0 and 1."""
+    return (np.arange(2**count)[:, np.newaxis] >> np.arange(count) & 1).astype(np.float64)
 
 
 def _between(values: np.ndarray, ranges: _Ranges, lights: Lights) -> np.ndarray:

@@ -20,6 +20,7 @@ from rayproof.reports.judge.channels import dot, length
 from rayproof.reports.judge.conditioning import Conditioning
 
 RAY = 16  # axes 8 (difference, two normalisations, cross product), combination 4, normalisation 4
+AIM = 2  # eye and target, each rounded as it is read, and once more in the precision of who computes with it
 MATRICES = 8  # a 4x4 product each by the inverse projection and the inverse view (CAM-5)
 HIT = 16  # ray into object space 7, solve 9
 POINT = 4  # product and sum, rounded; origin rounded once
@@ -30,8 +31,8 @@ LIGHT = 12  # difference, length 4, two dot products' worth of sums, product of 
 
 BECAUSE: dict[Stage, str] = {
     Stage.CAMERA: "16 roundings times the condition of the axes and of 1/near - 1/far",
-    Stage.RAY: f"{RAY} roundings times the condition of the camera's axes, tan(alpha) and pixel coordinates; "
-    "CAM-5 adds |eye|/near, the cancellation in w",
+    Stage.RAY: f"{RAY} roundings times the condition of the camera's axes, tan(alpha) and pixel coordinates, "
+    f"{AIM} times (|eye| + |target|) / |target - eye|; CAM-5 adds |eye|/near, the cancellation in w",
     Stage.OBJECT: "integers: away from edges they are equal",
     Stage.DISTANCE: f"{HIT} roundings of the data along the normal over |n.d| (implicit function theorem), plus "
     "t times the ray's error times tan(incidence) end to end",
@@ -54,6 +55,7 @@ class Limits:
     cosine: np.ndarray  # (height, width, lights): error of dot(N, L); below it a light's side is undecided
     relative: np.ndarray  # (height, width, lights): error of cos / r^2, of a light straight above
     position: np.ndarray  # m, end to end
+    aimed: np.ndarray  # m: of it, what the eye's and the target's own rounding adds in every pixel alike
     lifted: np.ndarray  # m: of it, what is across the surface
 
 
@@ -82,14 +84,14 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
     `by_matrices` says that the ray came by CAM-5, whose w is a difference of numbers of size far / near.
     """
     c = conditioning
-    ray = g(RAY) * c.ray
+    ray = g(RAY) * c.ray + g(AIM) * c.aim
     if by_matrices:
         # The point on the near plane is farther away than near by as much as the ray is off the axis.
         ray = ray + g(MATRICES) * (1 + float(np.linalg.norm(scene.camera.eye)) / scene.camera.near * c.axial)
     eye = float(np.linalg.norm(scene.camera.eye))
     distance = g(HIT) * c.along_ray
     point = g(POINT) * (eye + c.distance)
-    normal = g(NORMAL) * c.matrix * (1 + c.local)
+    normal = c.rounded(g(NORMAL))
     if g.baked:
         normal = normal + gamma(BAKING, precision="float32") * c.baking
     if g.placed:
@@ -97,7 +99,7 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
     sine = np.sqrt(np.clip(1 - c.cosine**2, 0, 1))
     all_distance = distance + ray * c.swing * sine
     all_position = all_distance + ray * c.distance + point
-    all_normal = normal + c.curvature * all_position
+    all_normal = normal + c.turned(all_position)
     own = {Stage.RAY: ray, Stage.DISTANCE: distance, Stage.POSITION: point, Stage.NORMAL: normal}
     whole = {Stage.RAY: ray, Stage.DISTANCE: all_distance, Stage.POSITION: all_position, Stage.NORMAL: all_normal}
     for each in (own, whole):
@@ -125,6 +127,7 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
         cosine=cosine,
         relative=relative,
         position=np.where(c.hit, all_position, 0.0),
+        aimed=np.where(c.hit, g(AIM) * c.aim * (c.swing * sine + c.distance), 0.0),
         lifted=lifted,
     )
 

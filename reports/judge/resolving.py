@@ -62,7 +62,7 @@ class Coarseness:
         if stage is Stage.POSITION:
             return moved(Stage.RAY) * c.distance + moved(Stage.DISTANCE)
         if stage is Stage.NORMAL:
-            return c.curvature * moved(Stage.POSITION)
+            return c.turned(moved(Stage.POSITION))
         if stage is Stage.IRRADIANCE:
             moved_and_turned = (self.step(before, given[before]) for before in (Stage.POSITION, Stage.NORMAL))
             return irradiance_moved(scene, given, *moved_and_turned)

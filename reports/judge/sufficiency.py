@@ -1,5 +1,6 @@
 """Whether enough of a case's image could be judged: what a tuned case fixed in advance, and what one check can tell."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,12 +9,14 @@ from rayproof.cases.case import Case
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.bench import GEOMETRY
 from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.examined import Kind
 from rayproof.reports.judge.outcomes import Outcome
 from rayproof.reports.judge.parties import Candidate
 from rayproof.reports.judge.terms import Terms
 
 # Of a candidate's error of position: what it may leave out before its feelers for rounding's sake.
 NEEDED = 8
+ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided whatever the scene
 
 
 def too_little(case: Case, candidate: Candidate, terms: Terms) -> list[str]:
@@ -32,13 +35,37 @@ def too_little(case: Case, candidate: Candidate, terms: Terms) -> list[str]:
     return []
 
 
+def too_little_seen(case: Case, checks: Sequence[Check], terms: Terms) -> list[str]:
+    """Return the same, but not where it is by what the candidate declares not to see.
+
+    What it declares costs the stages of which too little is left: their checks that passed are `undecided`, and the
+    others judge the case. Whether rounding needs what it declares is asked elsewhere.
+    """
+    candidate = terms.candidate
+    why = too_little(case, candidate, terms)
+    if not why:
+        return []
+    needed = np.minimum(np.asarray(candidate.shadow_epsilon), NEEDED * terms.limits.position)
+    seeing = replace(candidate, ray_epsilon=0.0, shadow_epsilon=needed, light_epsilon=0.0, edge_epsilon=0.0)
+    if too_little(case, seeing, replace(terms, candidate=seeing)):
+        return why
+    for check in checks:
+        if check.configuration != candidate.name or check.outcome is not Outcome.PASS or check.stage in ALWAYS:
+            continue
+        interior, share = _judged(terms, check.stage)
+        if interior < max(case.least_interior, 1) or share > case.most_edge:
+            check.outcome = Outcome.UNDECIDED
+            check.reason = f"{why[0]}; {candidate.name} declares that it does not see there"
+    return []
+
+
 def leave_undecided(case: Case, check: Check, terms: Terms) -> None:
     """Turn a check that passed into `undecided` where so little could be judged strictly that it says nothing.
 
     If that is by what a candidate declares not to see, far beyond what rounding needs, it is an error: nobody chooses
     what is decidable of him. If it is by what the reference declares, the reference abstains.
     """
-    if check.outcome is not Outcome.PASS or check.stage in (Stage.CAMERA, Stage.RAY):
+    if check.outcome is not Outcome.PASS or check.stage in ALWAYS:
         return
     why = _nothing_to_tell(case, terms, check.stage)
     if why is None:
@@ -87,10 +114,25 @@ def crowded(case: Case, terms: Terms) -> bool:
     return float(np.mean(terms.classes.outline)) > case.most_edge
 
 
-def only_at_edges(check: Check) -> bool:
-    """Say whether a failed geometric check has nothing against it but edge pixels with the value of neither side."""
+def only_at_edges(check: Check, checks: Sequence[Check]) -> bool:
+    """Say whether a failed check has nothing against it but edge pixels with the value of neither side.
+
+    Of a stage of light also that each such pixel shows a surface of neither side, as the same two's `checks` of
+    objects say: its light is that surface's, and right if it follows from it.
+    """
     measured = [one for one in (check.end_to_end, check.continued) if one is not None]
     # A miss at an edge is infinitely far away; one away from edges is worse than any limit.
     missed = check.stage is Stage.DISTANCE
-    inside = all(one.worst_inside <= 1 and not one.nan and (missed or not one.inf) for one in measured)
-    return check.stage in GEOMETRY and bool(measured) and inside
+    if not measured or not all(one.worst_inside <= 1 and not one.nan and (missed or not one.inf) for one in measured):
+        return False
+    if check.stage in GEOMETRY:
+        return True
+    if check.end_to_end is None or (check.continued is not None and not check.continued.worst_ratio <= 1):
+        return False
+    wrong = check.end_to_end.kinds == Kind.WRONG
+    return any(
+        bool(np.all(one.end_to_end.kinds[wrong] == Kind.WRONG))
+        for one in checks
+        if one.stage is Stage.OBJECT and one.end_to_end is not None
+        if (one.configuration, one.reference) == (check.configuration, check.reference)
+    )

@@ -66,8 +66,8 @@ class Terms:
         return roundoff(self.candidate), roundoff(self.witness)
 
     @property
-    def _by_matrices(self) -> bool:
-        return self.candidate.by_matrices or self.witness.by_matrices
+    def _by_matrices(self) -> tuple[bool, bool]:
+        return self.candidate.by_matrices, self.witness.by_matrices
 
     @property
     def _coarse(self) -> bool:

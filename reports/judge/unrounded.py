@@ -9,7 +9,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.channels import dot, length
-from rayproof.reports.judge.conditioning import Conditioning, surface_error
+from rayproof.reports.judge.conditioning import Conditioning, error_at_eye, surface_error
 from rayproof.reports.judge.edges import Edges
 from rayproof.reports.judge.sides import widest_near
 
@@ -67,7 +67,7 @@ class Unrounded:
         if self.scene.clip != "none":
             return (-1.0,) * len(self.scene.shapes)
         eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
-        return tuple(float(surface_error(shape, eye, eye)) for shape in self.scene.shapes)
+        return tuple(error_at_eye(shape, eye) for shape in self.scene.shapes)
 
     @cached_property
     def cut(self) -> float:
@@ -80,7 +80,7 @@ class Unrounded:
             return 0.0
         eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
         close = [shape for shape, gap in zip(self.scene.shapes, self.edges.eye_gaps, strict=True) if gap < near]
-        return max((float(surface_error(shape, eye, eye)) for shape in close), default=0.0) / near
+        return max((error_at_eye(shape, eye) for shape in close), default=0.0) / near
 
     @cached_property
     def blocker(self) -> float:

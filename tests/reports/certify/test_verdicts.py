@@ -180,8 +180,8 @@ def test_a_tie_is_no_matter_of_luck() -> None:
     rows, columns = np.nonzero(found.base.truth[Stage.OBJECT][..., 0] == 0)
     pixels = np.stack([columns, rows], axis=-1)[::100]
 
-    assert steady(found, pixels, "float64", lit=False, by_matrices=False) == 1
-    assert steady(found, pixels, "float64", lit=True, by_matrices=False) < 0.1
+    assert steady(found, pixels, "float64", lit=False, matrices=0.0) == 1
+    assert steady(found, pixels, "float64", lit=True, matrices=0.0) < 0.1
 
 
 def test_a_light_between_the_horizons_of_a_normal_and_of_its_baked_triangle_is_seen_or_not() -> None:

@@ -15,6 +15,7 @@ from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.examined import Examined, Kind, most_interval
 from rayproof.reports.judge.ground import ground
 from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.light_sides import Lights, _met, _Ranges
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.outcomes import Outcome
 from rayproof.reports.judge.parties import Candidate
@@ -159,3 +160,24 @@ def test_of_many_undecided_lights_the_interval_is_taken_and_counted():
     assert held.outcome is Outcome.WARN, "for the epsilon"
     assert (too_many.outcome, ledger(too_many).interval > 1) == (Outcome.ERROR, True)
     assert (beyond.outcome, ledger(beyond).wrong) == (Outcome.FAIL, 1)
+
+
+@pytest.mark.parametrize("count", [10, 20])
+def test_of_many_undecided_lights_some_choice_gives_the_value_or_none_does(count):
+    generator = np.random.default_rng(count)
+    parts = generator.uniform(0.1, 5.0, (1, count, 3))
+    ranges = _Ranges(low=parts * (1 - 1e-6), high=parts * (1 + 1e-6), most=parts)
+    lights = Lights(
+        decided=np.zeros((1, count), dtype=bool),
+        free=np.ones((1, count), dtype=bool),
+        close=np.zeros((1, count), dtype=bool),
+        relative=np.zeros((1, count)),
+        rounding=0.0,
+        step=np.zeros((1, 3)),
+    )
+    for _ in range(10):
+        value = parts[:, generator.random(count) < 0.5].sum(axis=1)
+        assert _met(value, ranges, lights).all()
+        assert not _met(value * (1.001, 0.999, 1.002), ranges, lights).any()
+    # Where each part may be anything up to itself, choices tell nothing: an interval is left.
+    assert not _met(value, replace(ranges, low=np.zeros_like(parts)), lights).any()

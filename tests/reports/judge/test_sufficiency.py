@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.case import Case
+from rayproof.cases.families import select
 from rayproof.cases.placement import translation
 from rayproof.cases.scene import Camera, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
@@ -144,3 +145,19 @@ def test_a_reference_that_declares_not_to_see_abstains_and_nobody_else_does():
     assert undecided == {"radiance"}
     assert all(check.abstains == (check.outcome is Outcome.UNDECIDED) for check in found.checks)
     assert "radiance declares that it does not see there" in "".join(check.reason for check in found.checks)
+
+
+def test_what_a_renderer_does_not_see_before_a_light_costs_the_stages_of_light_and_not_the_case():
+    (case,) = select(["along_the_way/before_the_light"])
+    right = ORACLE.render(case.scene, stages_of(case.scene))
+    blind = replace(candidate(rounded(right)), light_epsilon=1e-3)
+    dark = rounded(right) | {stage: 0 * right[stage] for stage in (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)}
+
+    found = judge_case(case, [blind], [witness(right)], ORACLE, {})
+    wrong = judge_case(case, [replace(blind, answers=dark)], [witness(right)], ORACLE, {})
+
+    outcomes = {check.stage: check.outcome for check in found.checks}
+    assert found.outcome is Outcome.PASS
+    assert outcomes[Stage.NORMAL] is Outcome.PASS
+    assert {outcomes[stage] for stage in (Stage.VISIBILITY, Stage.RADIANCE)} == {Outcome.UNDECIDED}
+    assert wrong.outcome is Outcome.FAIL
