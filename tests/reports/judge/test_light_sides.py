@@ -180,4 +180,4 @@ def test_of_many_undecided_lights_some_choice_gives_the_value_or_none_does(count
         assert _met(value, ranges, lights).all()
         assert not _met(value * (1.001, 0.999, 1.002), ranges, lights).any()
     # Where each part may be anything up to itself, choices tell nothing: an interval is left.
-    assert not _met(value, replace(ranges, low=np.zeros_like(parts)), lights).any()
+    assert not _met(parts.sum(axis=1), replace(ranges, low=np.zeros_like(parts)), lights).any()
