@@ -23,6 +23,7 @@ from rayproof.reports.publish.headline import (
 )
 from rayproof.reports.publish.items import TITLES
 from rayproof.reports.publish.results_shape import LEDGER
+from rayproof.reports.publish.routes_data import routes_of_run
 
 _OF_THE_RUN = (
     "rayproof", "command", "started", "seconds", "verdict", "environment", "configurations", "references", "subject",
@@ -46,6 +47,8 @@ def front_data(results: Mapping[str, Any], rows: list[dict[str, Any]]) -> dict[s
         "examined": {"line": examined_line(results), "counts": results.get("examined"), "words": KINDS},
         "no_say": no_say(results),
         "common_factors": results.get("common_factors", []),
+        "paths": results.get("paths", {}),
+        "routes": routes_of_run(cases),
         "coverage": [
             {"id": item, "what": TITLES.get(item, ""), "cases": count, **details.get(item, {})}
             for item, count in results["coverage"].items()

@@ -99,6 +99,11 @@ OF_AN_ENTRY: dict[str, dict[str, Kind]] = {
         "seconds": _SECONDS,
     },
     "unsupported": dict.fromkeys(("reference", "stage", "why"), _MAYBE_TEXT),
+    "consistency": {
+        **dict.fromkeys(("path", "configuration", "with", "how", "stage"), _MAYBE_TEXT),
+        "worst": _MAYBE_RATIO,
+        "verdict": _VERDICT,
+    },
     "expectations": {},
     "notes": {},
 }

@@ -40,7 +40,7 @@
   function card(results, diagram) {
     const chosen = e("div", { role: "status" });
     const onpoint = (point) => rayproof.replace(chosen, e("p", {}, e("strong", {}, point.label), `: ${rayproof.short(point.nanoseconds)} ns [${rayproof.short(point.nanoseconds_low)}, ${rayproof.short(point.nanoseconds_high)}] by ${point.clock === "wall" ? "the wall's clock" : "kernel times"}, error ${rayproof.short(point.error)} [${rayproof.short(point.error_low)}, ${rayproof.short(point.error_high)}]`,
-      finite(point.natural) ? `, ${rayproof.short(point.natural)} ${point.unit}` : "", point.wrong ? `, ${rayproof.short(100 * point.wrong)} % decided wrongly` : ""), origin(results, diagram, point));
+      finite(point.natural) ? `, ${rayproof.short(point.natural)} ${point.unit}` : "", point.wrong ? `, ${rayproof.short(100 * point.wrong)} % ${diagram.kind === "paths" ? "less exact than declared" : "decided wrongly"}` : ""), origin(results, diagram, point));
     const table = e("details", { ontoggle: () => { if (table.open && table.children.length === 1) table.append(numbers(diagram, onpoint)); } }, e("summary", {}, "numbers"));
     return e("section", { class: "panel ladder", "aria-label": diagram.name }, e("h2", {}, diagram.name, " ", e("span", { class: "muted" }, "faster to the left, more accurate below")),
       rayproof.plot(`${diagram.name}: ${diagram.error_axis} over ${diagram.time_axis}`, () => ({ traces: traces(diagram), onpoint,
