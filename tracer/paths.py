@@ -13,6 +13,7 @@ from rayproof.tracer.acceleration.choosing import MOST_BY_AREA
 from rayproof.tracer.arrays import backend
 from rayproof.tracer.camera_rays import WIDEST
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.frames import PACKETS
 from rayproof.tracer.geometry import SLOTS, square_vectors
 from rayproof.tracer.illumination import MANY
 from rayproof.tracer.placement import Placement
@@ -144,6 +145,11 @@ PATHS: tuple[Path, ...] = (
     _path(
         "route/frames of samples", "samples in a loop of a frozen kernel", lambda r: r.route == FRAMES and r.samples > 1
     ),
+    _path(
+        "frames/packets",
+        "neighbours of a lane are written at once",
+        lambda r: r.route == FRAMES and any(r.tile[0] % n == 0 and r.scene.camera.width % n == 0 for n in PACKETS),
+    ),
     _path("numbers/literals", "the scene's numbers are part of the code", lambda r: r.route == FRAMES),
     _path("plan/one sample", "a lane takes one sample", lambda r: r.tile == (1, 1)),
     _plan(8, 1, "a lane takes eight samples in a row"),
@@ -195,6 +201,16 @@ PATHS: tuple[Path, ...] = (
             and r.blockers
             and 0 < len(r.scene.lights) <= MANY
             and any(not r.plan.in_tree(s) and not isinstance(s, Plane) for s in r.scene.shapes)
+        ),
+    ),
+    _path(
+        "cones/planes",
+        "feelers go past planes that they lead away from",
+        lambda r: (
+            r.together
+            and r.blockers
+            and 0 < len(r.scene.lights) <= MANY
+            and any(isinstance(s, Plane) for s in r.scene.shapes)
         ),
     ),
     _path("tables/chosen", "what belongs to a shape is chosen among all", lambda r: r.unrolled and not r.plan.tables),

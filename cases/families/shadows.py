@@ -80,6 +80,9 @@ def cluttered() -> Iterator[Case]:
     triangle = Triangle(albedo=(0.8, 0.7, 0.3), vertices=((-1.2, -1.1, 0.4), (-0.1, -1.3, 0.7), (-0.6, -0.3, 1.2)))
     camera = camera_around((0.1, 0.0, 0.1), distance=6.0, azimuth=-40, elevation=36, width=96, height=72, fovy=44)
     light = PointLight(position=(1.6, 0.7, 4.1), flux=(420.0, 380.0, 300.0))
+    # It ends nowhere: every feeler to the light behind it ends there, and to the other one none.
+    wall = Plane(albedo=(0.5, 0.6, 0.5), to_world=compose(translation(-1.6, 1.3, 0.0), rotation((0.64, 0.77, 0.0), 84)))
+    behind = PointLight(position=(-3.0, 2.4, 2.5), flux=(300.0, 420.0, 380.0))
     for name, stresses, scene, more in (
         (
             "every_blocker",
@@ -95,6 +98,12 @@ def cluttered() -> Iterator[Case]:
                 shapes=(floor, sphere, cube),
                 lights=(PointLight(position=(0.15, -0.1, 0.2), flux=(60.0, 50.0, 80.0)),),
             ),
+            (),
+        ),
+        (
+            "behind_a_plane",
+            "A plane between everything that is seen and one of two lights.",
+            Scene(camera=camera, shapes=(floor, sphere, wall), lights=(behind, light)),
             (),
         ),
     ):

@@ -9,7 +9,7 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line, writab
 FAILED = 1
 
 
-def paths(*, json: Path | None = None, keep: Path | None = None) -> int:
+def paths(*, json: Path | None = None, keep: Path | None = None, lines: bool = False) -> int:
     """Show the tracer's execution paths: how many cases meet each, what it is compared with, which fault was killed.
 
     Ends with 1 if a cell is empty: a path that no case of the default suite meets, that nothing compares, or whose
@@ -23,8 +23,13 @@ def paths(*, json: Path | None = None, keep: Path | None = None) -> int:
     keep
         Keep what this audit.json says of the faults in paths, which `rayproof audit --only 'path/*'` has written;
         what is kept of others stays, if it is of this code.
+    lines
+        Show instead which lines of the tracer, formulas aside, no case executes and no list excuses; there should be
+        none.
 
     """
+    if lines:
+        return executed()
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
@@ -60,6 +65,17 @@ def paths(*, json: Path | None = None, keep: Path | None = None) -> int:
     measured = sum(entry["measured"] for entry in found["paths"])
     say(f"{len(found['paths'])} paths, {measured} measured, {len(found['empty'])} empty cells")
     return FAILED if found["empty"] else 0
+
+
+def executed() -> int:
+    """Say which lines are never executed."""
+    from rayproof.reports.paths.lines import asked
+
+    found = asked()
+    for line in found:
+        say(line)
+    say(f"{len(found)} lines of the tracer are executed by no case, and no list says why")
+    return FAILED if found else 0
 
 
 def _killed(entry: dict) -> str:

@@ -15,7 +15,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.reports.cache.digests import code
 from rayproof.reports.paths.choice import CHOICE, ROUTED, asked
-from rayproof.reports.paths.routes import ROUTES, SIDE, suiting
+from rayproof.reports.paths.routes import ROUTES, SIDE, by_tiles, suiting
 from rayproof.reports.publish.atomic import write_text
 from rayproof.tracer.arrays import backend
 from rayproof.tracer.configuration import Configuration
@@ -42,6 +42,8 @@ def renderings(route: str, scene: Scene, configuration: Configuration) -> Render
         return replace(about, route=NUMBERS)
     if route == "frames":
         return replace(about, route=FRAMES)
+    if route == "frames of tiles":
+        return replace(about, route=FRAMES, plan=by_tiles(usual))
     several = plan(scene, configuration, samples=SIDE)
     if route == "samples":
         return replace(about, route=NUMBERS, samples=SIDE, plan=several)

@@ -93,6 +93,17 @@ def _frames(scene: Scene, configuration: Configuration, answers: Answers) -> Ite
     yield Compared(stage=Stage.RADIANCE, image=image, beside=_judged(scene, answers), limit=limit)
 
 
+def by_tiles(usual: Plan) -> Plan:
+    """Return a plan by which a lane takes four neighbours, whose numbers a frozen kernel writes at once."""
+    return replace(usual, columns=4, rows=2 if usual.trees else 1, split=False)
+
+
+def _frames_of_tiles(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+    limit = gamma(FOLDED, precision=configuration.precision) * full_light(scene, answers)
+    image = Frames(scene, configuration, chosen=by_tiles(plan(scene, configuration))).pixels().astype(np.float64)
+    yield Compared(stage=Stage.RADIANCE, image=image, beside=_judged(scene, answers), limit=limit)
+
+
 def _samples(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
     large = finer(scene, SIDE)
     beside = box_mean(render(large, IMAGE_STAGES, configuration)[Stage.RADIANCE], SIDE)
@@ -134,6 +145,12 @@ def _turned_alike(scene: Scene, configuration: Configuration) -> bool:
     """
     trees = plan(scene, configuration).trees
     return bool(trees) and ("triangle" not in trees or scene.camera.fovy >= 90)
+
+
+def _in_packets(scene: Scene, configuration: Configuration) -> bool:
+    """Say whether rows are made of whole packets, and triangles turn as they do by another plan."""
+    trees = plan(scene, configuration).trees
+    return scene.camera.width % 4 == 0 and ("triangle" not in trees or _turned_alike(scene, configuration))
 
 
 def _tile(columns: int, rows: int, suits: Callable[[Scene, Configuration], bool]) -> Route:
@@ -179,6 +196,14 @@ ROUTES: Mapping[str, Route] = {
             beside="stages of the image that many times as wide and high",
             how=f"radiance within gamma({FOLDED + SIDE * SIDE + 1}) of full light: literals, the sum and the mean",
             compare=_frames_of_samples,
+        ),
+        Route(
+            name="frames of tiles",
+            what="one frozen kernel, a lane of which writes four neighbours at once",
+            beside=JUDGED,
+            how=FOLDING,
+            compare=_frames_of_tiles,
+            suits=_in_packets,
         ),
         _tile(8, 1, _unrolled),
         _tile(4, 1, _unrolled),

@@ -1,5 +1,6 @@
 """At the ends of a precision's range: a right answer, an infinity that is counted, or a refusal; never a silent NaN."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -53,6 +54,26 @@ def test_up_to_half_the_orders_of_magnitude_every_stage_scales(exponent: float, 
     for stage, power in ((Stage.RAY, 0), (Stage.DISTANCE, 1), (Stage.NORMAL, 0), (Stage.IRRADIANCE, -2)):
         np.testing.assert_allclose(scaled[stage], usual[stage] * size**power, rtol=1e-3, atol=1e-3 * size**power)
     assert np.array_equal(scaled[Stage.OBJECT], usual[Stage.OBJECT])
+
+
+@pytest.mark.parametrize("exponent", [-90, 90], ids=["small", "large"])
+def test_a_tree_is_walked_without_culling_where_its_grid_would_leave_float32(exponent: int) -> None:
+    """Boxes are compared in float32 steps of a grid, whatever the precision; float64 scenes may be larger than that."""
+    centers = [(0.6 * x, 0.6 * y, 0.1 * x * y) for x in (-1, 0, 1) for y in (-1, 0, 1)]
+
+    def seen(size: float) -> np.ndarray:
+        balls = [
+            Sphere(albedo=(0.5, 0.5, 0.5), center=(size * x, size * y, size * z), radius=0.2 * size)
+            for x, y, z in centers
+        ]
+        near = camera(eye=(0.5 * size, 1.0 * size, 4.0 * size), target=(0.0, 0.0, 0.0))
+        looking = dataclasses.replace(near, near=near.near * size, far=near.far * size)
+        return render(scene(*balls, camera=looking), (Stage.OBJECT,), Configuration(precision="float64"))[Stage.OBJECT]
+
+    usual = seen(1.0)
+
+    assert len(np.unique(usual)) > 5
+    np.testing.assert_array_equal(seen(2.0**exponent), usual)
 
 
 @pytest.mark.parametrize("length", [1e-150, 1e-40, 1e-22, 1e22, 1e37])

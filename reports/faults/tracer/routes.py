@@ -9,6 +9,7 @@ import numpy as np
 from rayproof.cases.stages import Stage
 from rayproof.reports.faults.tracer.planting import function, method
 from rayproof.tracer import cones, frames
+from rayproof.tracer.bodies import Bodies
 from rayproof.tracer.camera_rays import CameraRays
 from rayproof.tracer.cones import Cone
 from rayproof.tracer.frames import Frames
@@ -35,6 +36,15 @@ def _first_sample(right: Any, traces: Any, lanes: Any, per_side: int, types: Any
 
 def _last_packet(right: Any, image: Any, numbers: Any, radiance: Any, lanes: Any, types: Any) -> None:
     right(image, numbers, [*radiance[:-1], radiance[-1] * 1.01], lanes, types)
+
+
+def _turned_packet(right: Any, image: Any, numbers: Any, radiance: Any, lanes: Any, types: Any) -> None:
+    packets = any(lanes.columns % n == 0 and lanes.width % n == 0 for n in frames.PACKETS)
+    right(image, numbers, [*radiance[1:], radiance[0]] if packets else radiance, lanes, types)
+
+
+def _never_crossed(right: Any, bodies: Any, plane: Any, feelers: Any) -> Any:
+    return bodies.types.Bool(False)
 
 
 def _positive(right: Any, placement: Any, what: str, matrix: Any, vector: Any, *, transposed: bool = False) -> Any:
@@ -155,6 +165,16 @@ function(
     cases=("antialiased/cube", "faces/nine"),
     routes=("frames of samples",),
 )
+function(
+    "frames_packet_turned",
+    frames._write,
+    _turned_packet,
+    "Neighbours that are written at once change places.",
+    path="frames/packets",
+    stage=Stage.RADIANCE,
+    cases=("shadows/every_blocker", "crowds/squares"),
+    routes=("frames of tiles",),
+)
 method(
     "literal_minus_one",
     Placement,
@@ -218,6 +238,17 @@ method(
     stage=Stage.VISIBILITY,
     cases=("shadows/every_blocker", "several_lights/simplified"),
     routes=("tiles of 8 x 1", "tiles of 4 x 1"),
+)
+method(
+    "cones_plane_never",
+    Bodies,
+    "_crossing",
+    _never_crossed,
+    "Planes are passed over by all feelers of a tile.",
+    path="cones/planes",
+    stage=Stage.VISIBILITY,
+    cases=("shadows/behind_a_plane",),
+    routes=("tiles of 8 x 1",),
 )
 method(
     "tables_albedo",
