@@ -23,7 +23,7 @@ from rayproof.reports.judge.bench import GEOMETRY
 from rayproof.reports.judge.bias import bias
 from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.ground import Ground, ground
-from rayproof.reports.judge.limits import MATRICES, RAY, Roundoff
+from rayproof.reports.judge.limits import HIT, MATRICES, RAY, Roundoff
 from rayproof.reports.judge.measurement import Measurement, jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.judge.outcomes import Outcome, worst
@@ -315,6 +315,13 @@ def steady(inquest: Inquest, pixels: np.ndarray, precision: str, lit: bool, matr
     reach = (
         CONSPIRING * matrices * MATRICES / RAY * eye * (conditioning.axial / conditioning.pixel_angle)[rows, columns]
     )
+    if Stage.VISIBILITY in stages:
+        # A hit is off its surface, to either side, by what rounding lifts it; no scene's own hits are.
+        lifted = CONSPIRING / HIT * inquest.base.limits(Roundoff(precision), by_matrices=False).lifted[rows, columns]
+        hit = {stage: truth[stage][rows, columns] for stage in (Stage.OBJECT, Stage.POSITION, Stage.NORMAL)}
+        for way in (1, -1):
+            off = hit | {Stage.POSITION: hit[Stage.POSITION] + way * lifted[:, np.newaxis] * hit[Stage.NORMAL]}
+            same &= (continued(scene, Stage.VISIBILITY, off) == truth[Stage.VISIBILITY][rows, columns]).all(axis=1)
     for number in range(TRIALS):
         for way in (1, -1):
             generator = np.random.default_rng(number)

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from rayproof.cases.answers import Answers
-from rayproof.cases.scene import Cube, Scene
+from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.channels import any_of
 from rayproof.reports.judge.conditioning import Conditioning
@@ -88,16 +88,12 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
         depth[here] += g(HIT) * other
     flagged = np.zeros(c.hit.shape, dtype=bool)
     lights = []
-    # What a cube's other faces hide of a light begins at the face's own edges for who makes triangles of it. Rounding
-    # alone can sink a hit so far that they do; an epsilon lifts it off the cube or leaves the cube's faces out.
-    cube = np.isin(
-        about.truth[Stage.OBJECT][..., 0], [n for n, one in enumerate(about.scene.shapes) if type(one) is Cube]
-    )
-    own = np.where(cube, edges.silhouette, np.inf)
+    # What a cube's other faces hide of a light begins where the seen face ends on the way to it, for who makes
+    # triangles of it. Rounding alone can sink a hit so far; an epsilon lifts it off the cube or leaves its faces out.
     for index, lamp in enumerate(about.lamps):
         shift = limits.lifted + g(HIT) * about.blocker * lamp.throw
         with np.errstate(divide="ignore", invalid="ignore"):
-            sunk = np.isfinite(own) & (own <= (shift / lamp.cosine + limits.position) / about.pixel)
+            sunk = lamp.brim <= shift + lamp.cosine * limits.position
             lit = _Lit(
                 distance=lamp.distance,
                 cosine=lamp.cosine,

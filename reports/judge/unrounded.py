@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from rayproof.cases.answers import Answers
-from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.scene import Cube, PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.channels import dot, length
 from rayproof.reports.judge.conditioning import Conditioning, error_at_eye, surface_error
@@ -21,6 +21,7 @@ class Lamp:
     distance: np.ndarray  # m
     cosine: np.ndarray  # |n.l|
     throw: np.ndarray  # how many times as large a blocker's own error may be on the receiver
+    brim: np.ndarray  # m: how high the way to the light is above a cube's seen face where that ends; elsewhere infinite
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +106,27 @@ class Unrounded:
             cosine = np.abs(dot(toward, self.truth[Stage.NORMAL])) / r
             # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
             throw = np.maximum(1.0, r / np.min(r[self.conditioning.hit], initial=np.inf))
-        return Lamp(distance=r, cosine=cosine, throw=throw)
+        return Lamp(distance=r, cosine=cosine, throw=throw, brim=self._brim(toward, r * cosine))
+
+    def _brim(self, toward: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """Return for a light [m] (height, width, 3) away, and so high above a cube's face, its way's height at the end.
+
+        A hit that rounding sinks deeper than that into the cube has the next face before the light.
+        """
+        brim, objects = np.full(height.shape, np.inf), self.truth[Stage.OBJECT][..., 0]
+        for index, shape in enumerate(self.scene.shapes):
+            here = objects == index
+            if not isinstance(shape, Cube) or not here.any():
+                continue
+            matrix = np.asarray(shape.to_world, dtype=np.float64)
+            inverse = np.linalg.inv(matrix[:3, :3])
+            local, way = (self.truth[Stage.POSITION][here] - matrix[:3, 3]) @ inverse.T, toward[here] @ inverse.T
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ends = (0.5 * np.sign(way) - local) / way  # of the way to the light, along each axis
+            ends[np.arange(len(ends)), np.abs(local).argmax(axis=1)] = np.inf
+            ends = np.where(np.isfinite(ends), ends, np.inf).min(axis=1)
+            brim[here] = height[here] * np.clip(ends, 0.0, 1.0)
+        return brim
 
     @cached_property
     def ends(self) -> tuple[np.ndarray, ...]:

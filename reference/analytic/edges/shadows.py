@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rayproof.cases.scene import Cube, Mesh, PointLight, Triangle
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.edges.borders import borders_of
 from rayproof.reference.analytic.edges.bounds import reach
@@ -13,8 +13,12 @@ from rayproof.reference.analytic.edges.sights import sight_from_light
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
 from rayproof.reference.analytic.feelers import above_horizon, blocked_by_itself
 from rayproof.reference.analytic.planes import Flat
+from rayproof.reference.analytic.polygons import Polygons
 from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reference.analytic.vectors import dot, length
+
+# Of coordinates: by so much a blocker is higher than the light whatever rounding does, 1e-6 of them in float32.
+HIGHER = 1e-4
 
 
 def shadow_distances(hits: Hits, light: PointLight) -> np.ndarray:
@@ -43,9 +47,33 @@ def shadow_distances(hits: Hits, light: PointLight) -> np.ndarray:
             blocker = edge_distances(sight, borders, borders.outlines_from(source), screens)
         if isinstance(surface, Ellipsoid) or isinstance(shape, Cube):
             blocker[hits.rows[Stage.OBJECT][rays, 0] == index] = np.inf
+        blocker[_higher_than(source, hits, rays, surface)] = np.inf
         found = np.minimum(found, blocker)
     distances[rays] = found
     return distances
+
+
+def _higher_than(source: np.ndarray, hits: Hits, rays: np.ndarray, surface: Ellipsoid | Polygons) -> np.ndarray:
+    """Return which rays (N,) see a flat shape above which the surface begins higher than the light: it throws nothing.
+
+    Wherever on that shape a feeler starts, it stays below the light.
+    """
+    found = np.zeros(len(rays), dtype=bool)
+    for index, shape in enumerate(hits.scene.shapes):
+        here = np.flatnonzero(hits.rows[Stage.OBJECT][rays, 0] == index) if isinstance(shape, Plane | Square) else ()
+        if not len(here):
+            continue
+        point, normal = hits.points[rays[here[0]]], hits.normals[rays[here[0]]]
+        normal = normal / np.linalg.norm(normal)
+        height = float(normal @ (source - point))
+        if isinstance(surface, Ellipsoid):
+            middle, half = float(normal @ (surface.center - point)), float(np.linalg.norm(surface.axes.T @ normal))
+            heights = np.array([middle - half, middle + half])
+        else:
+            heights = (surface.corners.reshape(-1, 3) - point) @ normal
+        size = max(float(np.abs(place).max()) for place in (source, point, heights))
+        found[here] = (heights * np.sign(height)).min(initial=np.inf) > abs(height) + HIGHER * size
+    return found
 
 
 def _asked(hits: Hits, source: np.ndarray) -> np.ndarray:

@@ -132,6 +132,18 @@ def test_the_shadow_of_a_square_ends_where_similar_triangles_say():
     assert edges.shadow[15, 40, 0] == pytest.approx(20 - half, abs=1e-8)
 
 
+@pytest.mark.parametrize("height", [0.3, 1.7])
+def test_what_stands_higher_above_a_plane_than_the_light_throws_no_shadow_on_it(height):
+    light = PointLight(position=(0.5, 0.2, height), flux=(1, 1, 1))
+    shapes = (Sphere(albedo=GREY, radius=0.2), Cube(albedo=GREY), Square(albedo=GREY))
+    higher = [dataclasses.replace(one, to_world=matrix(np.eye(3) * 0.3, (0.2, 0, 1))) for one in shapes]
+    for blocker in higher:
+        view = looking_down(0.8, width=21, height=15, fovy=90, near=0.01)
+        scene = Scene(camera=view, shapes=(Plane(albedo=GREY), blocker), lights=(light,))
+
+        assert np.isinf(ORACLE.edges(scene).shadow).all() == (height < 0.5)
+
+
 def test_a_hidden_edge_does_not_count():
     """A mesh behind a square has hundreds of edges; the square's own are all that matter in front of it."""
     front = Square(albedo=GREY, to_world=matrix(np.eye(3) * 1.3, (0, 0, 2)))
