@@ -38,10 +38,12 @@ class Bench:
         """Return the oracle's answers around every edge pixel."""
         assert self.candidate.answers is not None
         scene, truth, oracle, classes = self.ground.scene, self.ground.truth, self.ground.oracle, self.terms.classes
+        twins = self.terms.twins
         around = self.ground.once(
             ("sides",),
             (classes.outline, classes.reach),
-            lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, classes.reach),
+            # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
+            lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, np.where(twins, 0.0, classes.reach)),
         )
         close = self.ground.edges.gap <= classes.depth
         if Stage.OBJECT not in self.candidate.answers:
@@ -63,6 +65,10 @@ class Bench:
             return self._lit(stage, differ)
         find = excused_anyhow if Stage.OBJECT not in self.candidate.answers else excused
         objects = self.ground.truth[Stage.OBJECT][..., 0]
+        if stage in (Stage.DISTANCE, Stage.POSITION):
+            # Either of two faces of one shape: as far from one another as they are not told apart.
+            apart = np.where(self.terms.twins, self.terms.classes.depth, 0.0)
+            limit = limit + (apart[..., np.newaxis] if limit.ndim == 3 else apart)
         good = find(stage, self.candidate.answers, self._sides, limit, objects, continued=continued)
         return Held(good=good, interval=none)
 

@@ -174,17 +174,29 @@ class Terms:
         # At an outline another surface may be seen, whose error is met nearby: the largest holds.
         widest = self.ground.once(("relative",), (relative,), lambda: self._widest(relative))
         r = [length(np.asarray(light.position) - truth[Stage.POSITION][rows, columns]) for light in scene.lights]
-        close = np.stack(r, axis=-1) <= 4 * self.limits.position[rows, columns][:, np.newaxis]
+        apart = np.stack(r, axis=-1)
+        other = np.where(self.twins, classes.depth, 0.0)[rows, columns][:, np.newaxis]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shifted = np.where(other > 0, 3 * other / apart, 0.0)
+        close = apart <= 4 * self.limits.position[rows, columns][:, np.newaxis]
         free = classes.light[rows, columns] | close | outline
         steps = [np.broadcast_to(one.step(stage, values), values.shape) for one in self._coarseness]
         return Lights(
             decided=(truth[Stage.VISIBILITY][rows, columns] > 0) & ~free,
             free=free,
             close=close & self.conditioning.hit[rows, columns][:, np.newaxis],
-            relative=np.where(outline, widest[rows, columns], relative[rows, columns]),
+            relative=np.where(outline, widest[rows, columns], relative[rows, columns]) + shifted,
             rounding=sum(g(AFTER_IRRADIANCE) for g in self._roundoffs),
             step=steps[0] + steps[1],
         )
+
+    @cached_property
+    def twins(self) -> np.ndarray:
+        """Return the pixels (height, width) that are outlines only because another surface lies where one is seen."""
+        classes, edges = self.classes, self.ground.edges
+        if classes.outline.all():  # an unclipped surface may hold the eye
+            return np.zeros_like(classes.outline)
+        return (edges.gap <= classes.depth) & ~(edges.silhouette <= classes.reach)
 
     def _widest(self, relative: np.ndarray) -> np.ndarray:
         """Return each light's largest relative error within two pixels, of what hits (height, width, lights)."""
