@@ -60,8 +60,8 @@ def _higher_than(source: np.ndarray, hits: Hits, rays: np.ndarray, surface: Elli
     """
     found = np.zeros(len(rays), dtype=bool)
     for index, shape in enumerate(hits.scene.shapes):
-        here = np.flatnonzero(hits.rows[Stage.OBJECT][rays, 0] == index) if isinstance(shape, Plane | Square) else ()
-        if not len(here):
+        here = np.flatnonzero(hits.rows[Stage.OBJECT][rays, 0] == index)
+        if not isinstance(shape, Plane | Square) or not len(here):
             continue
         point, normal = hits.points[rays[here[0]]], hits.normals[rays[here[0]]]
         normal = normal / np.linalg.norm(normal)
