@@ -9,11 +9,21 @@ import psutil
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.paths.choice import asked
 from rayproof.reports.run.asking import unable
 from rayproof.reports.run.panel import panel
 from rayproof.reports.run.plan import PlannedCase, plan
 from rayproof.reports.run.request import RunRequest
-from rayproof.reports.run.size import BEGINNING, LARGE, Estimate, bands_of, deadline, estimate, triangles_of
+from rayproof.reports.run.size import (
+    BEGINNING,
+    BY_ANOTHER_ROUTE,
+    LARGE,
+    Estimate,
+    bands_of,
+    deadline,
+    estimate,
+    triangles_of,
+)
 from rayproof.reports.run.suite import cases_of
 from rayproof.reports.subjects import Subject
 
@@ -31,12 +41,13 @@ def plan_in_words(request: RunRequest) -> list[str]:
     """
     subject = request.subject
     names = request.configurations if subject.is_tracer else (subject.name,)
-    planned = plan(cases_of(request.selectors), names, subject)
+    planned = plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes)
     heard = panel(request.require, subject)
     each = [
         estimate(one.case, candidates=len(one.configurations), references=len(heard.names), subject=subject)
         for one in planned
     ]
+    routes = sum(len(asked(one.routes, name)) for one in planned for name in one.configurations)
     renders = sum(len(one.configurations) + len(heard.names) for one in planned)
     checks = sum(_checks(one, heard.names, subject) for one in planned)
     configurations = {name for one in planned for name in one.configurations}
@@ -45,10 +56,11 @@ def plan_in_words(request: RunRequest) -> list[str]:
     counts = f"{len(planned)} cases, {len(configurations)} configurations, {len(heard.names)} references"
     return [
         f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks",
+        *([f"other routes of the tracer: at most {routes} renders"] if routes else []),
         *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
         f"largest case: {_about(largest[0])}",
         *([f"judged in {len(bands)} bands of {bands[0][1]} rows"] if bands else []),
-        *_estimated(request, planned, each, references=len(heard.names)),
+        *_estimated(request, planned, each, references=len(heard.names), routes=routes),
     ]
 
 
@@ -77,10 +89,10 @@ def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject)
 
 
 def _estimated(
-    request: RunRequest, planned: tuple[PlannedCase, ...], each: list[Estimate], *, references: int
+    request: RunRequest, planned: tuple[PlannedCase, ...], each: list[Estimate], *, references: int, routes: int
 ) -> Iterator[str]:
     """Yield time, memory, disk and deadlines."""
-    seconds = sum(one.seconds for one in each) / request.jobs
+    seconds = (sum(one.seconds for one in each) + routes * BY_ANOTHER_ROUTE) / request.jobs
     worst = max(one.memory for one in each)
     at_once = 1 if max(one.memory for one in each) > LARGE else request.jobs
     together = at_once * worst + (worst - BEGINNING) + (references + 3) * PROCESS
