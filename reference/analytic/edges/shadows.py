@@ -71,7 +71,7 @@ def _higher_than(source: np.ndarray, hits: Hits, rays: np.ndarray, surface: Elli
             heights = np.array([middle - half, middle + half])
         else:
             heights = (surface.corners.reshape(-1, 3) - point) @ normal
-        size = max(float(np.abs(place).max()) for place in (source, point, heights))
+        size = max(float(np.abs(place).max(initial=0.0)) for place in (source, point, heights))
         found[here] = (heights * np.sign(height)).min(initial=np.inf) > abs(height) + HIGHER * size
     return found
 

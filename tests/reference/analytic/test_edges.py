@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.analytic.edges import Edges
@@ -142,6 +142,14 @@ def test_what_stands_higher_above_a_plane_than_the_light_throws_no_shadow_on_it(
         scene = Scene(camera=view, shapes=(Plane(albedo=GREY), blocker), lights=(light,))
 
         assert np.isinf(ORACLE.edges(scene).shadow).all() == (height < 0.5)
+
+
+def test_a_triangle_without_area_throws_no_shadow():
+    light = PointLight(position=(0.5, 0.2, 2), flux=(1, 1, 1))
+    line = Triangle(albedo=GREY, vertices=((0, 0, 1), (0.3, 0, 1), (0, 0, 1)))
+    scene = Scene(camera=looking_down(0.8, near=0.01), shapes=(Plane(albedo=GREY), line), lights=(light,))
+
+    assert np.isinf(ORACLE.edges(scene).shadow).all()
 
 
 def test_a_hidden_edge_does_not_count():
