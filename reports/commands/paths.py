@@ -21,8 +21,8 @@ def paths(*, json: Path | None = None, keep: Path | None = None, lines: bool = F
     json
         Also write the ledger to this file.
     keep
-        Keep what this audit.json says of the faults in paths, which `rayproof audit --only 'path/*'` has written;
-        what is kept of others stays, if it is of this code.
+        Keep what this audit.json says of the faults in paths, which `rayproof audit --only 'path/*'` has written, or
+        this results.json of a run of how its routes compare; what is kept of others stays, if it is of this code.
     lines
         Show instead which lines of the tracer, formulas aside, no case executes and no list excuses; there should be
         none.
@@ -43,10 +43,10 @@ def paths(*, json: Path | None = None, keep: Path | None = None, lines: bool = F
         with told_in_one_line():
             text = keep.read_text(encoding="utf-8")
             try:
-                count = ledger.keep(json_module.loads(text), in_paths())
+                said = ledger.keep(json_module.loads(text), in_paths())
             except (ValueError, KeyError, TypeError) as error:
-                raise UsageError(f"{keep} is no audit of paths: {error}") from error
-        say(f"kept what it says of {count} faults")
+                raise UsageError(f"{keep} is no audit of paths and no run: {error}") from error
+        say(f"kept what it says of {said}")
     found = ledger.ledger(all_cases(), in_paths())
     write_json(json, found)
     rows = [
@@ -55,11 +55,12 @@ def paths(*, json: Path | None = None, keep: Path | None = None, lines: bool = F
             entry["declared"],
             str(len(entry["executed"])),
             "; ".join(dict.fromkeys(one["with"] for one in entry["compared"])),
+            _worst(entry),
             _killed(entry),
         ]
         for entry in found["paths"]
     ]
-    show_table("Paths", ["path", "what it is", "cases", "compared with", "faults killed"], rows)
+    show_table("Paths", ["path", "what it is", "cases", "compared with", "worst / limit", "faults killed"], rows)
     for hole in found["empty"]:
         say(f"empty: {hole}")
     measured = sum(entry["measured"] for entry in found["paths"])
@@ -76,6 +77,11 @@ def executed() -> int:
         say(line)
     say(f"{len(found)} lines of the tracer are executed by no case, and no list says why")
     return FAILED if found else 0
+
+
+def _worst(entry: dict) -> str:
+    found = [one["worst"] for one in entry["compared"] if one["worst"] is not None]
+    return f"{max(found):.2g}" if found else "not measured" if entry["compared"] else ""
 
 
 def _killed(entry: dict) -> str:

@@ -6,7 +6,7 @@ a hole.
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path as File
 from typing import Any
@@ -14,8 +14,10 @@ from typing import Any
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.reports.cache.digests import code
+from rayproof.reports.judge.outcomes import Outcome
 from rayproof.reports.paths.choice import CHOICE, ROUTED, asked
 from rayproof.reports.paths.routes import ROUTES, SIDE, by_tiles, suiting
+from rayproof.reports.plain import number
 from rayproof.reports.publish.atomic import write_text
 from rayproof.tracer.arrays import backend
 from rayproof.tracer.configuration import Configuration
@@ -80,40 +82,66 @@ def _executed(cases: Sequence[Case]) -> Iterator[tuple[str, str, str]]:
 
 
 def kept() -> dict[str, Any]:
-    """Return the record of the audit that is kept with the code, and in `current` whether it speaks of this code."""
-    record = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.is_file() else {"digest": "", "faults": {}}
-    return record | {"current": record["digest"] == code(CODE)}
+    """Return what is kept of an audit and a run, and in `current` whether it speaks of this code."""
+    record = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.is_file() else {"digest": ""}
+    return {"faults": {}, "worst": {}} | record | {"current": record["digest"] == code(CODE)}
 
 
-def keep(audit: Mapping[str, Any], planted: Faults) -> int:
-    """Keep what an audit says of the faults planted in paths; return of how many. What is kept of the others stays.
+def keep(document: Mapping[str, Any], planted: Faults) -> str:
+    """Keep what an audit says of the faults planted in paths, or a run of its comparisons; return of what, in words.
 
-    Of other code nothing stays.
+    What is kept of others stays. Of other code nothing stays.
 
     Raises:
-        ValueError: it speaks of none.
+        ValueError: it speaks of neither.
 
     """
-    named = {name for some in planted.values() for name in some}
-    faults = {
+    before = kept()
+    record = {part: before[part] if before["current"] else {} for part in ("faults", "worst")}
+    if "cases" in document:
+        found = {part: {**record["worst"].get(part, {}), **cases} for part, cases in _worst(document["cases"]).items()}
+        record["worst"] = {**record["worst"], **found}
+        said = f"{sum(map(len, found.values()))} comparisons"
+    else:
+        found = _killed(document["faults"], {name for some in planted.values() for name in some})
+        record["faults"] = dict(sorted({**record["faults"], **found}.items()))
+        said = f"{len(found)} faults"
+    if not found:
+        raise ValueError("it says nothing of paths; run: rayproof audit --only 'path/*', or rayproof run")
+    write_text(RECORD, json.dumps({"digest": code(CODE), "backend": backend(), **record}, indent=1) + "\n")
+    return said
+
+
+def _killed(faults: Iterable[Mapping[str, Any]], named: Collection[str]) -> dict[str, dict[str, Any]]:
+    return {
         entry["name"]: {
             "killed": entry["killed"] and entry["blamed_right"],
             "stage": entry["blamed_stage"],
             "by": entry["killed_by"][0].split(":")[0] if entry["killed_by"] else None,
         }
-        for entry in audit["faults"]
+        for entry in faults
         if entry["name"] in named
     }
-    if not faults:
-        raise ValueError("it says nothing of faults in paths; run: rayproof audit --only 'path/*'")
-    count, before = len(faults), kept()
-    faults = {**(before["faults"] if before["current"] else {}), **faults}
-    text = (
-        json.dumps({"digest": code(CODE), "backend": backend(), "faults": dict(sorted(faults.items()))}, indent=1)
-        + "\n"
-    )
-    write_text(RECORD, text)
-    return count
+
+
+def _worst(cases: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, float]]:
+    """Return route -> case -> the largest error over its limit that a run found; '' is the judged route.
+
+    Cases that did not pass speak of no path: somebody has to look at them.
+    """
+    found: dict[str, dict[str, float]] = {}
+    for case in cases:
+        if case["verdict"] != Outcome.PASS:
+            continue
+        judged = (check.get("ratio") for check in case["checks"] if check.get("configuration") in ROUTED)
+        compared = [("", ratio) for ratio in judged]
+        compared += [(entry["path"], entry["worst"]) for entry in case.get("consistency", ())]
+        for route, value in compared:
+            ratio = number(value)
+            if ratio is not None:
+                mine = found.setdefault(route, {})
+                mine[case["name"]] = max(mine.get(case["name"], 0.0), float(f"{ratio:.3g}"))
+    return dict(sorted(found.items()))
 
 
 def ledger(cases: Sequence[Case], planted: Faults) -> dict[str, Any]:
@@ -134,8 +162,14 @@ def _entry(
     kind, _, which = name.partition("/")
     here = kind != "backend" or which == backend()
     executed = sorted(set().union(*met_by.values())) if met_by else []
-    compared = [JUDGED] if met_by.get("") else []
-    compared += [{"with": ROUTES[route].beside, "how": ROUTES[route].how} for route in ROUTES if met_by.get(route)]
+    compared = [
+        {
+            **(JUDGED if route == "" else {"with": ROUTES[route].beside, "how": ROUTES[route].how}),
+            "worst": _most(record, route, met_by[route]),
+        }
+        for route in ("", *ROUTES)
+        if met_by.get(route)
+    ]
     # Whatever was killed was killed on this backend.
     own = sorted(record["faults"]) if kind == "backend" else faults.get(name, [])
     said = {fault: record["faults"][fault] for fault in own if fault in record["faults"]}
@@ -150,6 +184,12 @@ def _entry(
         "measured": measured,
         "why": None if measured else ELSEWHERE if not here else "the kept audit is of other code" if own else None,
     }
+
+
+def _most(record: Mapping[str, Any], route: str, cases: Collection[str]) -> float | None:
+    """Return the largest error over its limit that the kept run found in some cases by a route, None of other code."""
+    known = record["worst"].get(route, {}) if record["current"] else {}
+    return max((known[case] for case in cases if case in known), default=None)
 
 
 def _holes(entry: Mapping[str, Any]) -> Iterator[str]:

@@ -76,6 +76,37 @@ def test_a_record_without_faults_in_paths_is_refused(tmp_path) -> None:
         paths(keep=tmp_path / "audit.json")
 
 
+def test_what_a_run_found_is_kept_beside_what_the_audit_said(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ledger, "RECORD", tmp_path / "record.json")
+    ratio = {"configuration": "float32", "ratio": 0.25}
+    fault = {"name": "path/single_leaf", "killed": True, "blamed_right": True, "blamed_stage": "ray", "killed_by": []}
+    run = {
+        "cases": [
+            {
+                "name": "faces/nine",
+                "verdict": "pass",
+                "checks": [ratio],
+                "consistency": [{"path": "frames", "worst": 0.5}],
+            },
+            {"name": "faces/one", "verdict": "fail", "checks": [ratio | {"ratio": "inf"}]},
+            {
+                "name": "primitives/sphere",
+                "verdict": "pass",
+                "checks": [ratio | {"configuration": "float32/ray=matrix"}],
+            },
+        ]
+    }
+
+    assert ledger.keep({"faults": [fault]}, in_paths()) == "1 faults"
+    assert ledger.keep(run, in_paths()) == "2 comparisons"
+
+    assert ledger.kept()["worst"] == {"": {"faces/nine": 0.25}, "frames": {"faces/nine": 0.5}}
+    assert set(ledger.kept()["faults"]) == {"path/single_leaf"}
+    by_name = {entry["name"]: entry for entry in ledger.ledger(all_cases(), in_paths())["paths"]}
+    assert [one["worst"] for one in by_name["route/frames"]["compared"]] == [0.5, None]
+    assert by_name["route/numbers"]["compared"][0]["worst"] is None
+
+
 def test_a_run_counts_what_it_took_and_compared() -> None:
     (case,) = select(["faces/nine"])
     by = [ledger.met_by_case(case.scene, Configuration(precision=name), ("frames",)) for name in ("float32", "float64")]
