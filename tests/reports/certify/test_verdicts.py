@@ -203,3 +203,31 @@ def test_an_answer_that_few_scenes_within_rounding_have_is_right() -> None:
     answers[Stage.NORMAL][3, 4] = found.base.truth[Stage.NORMAL][found.base.truth[Stage.OBJECT][..., 0] == 1][0]
 
     assert Stage.NORMAL not in found.wrong_at(candidate(answers), [(4, 3)]).get((4, 3), ())
+
+
+@pytest.mark.parametrize(("name", "precision", "pixel", "seen", "lit"), [
+    ("random/1/147", "float64", (12, 13), 2.0, (1.0, 0.0)),  # in the plane of a triangle that is baked far away
+    ("random/2/314", "float32", (24, 16), 4.0, (1.0,)),  # on one of two surfaces that coincide, the light behind them
+    ("random/1/334", "float32", (9, 0), 1.0, (0.0,)),  # of shapes that rounding moves by their own size
+])  # fmt: skip
+def test_what_rounding_alone_may_show_is_not_called_wrong(name, precision, pixel, seen, lit) -> None:
+    found, (column, row) = inquest(name), pixel
+    answers = {stage: np.array(image) for stage, image in found.base.truth.items()}
+    answers[Stage.OBJECT][row, column] = (seen, 0.0)
+    answers[Stage.VISIBILITY][row, column] = lit
+    ours = replace(candidate(answers), precision=precision, shadow_epsilon=1e-6)
+
+    wrong = found.of(ours).wrong([pixel], strictly=True)
+
+    assert not {Stage.OBJECT, Stage.VISIBILITY} & set(wrong.get(pixel, ())), wrong
+
+
+def test_a_light_that_nothing_makes_undecided_is_wrong_if_it_is_not_seen() -> None:
+    found, (column, row) = inquest("random/2/314"), (0, 0)
+    lit = found.base.truth[Stage.VISIBILITY][..., 0] > 0
+    row, column = np.argwhere(lit & ~found.of(candidate(found.base.truth)).terms.classes.edge(Stage.VISIBILITY))[0]
+    answers = {stage: np.array(image) for stage, image in found.base.truth.items()}
+    answers[Stage.VISIBILITY][row, column] = 0.0
+    pixel = (int(column), int(row))
+
+    assert Stage.VISIBILITY in found.of(replace(candidate(answers), name="dark")).wrong([pixel], strictly=True)[pixel]
