@@ -100,3 +100,23 @@ def test_the_readme_names_every_command() -> None:
     text = (CHECKOUT / "README.md").read_text()
 
     assert [name for name in COMMANDS if f"rayproof {name}" not in text] == []
+
+
+def test_what_the_page_on_python_shows_is_what_is_printed() -> None:
+    (block,) = blocks("docs/python.md", "python")
+    shown = [line.removeprefix("# ") for line in block.splitlines()[-2:]]
+
+    said = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, check=True).stdout.splitlines()
+
+    assert said[0] == shown[0]
+    before, _, after = shown[1].partition("[RAD-1 ...]")
+    assert said[1].startswith(before)
+    assert said[1].endswith(after)
+
+
+def test_the_renderer_in_one_line_of_the_readme_passes() -> None:
+    (code,) = re.findall(r'^    \.venv/bin/python -c "(.*)"$', (CHECKOUT / "README.md").read_text(), re.MULTILINE)
+
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+
+    assert said.splitlines()[-1] == "1 cases planned, 1 measured, 0 unsupported: pass"

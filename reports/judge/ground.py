@@ -125,9 +125,9 @@ def _seen_beyond(scene: Scene, distance: float) -> Scene:
     return replace(scene, camera=seen, clip="shell")
 
 
-def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known: Answers) -> Ground:
+def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known: Answers | None = None) -> Ground:
     """Return the ground of a scene; `known` are the oracle's answers as far as they were given already."""
-    truth = known if set(stages) <= set(known) else oracle.render(scene, stages)
+    truth = known if known is not None and set(stages) <= set(known) else oracle.render(scene, stages)
     return Ground(
         scene=scene, truth=truth, edges=oracle.edges(scene), conditioning=condition(scene, truth), oracle=oracle
     )

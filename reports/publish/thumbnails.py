@@ -1,5 +1,6 @@
 """Small pictures of the worst cases: ours, the reference's and their difference at the blamed stage, side by side."""
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +25,11 @@ def draw_thumbnails(folder: Path, results: dict[str, Any]) -> list[Path]:
     for index, case in enumerate(worst_first(results["cases"])):
         if Outcome(case["verdict"]) not in BAD or len(drawn) == MOST:
             break
-        panels = _panels(folder, case)
-        if panels is not None:
+        drawing = picture(folder, case)
+        if drawing is not None:
             path = Path("thumbnails", f"{index + 1:02}.png")  # by rank: names are hostile
-            _save(folder / path, panels)
+            with replacing(folder / path) as draft:
+                draft.write_bytes(drawing)
             case["thumbnail"] = path.as_posix()
             drawn.append(folder / path)
     # Of an earlier publication, when other cases were the worst.
@@ -81,11 +83,16 @@ def _scaled(image: np.ndarray, low: float, high: float) -> np.ndarray:
     return shown
 
 
-def _save(path: Path, panels: list[np.ndarray]) -> None:
+def picture(folder: Path, case: dict[str, Any]) -> bytes | None:
+    """Return ours, the reference's and their difference at a case's worst check side by side, as PNG; None without."""
     from matplotlib.image import imsave
 
+    panels = _panels(folder, case)
+    if panels is None:
+        return None
     step = max(1, -(-panels[0].shape[1] // WIDTH))
     small = [panel[::step, ::step] for panel in panels]
     gap = np.ones((small[0].shape[0], GAP, 3))
-    with replacing(path) as draft:
-        imsave(draft, np.concatenate([small[0], gap, small[1], gap, small[2]], axis=1))
+    file = BytesIO()
+    imsave(file, np.concatenate([small[0], gap, small[1], gap, small[2]], axis=1), format="png")
+    return file.getvalue()

@@ -91,8 +91,7 @@ class Conformance:
         """
         import pytest
 
-        candidate = self._traced() if answer is None else self._given(answer)
-        judged = self._judged(candidate)
+        judged = self.judged(answer)
         if judged.outcome in (Outcome.UNDECIDED, Outcome.UNSUPPORTED):
             pytest.skip(f"{self.case.name}: {judged.reason or 'nothing that it answers can be measured here'}")
         if judged.outcome not in (Outcome.PASS, Outcome.WARN):
@@ -101,9 +100,16 @@ class Conformance:
             raise AssertionError(f"{self.case.name}: {judged.outcome}{where}{item}: {judged.reason}")
         return judged
 
-    def _judged(self, candidate: Candidate) -> Judged:
+    def judged(self, answer: Renderer | Mapping[str, Any] | None = None) -> Judged:
+        """Return what was found of an answer, whatever it is; `check` says what an answer may be.
+
+        Raises:
+            AssertionError: a stage that was asked for is not in the answer.
+
+        """
         from rayproof.reference.analytic import Analytic
 
+        candidate = self._traced() if answer is None else self._given(answer)
         witnesses, versions = self._heard()
         judged = judge_case(self.case, [candidate], witnesses, Remembering(Analytic()), versions)
         count_what_is_supported(judged, [candidate])

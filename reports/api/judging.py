@@ -1,0 +1,102 @@
+"""An answer that is there, judged in this process: no worker, no folder, no report."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+
+from rayproof.cases.case import Case
+from rayproof.cases.covering import covering
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.api.arrays import answers_from
+from rayproof.reports.api.asking import load
+from rayproof.reports.api.outcome import Judgement, stage_name, table
+from rayproof.reports.judge.oracle import ORACLE
+
+Precision = Literal["float32", "float64"]
+MOST_EDGE = 0.5  # of the pixels: nobody tuned the scene
+
+
+def judge(
+    scene: Scene | Case | str,
+    answers: Mapping[str, Any] | Any,
+    precision: Precision = "float32",
+    *,
+    references: Sequence[str] = (ORACLE,),
+) -> Judgement:
+    """Judge images of a scene, as `rayproof run` would, against the closed forms and other references.
+
+    `scene` is a scene, a case or the name of either (see `load`). `answers` maps stage names to arrays of NumPy,
+    PyTorch, JAX, Dr.Jit or any library that speaks DLPack, (height, width, channels), row 0 at the top; channels and
+    units are those of docs/specification.md. `precision` is the arithmetic that they were computed in: limits are
+    derived for it. `references` are names that `rayproof list references` prints; "analytic" is always among them.
+
+    Raises:
+        LookupError: a reference or a case has no such name.
+        TypeError, ValueError: an answer is no array, has another shape than its stage, or nothing can be judged.
+
+    """
+    from rayproof.reports.testing.conformance import Conformance
+
+    case = _case(scene)
+    given = answers_from(answers, case.scene, (Stage.RADIANCE,))
+    if not given:
+        raise ValueError(f"there is nothing to judge: expected some of {', '.join(IMAGE_STAGES)}")
+    asked = Conformance(
+        case=case,
+        folder=Path(),
+        precision=precision,
+        stages=[stage.value for stage in given],
+        witnesses=tuple(references),
+    )
+    judged = asked.judged({stage.value: image for stage, image in given.items()})
+    names = dict.fromkeys((ORACLE, *references))
+    return Judgement(
+        verdict=judged.outcome.value,
+        stage=stage_name(judged.stage),
+        item=judged.item,
+        reason=judged.reason,
+        checks=table(
+            ("reference", "stage", "verdict", "ratio", "reason"), [check.as_json() for check in judged.checks]
+        ),
+        limits=MappingProxyType({stage.value: limit_of(case.scene, stage, precision) for stage in given}),
+        references=tuple(names),
+    )
+
+
+def limit_of(scene: Scene, stage: Stage, precision: str) -> np.ndarray:
+    """Return how far an image may be off against the closed forms, as `CaseResult.limit` describes it."""
+    from rayproof.reference.analytic import Analytic
+    from rayproof.reports.judge.ground import ground
+    from rayproof.reports.judge.oracle import stages_of
+    from rayproof.reports.judge.parties import Candidate, Witness
+    from rayproof.reports.judge.remembering import Remembering
+    from rayproof.reports.judge.terms import Terms
+    from rayproof.reports.subjects import ITEMS_OF_OTHERS
+
+    base = ground(scene, stages_of(scene), Remembering(Analytic()))
+    ours = Candidate(name="ours", precision=precision, items=ITEMS_OF_OTHERS, shadow_epsilon=0.0, answers=base.truth)
+    theirs = Witness(name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=base.truth)
+    terms = Terms(ground=base, candidate=ours, witness=theirs)
+    shape = terms.classes.outline.shape
+    limit = np.array(terms.limits.end_to_end.get(stage, np.zeros(shape)), dtype=np.float64)
+    limit[terms.classes.edge(stage)] = np.nan
+    return limit
+
+
+def _case(scene: Scene | Case | str) -> Case:
+    if isinstance(scene, Case):
+        return scene
+    found = scene if isinstance(scene, Scene) else load(scene)
+    return Case(
+        name="judged/scene",
+        scene=found,
+        stresses="A scene that a caller of `rayproof.judge` chose.",
+        covers=covering(found),
+        least_interior=0,
+        most_edge=MOST_EDGE,
+        tuned=False,
+    )

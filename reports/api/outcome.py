@@ -1,0 +1,290 @@
+"""What runs and judgements return: frozen, to be read, shown in a notebook, or asserted."""
+
+import base64
+import html
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.scene_json import load_scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.api.asking import image_stages
+from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.plain import legible
+from rayproof.reports.publish.headline import worst_first
+from rayproof.reports.publish.kept import kept_images
+from rayproof.reports.publish.thumbnails import picture
+
+GOOD = ("pass", "warn")
+MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
+PICTURES = 4  # of the worst cases, in a notebook
+SHOWN = 12  # rows of a table in a notebook, and lines of an assertion
+
+
+@dataclass(frozen=True)
+class Table(Sequence[Mapping[str, Any]]):
+    """Rows of equal columns: a sequence of mappings, a table in a notebook, a pandas frame by `to_pandas()`."""
+
+    columns: tuple[str, ...]
+    rows: tuple[Mapping[str, Any], ...]
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return a row by its index, or some by a slice."""
+        return self.rows[index]
+
+    def __len__(self) -> int:
+        """Return how many rows there are."""
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Mapping[str, Any]]:
+        """Iterate over the rows."""
+        return iter(self.rows)
+
+    def to_pandas(self) -> Any:
+        """Return a `pandas.DataFrame`; raise ImportError where pandas is not installed."""
+        import pandas  # pyright: ignore[reportMissingImports]
+
+        return pandas.DataFrame([dict(row) for row in self.rows], columns=list(self.columns))
+
+    def __repr__(self) -> str:
+        """Return the rows as text, one a line."""
+        lines = ["  ".join(_cell(row.get(name)) for name in self.columns) for row in self.rows[:SHOWN]]
+        more = [f"and {len(self) - SHOWN} more"] if len(self) > SHOWN else []
+        return "\n".join(["  ".join(self.columns), *lines, *more])
+
+    def _repr_html_(self) -> str:
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self.columns)
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(_cell(row.get(name)))}</td>" for name in self.columns) + "</tr>"
+            for row in self.rows[:SHOWN]
+        )
+        more = f"<p>and {len(self) - SHOWN} more</p>" if len(self) > SHOWN else ""
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
+
+
+def _cell(value: Any) -> str:
+    return legible(f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value))
+
+
+def table(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Return rows as a table, each cut to the columns."""
+    return Table(tuple(columns), tuple(MappingProxyType({name: row.get(name) for name in columns}) for row in rows))
+
+
+class _NoTruth:
+    def __bool__(self) -> bool:
+        """Refuse: a run that measured nothing is neither true nor false."""
+        raise TypeError("neither true nor false: look at `.verdict` and `.counts`, or call `.raise_if_failed()`")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseResult(_NoTruth):
+    """One case of a run: its verdict, its checks, and its images with their limits."""
+
+    folder: Path
+    record: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """Return the case's name, family/case."""
+        return str(self.record["name"])
+
+    @property
+    def verdict(self) -> str:
+        """Return pass, warn, undecided, unsupported, missing, reference_suspect, error or fail."""
+        return str(self.record["verdict"])
+
+    @property
+    def reason(self) -> str:
+        """Return in words why the case did not pass; empty where it did."""
+        return str(self.record.get("reason") or "")
+
+    @property
+    def blamed_items(self) -> tuple[str, ...]:
+        """Return the specification's items that the evidence leaves to blame; none where the case passed."""
+        blamed = self.record.get("blamed_items")
+        if blamed is not None:
+            return tuple(blamed)
+        return (str(self.record["item"]),) if self.record.get("item") else ()
+
+    @property
+    def checks(self) -> Table:
+        """Return every check: who, against whom, which stage, the verdict, and error over limit."""
+        return table(("configuration", "reference", "stage", "verdict", "ratio", "reason"), self.record["checks"])
+
+    @property
+    def renderers(self) -> tuple[str, ...]:
+        """Return whose images there may be: the renderer under test in each configuration, then the references."""
+        renders = sorted(self.record["renders"], key=lambda render: render.get("configuration") is None)
+        return tuple(render["renderer"] for render in renders)
+
+    def image(self, stage: str, renderer: str | None = None) -> np.ndarray:
+        """Return a renderer's image of a stage, float64 (height, width, channels), row 0 at the top.
+
+        Files hold float32, so that an image computed in float64 comes back rounded. Without `renderer` it is that of
+        the renderer under test, in its first configuration.
+
+        Raises:
+            LookupError: there is no such renderer here, or it has no image of this stage.
+
+        """
+        (wanted,) = image_stages([stage])
+        name = self._known(renderer)
+        renders, notes = kept_images(self.folder, dict(self.record), only=[name])
+        if wanted not in renders.get(name, {}):
+            why = f": {notes[0]}" if notes else ""
+            raise LookupError(f"{self.name} kept no image of {stage} by {name}{why}")
+        return np.asarray(renders[name][wanted], dtype=np.float64)
+
+    def limit(self, stage: str, renderer: str | None = None) -> np.ndarray:
+        """Return how far a renderer's image may be off against the closed forms, float64.
+
+        For directions it is an angle [rad] and for positions a distance [m], both (height, width); for the rest it has
+        the image's shape and unit. It is derived anew from the scene and the renderer's precision. Pixels at an edge
+        are NaN: there a value must be that of a side.
+
+        Raises:
+            LookupError: there is no such renderer here.
+
+        """
+        from rayproof.reports.api.judging import limit_of
+
+        (wanted,) = image_stages([stage])
+        name = self._known(renderer)
+        configuration = next(one.get("configuration") for one in self.record["renders"] if one["renderer"] == name)
+        precision = str(configuration or "").partition("/")[0]
+        scene = load_scene(self.folder / str(self.record["scene"]))
+        return limit_of(scene, wanted, precision if precision in ("float32", "float64") else "float32")
+
+    def _known(self, renderer: str | None) -> str:
+        known = self.renderers
+        if not known or (renderer is not None and renderer not in known):
+            raise LookupError(f"{self.name} has no renderer {renderer!r}; known: {', '.join(known) or 'none'}")
+        return known[0] if renderer is None else renderer
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run(_NoTruth):
+    """A finished run: what was covered, the verdict, what failed and why, and every case's images."""
+
+    folder: Path  # results and report; `index.html` opens in a browser
+    record: Mapping[str, Any] = field(repr=False)  # results.json, as docs/results.md describes it
+    code: int  # the exit code that `rayproof run` had
+
+    @property
+    def verdict(self) -> str:
+        """Return the run's verdict, as the report's first screen says it."""
+        return str(self.record["verdict"])
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Return how many cases were planned, measured and unsupported, and how many ended in each verdict."""
+        summary = self.record["summary"]
+        measured = sum(summary.get(outcome.value, 0) for outcome in MEASURED)
+        return MappingProxyType({"planned": summary["planned"], "measured": measured, **summary})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the cases that have a result."""
+        return tuple(str(case["name"]) for case in self.record["cases"])
+
+    @property
+    def failures(self) -> Table:
+        """Return the cases that did not pass: verdict, first wrong stage, the items to blame, the reason."""
+        rows = [
+            {**case, "case": case["name"], "items": ", ".join(self.case(case["name"]).blamed_items)}
+            for case in self.record["cases"]
+            if case["verdict"] not in GOOD and case["verdict"] != Outcome.UNSUPPORTED.value
+        ]
+        return table(("case", "verdict", "stage", "items", "reason"), rows)
+
+    @property
+    def diagnosis(self) -> tuple[str, ...]:
+        """Return a sentence for each cause that was found: the mistake, its item, what it explains."""
+        return tuple(str(cause["sentence"]) for cause in self.record.get("diagnosis") or ())
+
+    def case(self, name: str) -> CaseResult:
+        """Return a case's result by its name; raise LookupError where there is none."""
+        for case in self.record["cases"]:
+            if case["name"] == name:
+                return CaseResult(folder=self.folder, record=case)
+        raise LookupError(f"this run has no case {name!r}; it has {', '.join(self.names[:SHOWN])}")
+
+    def raise_if_failed(self) -> None:
+        """Do nothing where the run's exit code is 0.
+
+        Raises:
+            AssertionError: something failed, or could not be measured; the message says what.
+
+        """
+        if self.code != 0:
+            raise AssertionError(str(self))
+
+    def __str__(self) -> str:
+        """Return what was covered, then the verdict, the causes and the failures."""
+        counts = self.counts
+        line = f"{counts['planned']} cases planned, {counts['measured']} measured, {counts['unsupported']} unsupported"
+        failed = [f"{row['case']}: {row['verdict']} {row['items']}: {row['reason']}" for row in self.failures[:SHOWN]]
+        more = [f"and {len(self.failures) - SHOWN} more"] if len(self.failures) > SHOWN else []
+        return legible_lines([f"{line}: {self.verdict}", *self.diagnosis, *failed, *more])
+
+    def _repr_html_(self) -> str:
+        first, *rest = str(self).split("\n")
+        said = "".join(f"<p>{html.escape(line)}</p>" for line in rest[: len(self.diagnosis)])
+        pictures = "".join(
+            f"<figure><figcaption>{html.escape(legible(case['name']))}: ours, the reference's, the difference"
+            f'</figcaption><img style="image-rendering: pixelated" src="data:image/png;base64,'
+            f'{base64.b64encode(drawing).decode("ascii")}"></figure>'
+            for case in worst_first(self.record["cases"])[:PICTURES]
+            if case["verdict"] not in GOOD and (drawing := picture(self.folder, case)) is not None
+        )
+        failed = self.failures._repr_html_() if len(self.failures) else ""
+        return f"<p><b>{html.escape(first)}</b></p>{said}{pictures}{failed}"
+
+
+def legible_lines(lines: Sequence[str]) -> str:
+    """Return lines as text, each without control characters."""
+    return "\n".join(legible(line) for line in lines)
+
+
+def loaded(folder: Path, code: int) -> Run:
+    """Return the run whose results are in a folder; raise OSError or ValueError if they cannot be read."""
+    record = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    return Run(folder=folder, record=MappingProxyType(record), code=code)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement(_NoTruth):
+    """An answer held against the references: its verdict, its checks, and what it is held to."""
+
+    verdict: str
+    stage: str | None  # the first wrong one
+    item: str | None  # of the specification
+    reason: str
+    checks: Table
+    limits: Mapping[str, np.ndarray] = field(repr=False)  # stage -> float64, as `CaseResult.limit` describes it
+    references: tuple[str, ...]
+
+    def raise_if_failed(self) -> None:
+        """Do nothing where the answer passed; raise AssertionError where it did not, or nothing could be measured."""
+        if self.verdict not in GOOD:
+            raise AssertionError(str(self))
+
+    def __str__(self) -> str:
+        """Return how many checks there were, then the verdict and the reason."""
+        where = f" at {self.stage}" if self.stage else ""
+        item = f" ({self.item})" if self.item else ""
+        why = f": {self.reason}" if self.reason else ""
+        against = ", ".join(self.references)
+        done = sum(row["verdict"] != Outcome.UNSUPPORTED.value for row in self.checks)
+        return legible(f"{done} of {len(self.checks)} checks measured, by {against}: {self.verdict}{where}{item}{why}")
+
+
+def stage_name(stage: Stage | None) -> str | None:
+    """Return a stage's name, or None."""
+    return None if stage is None else stage.value

@@ -1,0 +1,173 @@
+"""A run of the suite from Python: the command's own run, in a process beside this one."""
+
+import contextlib
+import os
+import selectors
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import weakref
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import IO
+
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Scene
+from rayproof.cases.scene_json import save_scene
+from rayproof.reports.api.outcome import Run, loaded
+from rayproof.reports.api.serving import Renderer, Served
+
+HOLDER = str(Path(__file__).parents[3])  # the folder that holds the package `rayproof`
+START = "import sys; sys.path.insert(0, sys.argv.pop(1)); from rayproof.reports.cli import main; sys.exit(main())"
+BAD_USAGE, INTERRUPTED = 2, 130
+GLANCE = 0.2  # s
+
+
+def run(
+    cases: Sequence[str | Path | Case | Scene] | str | None = None,
+    subject: str | Renderer | None = None,
+    *,
+    stages: Sequence[str] | None = None,
+    configurations: Sequence[str] = (),
+    formulas: Sequence[str] = (),
+    require: Sequence[str] = (),
+    out: str | Path | None = None,
+    resume: bool = False,
+    expect: str | Path | None = None,
+    jobs: int | None = None,
+    timeout: float | None = None,
+    diagnose: bool = True,
+    quiet: bool = False,
+) -> Run:
+    """Judge a renderer on cases, as `rayproof run` does, and return what was found.
+
+    `cases` are selectors (families, family/case, patterns, scene files), cases of `select_cases`, or scenes; None is
+    the default suite. `subject` is who is under test: None for the tracer, a reference's name, "exec:COMMAND {scene}
+    {output}", or a function `(scene, stages) -> {stage: array}`, which is called in this process and thread, once for
+    a scene. Its arrays are (height, width, channels), of any library that speaks DLPack; they are written as float32
+    and judged as such. It answers the stages that it gives, or those that `stages` names; NotImplementedError says
+    that it cannot draw a scene. The other arguments are the command's options (`rayproof run --help`). Without `out`
+    results lie in a temporary folder that goes with the returned object.
+
+    Raises:
+        ValueError: the request itself is wrong; the message is the command's one line.
+        RuntimeError: the run left no results.
+        KeyboardInterrupt: Ctrl-C; what was finished is in `out`, and `resume=True` goes on.
+
+    """
+    function = subject if callable(subject) else None
+    if stages is not None and function is None:
+        raise ValueError("`stages` are those that a Python function answers, and the subject is none")
+    folder = Path(tempfile.mkdtemp(prefix="rayproof-run-") if out is None else out)
+    options = {
+        "--out": folder,
+        "--expect": expect,
+        "--jobs": jobs,
+        "--timeout": timeout,
+        "--diagnose": None if diagnose else "off",
+    }
+    repeated = {"--configuration": configurations, "--formula": formulas, "--require": require}
+    words = [f"{name}={value}" for name, value in options.items() if value is not None]
+    words += [f"{name}={value}" for name, values in repeated.items() for value in values]
+    words += ["--resume"] if resume else []
+    try:
+        with TemporaryDirectory(prefix="rayproof-call-") as place:
+            words += _selectors(cases, Path(place))
+            with contextlib.ExitStack() as stack:
+                served = None
+                if function is not None:
+                    served = stack.enter_context(Served(function, Path(place), stages=stages))
+                    words += [f"--subject={served.command}"]
+                elif subject is not None:
+                    words += [f"--subject={subject}"]
+                code, said = _waited_for(words, served, quiet=quiet)
+        if code == BAD_USAGE:
+            raise ValueError(said.removeprefix("rayproof: ") or "the request was refused")
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt
+        if not (folder / "results.json").is_file():
+            raise RuntimeError(f"the run ended with {code} and left no results: {said}")
+        found = loaded(folder, code)
+    except BaseException:
+        if out is None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    if out is None:
+        weakref.finalize(found, shutil.rmtree, folder, ignore_errors=True)
+    return found
+
+
+def _selectors(cases: Sequence[str | Path | Case | Scene] | str | None, place: Path) -> list[str]:
+    """Return cases as the command names them; a scene becomes a scene file in `place`."""
+    if cases is None:
+        return []
+    words = []
+    for number, one in enumerate([cases] if isinstance(cases, str) else cases):
+        if isinstance(one, Scene):
+            file = place / f"scene-{number}.json"
+            save_scene(one, file)
+            words.append(str(file))
+        else:
+            words.append(one.name if isinstance(one, Case) else str(one))
+    if not words:
+        raise ValueError("no case is named; None is the default suite")
+    return words
+
+
+def _waited_for(words: Sequence[str], served: Served | None, *, quiet: bool) -> tuple[int, str]:
+    """Run the command to its end, answering its calls of our function; return its exit code and its last complaint."""
+    child = subprocess.Popen(
+        [sys.executable, "-c", START, HOLDER, "run", *words],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,  # Ctrl-C is ours to hand on: once
+    )
+    assert child.stdout is not None
+    assert child.stderr is not None
+    said, complaints = _Lines(child.stdout, quiet=quiet), _Lines(child.stderr, quiet=True)
+    interrupted = False
+    with child, selectors.DefaultSelector() as selector:
+        for lines in (said, complaints):
+            selector.register(lines.pipe, selectors.EVENT_READ, lines.take)
+        if served is not None:
+            selector.register(served.listener, selectors.EVENT_READ, served.answer_one)
+        while child.poll() is None:
+            try:
+                for key, _ in selector.select(GLANCE):
+                    if not key.data() and key.fileobj in (said.pipe, complaints.pipe):
+                        selector.unregister(key.fileobj)
+            except KeyboardInterrupt:
+                if interrupted:  # told twice: do not wait for it any longer
+                    child.kill()
+                interrupted = True
+                child.send_signal(signal.SIGINT)
+            except BaseException:
+                child.terminate()
+                raise
+        said.take()
+        complaints.take()
+    return INTERRUPTED if interrupted else child.returncode, complaints.last
+
+
+class _Lines:
+    """What the run prints, handed on to this process's own output line by line unless it is to be quiet."""
+
+    def __init__(self, pipe: IO[bytes], *, quiet: bool) -> None:
+        self.pipe, self._quiet, self._rest = pipe, quiet, b""
+        self.last = ""  # line that is not empty
+        os.set_blocking(pipe.fileno(), False)
+
+    def take(self) -> bool:
+        """Take what there is; return whether there may be more."""
+        while piece := self.pipe.read(65536):
+            *lines, self._rest = (self._rest + piece).split(b"\n")
+            for line in lines:
+                text = line.decode(errors="replace")
+                self.last = text if text.strip() else self.last
+                if not self._quiet:
+                    sys.stdout.write(f"{text}\n")
+        return piece is None

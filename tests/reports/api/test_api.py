@@ -1,0 +1,225 @@
+"""rayproof from Python: what the names answer, what they refuse, and a function of one's own under test."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rayproof
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.api.arrays import answers_from
+from rayproof.reports.api.outcome import Run
+
+SCENE = rayproof.load("primitives/sphere")
+SIZE = (SCENE.camera.height, SCENE.camera.width)
+
+
+def twice_as_bright(scene: Scene, stages: Sequence[Stage]) -> dict[str, np.ndarray]:
+    """Answer as the closed forms do, but for light, of which there is twice as much; know no cube."""
+    if any(type(shape).__name__ == "Cube" for shape in scene.shapes):
+        raise NotImplementedError("it has no cubes")
+    if any(type(shape).__name__ == "Triangle" for shape in scene.shapes):
+        raise ArithmeticError("a triangle is too much")
+    found = rayproof.oracle(scene, [stage.value for stage in stages])
+    return {name: image * (2 if name in ("irradiance", "exitance", "radiance") else 1) for name, image in found.items()}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    cases = [f"primitives/{name}" for name in ("plane", "cube", "triangle")]
+    return rayproof.run([*cases, SCENE], twice_as_bright, out=tmp_path_factory.mktemp("run") / "out", quiet=True)
+
+
+def test_importing_imports_nothing_else() -> None:
+    code = "import rayproof, sys; print(*(n for n in sys.modules if n.startswith('rayproof.')), dir(rayproof)[-1])"
+
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout
+    assert told.split() == ["select_cases"]
+
+
+def test_every_name_is_there_and_no_other() -> None:
+    assert all(callable(getattr(rayproof, name)) for name in rayproof.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'trace'"):
+        _ = rayproof.trace
+
+
+def test_scenes_and_cases_are_found_by_name() -> None:
+    assert [case.name for case in rayproof.select_cases("primitives/s*")] == ["primitives/sphere", "primitives/square"]
+    assert rayproof.load("examples/still_life.json").lights
+    with pytest.raises(LookupError, match="did you mean"):
+        rayproof.load("primitives/spere")
+    with pytest.raises(LookupError, match="names 6 cases, one is needed"):
+        rayproof.load("primitives")
+    with pytest.raises(ValueError, match="the scene"):
+        rayproof.load({"shapes": 3})
+
+
+def test_the_tracer_and_the_closed_forms_answer_the_same() -> None:
+    ours, theirs = (answer(SCENE, ["distance", "radiance"]) for answer in (rayproof.render, rayproof.oracle))
+
+    assert list(ours) == list(theirs) == ["distance", "radiance"]
+    assert np.isclose(ours["radiance"], theirs["radiance"], rtol=1e-4).all(axis=-1).sum() > 0.98 * SIZE[0] * SIZE[1]
+    with pytest.raises(ValueError, match="no image stage is called 'depth'"):
+        rayproof.render(SCENE, ["depth"])
+
+
+@pytest.mark.parametrize(("factor", "verdict"), [(1.0, "pass"), (1.0 + 1e-9, "fail")])
+def test_an_answer_in_float64_is_judged_as_such(factor: float, verdict: str) -> None:
+    image = rayproof.render(SCENE, ["radiance"], "float64")["radiance"] * factor
+
+    judged = rayproof.judge(SCENE, {"radiance": image}, "float64")
+
+    assert judged.verdict == verdict
+    # The limit is what decides: every pixel away from edges is held to it.
+    off = np.abs(image - rayproof.oracle(SCENE, ["radiance"])["radiance"])
+    assert bool(np.nanmax(off - judged.limits["radiance"]) > 0) == (verdict == "fail")
+    assert str(judged).startswith("1 of 10 checks measured, by analytic: " + verdict)
+    with pytest.raises(TypeError, match="neither true nor false"):
+        bool(judged)
+
+
+@pytest.mark.parametrize(
+    ("answers", "complaint"),
+    [
+        ({"radiance": np.zeros((3, SIZE[0] * SIZE[1]))}, r"got \(3, 6912\); components come first in it: transpose it"),
+        ({"radiance": np.zeros(SIZE)}, r"radiance must have shape \(72, 96, 3\)"),
+        ({"radiant": np.zeros(SIZE)}, "no image stage is called 'radiant'"),
+        ({"radiance": [["a"]]}, "radiance is no array of numbers: list"),
+        ({}, "there is nothing to judge"),
+    ],
+)
+def test_what_is_no_image_of_a_stage_is_refused(answers: dict[str, Any], complaint: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=complaint):
+        rayproof.judge(SCENE, answers)
+
+
+def test_arrays_of_other_libraries_are_taken() -> None:
+    from drjit.llvm import TensorXf
+
+    class Foreign:  # speaks DLPack and nothing else, as arrays of JAX and PyTorch do
+        def __init__(self, array: np.ndarray) -> None:
+            self._array = array
+
+        def __dlpack__(self, **_: Any) -> Any:
+            return self._array.__dlpack__()
+
+        def __dlpack_device__(self) -> Any:
+            return self._array.__dlpack_device__()
+
+    image = np.arange(SIZE[0] * SIZE[1] * 3, dtype=np.float32).reshape(*SIZE, 3)
+    for given in (Foreign(image), TensorXf(image), image.tolist()):
+        found = answers_from(given, SCENE, (Stage.RADIANCE,))
+        assert found[Stage.RADIANCE].dtype == np.float64
+        assert np.array_equal(found[Stage.RADIANCE], image)
+    assert answers_from({"distance": image[..., 0]}, SCENE, ())[Stage.DISTANCE].shape == (*SIZE, 1)
+
+
+def test_a_function_is_put_under_test(finished: Run) -> None:
+    assert str(finished).startswith("4 cases planned, 2 measured, 1 unsupported: ")
+    assert {name: finished.case(name).verdict for name in finished.names} == {
+        "primitives/plane": "fail",
+        "primitives/cube": "unsupported",
+        "primitives/triangle": "error",
+        "file/scene-3": "fail",
+    }
+    assert "ArithmeticError: a triangle is too much" in finished.case("primitives/triangle").reason
+    assert finished.case("primitives/plane").blamed_items == ("RAD-1",)
+    assert "2 pi instead of 4 pi" in finished.diagnosis[0]
+    assert {row["case"] for row in finished.failures} == {"primitives/plane", "primitives/triangle", "file/scene-3"}
+    with pytest.raises(AssertionError, match=r"2 measured[\s\S]*primitives/plane: fail RAD-1"):
+        finished.raise_if_failed()
+    with pytest.raises(TypeError, match="neither true nor false"):
+        bool(finished)
+
+
+def test_a_case_has_its_images_and_their_limits(finished: Run) -> None:
+    case = finished.case("file/scene-3")
+    ours, theirs = (case.image("irradiance", name) for name in (None, "analytic"))
+
+    assert ours.dtype == np.float64
+    assert np.array_equal(ours, 2 * theirs)
+    assert (np.abs(ours - theirs) > case.limit("irradiance")).any(axis=-1).sum() > 500
+    with pytest.raises(LookupError, match="no renderer 'pbrt'; known: exec, analytic"):
+        case.image("radiance", "pbrt")
+    with pytest.raises(LookupError, match="no case 'primitives/spher'"):
+        finished.case("primitives/spher")
+
+
+def test_a_notebook_shows_coverage_causes_and_pictures(finished: Run) -> None:
+    shown = finished._repr_html_()
+
+    assert shown.index("2 measured") < shown.index("2 pi instead of 4 pi") < shown.index("data:image/png;base64,")
+    assert shown.count("<img") == 2
+    assert "<td>primitives/triangle</td>" in shown
+
+
+def test_two_runs_are_compared(finished: Run, tmp_path: Path) -> None:
+    record = json.loads((finished.folder / "results.json").read_text())
+    for case in record["cases"]:
+        case["verdict"] = "pass"
+    (tmp_path / "results.json").write_text(json.dumps(record))
+
+    told = rayproof.compare(finished, tmp_path)
+
+    assert {row["case"] for row in told.rows} >= {"primitives/plane", "file/scene-3"}
+    with pytest.raises(ValueError, match="only be compared with another run"):
+        rayproof.compare(finished, "sphere/haines")
+
+
+def test_formulas_are_compared() -> None:
+    told = rayproof.compare("sphere/haines", "sphere/textbook", ["primitives/sphere"], repetitions=9)
+
+    assert str(told) == told.record["verdict"]
+    assert [row["family"] for row in told.rows] == ["primitives"]
+
+
+def test_what_the_command_refuses_is_refused_in_its_words() -> None:
+    with pytest.raises(ValueError, match=r"^no case matches 'no/such'"):
+        rayproof.run(["no/such"])
+    with pytest.raises(ValueError, match="no case is named"):
+        rayproof.run([])
+    with pytest.raises(ValueError, match="the subject is none"):
+        rayproof.run(["primitives/plane"], stages=["radiance"])
+
+
+def test_ctrl_c_reaches_the_run_and_loses_nothing(tmp_path: Path) -> None:
+    def slow(scene: Scene, stages: Sequence[Stage]) -> dict[str, np.ndarray]:
+        if len(called) == 1:
+            threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+            time.sleep(0.4)
+        called.append(scene)
+        return rayproof.oracle(scene, [stage.value for stage in stages])
+
+    called: list[Scene] = []
+    with pytest.raises(KeyboardInterrupt):
+        rayproof.run(["primitives"], slow, out=tmp_path / "out", jobs=1, quiet=True)
+    assert json.loads((tmp_path / "out" / "results.json").read_text())["finished"] is False
+
+
+def test_a_script_without_a_guard_is_run_once(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        dedent("""
+        import rayproof
+        with open("count", "a") as file:
+            file.write("once ")
+        rayproof.run(["primitives/plane"], configurations=["float32"], quiet=True).raise_if_failed()
+        print("passed")
+        """)
+    )
+
+    ended = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True)
+
+    assert (ended.returncode, ended.stdout) == (0, "passed\n"), ended.stderr
+    assert (tmp_path / "count").read_text() == "once "
