@@ -152,7 +152,7 @@ class CaseResult(_NoTruth):
             LookupError: there is no such renderer here.
 
         """
-        from rayproof.reports.api.judging import limit_of
+        from rayproof.reports.api.limits import limit_of
 
         (wanted,) = image_stages([stage])
         name = self._known(renderer)
