@@ -80,8 +80,11 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     """Return what one precision leaves undecided before any shadow epsilon is counted."""
     c, edges = about.conditioning, about.edges
     with np.errstate(divide="ignore", invalid="ignore"):
-        # An outline shifts by its rays' error and by its points' error seen from the eye.
-        reach = (limits.end_to_end[Stage.RAY] + g(HIT) * np.maximum(about.seen, about.cut)) / c.pixel_angle
+        # An outline shifts by its rays' error and by its points' error seen from the eye; clipping's, near it alone.
+        seen = g(HIT) * about.seen
+        for angle, leaning in about.cut:
+            seen = np.maximum(seen, np.where(leaning <= 2 * g(HIT) * angle, g(HIT) * angle, 0.0))
+        reach = (limits.end_to_end[Stage.RAY] + seen) / c.pixel_angle
     # How far apart along the ray two surfaces may seem for rounding alone: the errors of both distances.
     depth = limits.end_to_end[Stage.DISTANCE].copy()
     for here, other in about.behind:

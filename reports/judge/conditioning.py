@@ -251,6 +251,37 @@ def error_at_eye(shape: Shape, eye: np.ndarray) -> float:
     return float(surface_error(shape, eye, eye))
 
 
+def facing(shape: Shape, eye: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the planes of a shape's faces: unit normals (n, 3), how far [m] off the eye (3,), and curvatures [1/m].
+
+    Of a sphere it is the plane that touches it where the way from its centre to the eye leaves it.
+    """
+    if isinstance(shape, Triangle | Mesh):
+        faces = world_triangles(shape).astype(np.float64)
+        faces = faces[_least_height(faces) > 0]
+        normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+        normals = normals / length(normals)[:, np.newaxis]
+        return normals, np.abs(dot(eye - faces[:, 0], normals)), np.zeros(len(faces))
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    inverse = np.linalg.inv(matrix[:3, :3])
+    local = inverse @ (eye - matrix[:3, 3])
+    bend = 0.0
+    if isinstance(shape, Sphere):
+        singular = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+        bend = singular[0] / (singular[2] ** 2 * shape.radius)
+        away = local - np.asarray(shape.center)
+        out = float(np.linalg.norm(away))
+        axes = away[np.newaxis] / out if out else np.array([[0.0, 0.0, 1.0]])
+        heights = np.array([out - shape.radius])
+    elif isinstance(shape, Cube):
+        axes, heights = np.eye(3), np.abs(local) - 0.5
+    else:
+        axes, heights = np.array([[0.0, 0.0, 1.0]]), local[2:]
+    normals = axes @ inverse
+    sizes = length(normals)
+    return normals / sizes[:, np.newaxis], np.abs(heights) / sizes, np.full(len(axes), bend)
+
+
 def _longest_edge(faces: np.ndarray) -> np.ndarray:
     """Return the longest edge of triangles (n, 3, 3) [m]."""
     return largest(length(faces - np.roll(faces, 1, axis=1)))

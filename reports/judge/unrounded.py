@@ -9,9 +9,11 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Cube, PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.channels import dot, length
-from rayproof.reports.judge.conditioning import Conditioning, error_at_eye, surface_error
+from rayproof.reports.judge.conditioning import Conditioning, error_at_eye, facing, surface_error
 from rayproof.reports.judge.edges import Edges
 from rayproof.reports.judge.sides import widest_near
+
+MOST_FACES = 64  # of a mesh near the eye, whose planes are looked at one by one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,17 +73,29 @@ class Unrounded:
         return tuple(error_at_eye(shape, eye) for shape in self.scene.shapes)
 
     @cached_property
-    def cut(self) -> float:
-        """Return the angle [rad per roundoff] by which a surface closer to the eye than clipping begins may seem off.
+    def cut(self) -> tuple[tuple[float, np.ndarray], ...]:
+        """Return by what angle [rad per roundoff] each surface closer to the eye than clipping begins may seem off.
 
-        Where clipping lets it begin, the eye sees it at that distance, and hardly anything of it may be in the image.
+        Where clipping lets it begin, the eye sees it at that distance. Beside it how much [rad] (height, width) each
+        ray leans away from the surface more than one that meets it there: a ray at that angle from the surface's plane
+        has left it by then, and no part of it is seen.
         """
         near = self.scene.camera.near
         if self.scene.clip == "none":
-            return 0.0
-        eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
-        close = [shape for shape, gap in zip(self.scene.shapes, self.edges.eye_gaps, strict=True) if gap < near]
-        return max((error_at_eye(shape, eye) for shape in close), default=0.0) / near
+            return ()
+        eye, rays = np.asarray(self.scene.camera.eye, dtype=np.float64), self.truth[Stage.RAY]
+        found = []
+        for shape, gap in zip(self.scene.shapes, self.edges.eye_gaps, strict=True):
+            if gap < near:
+                normals, offsets, bends = facing(shape, eye)
+                close = offsets < near
+                leaning = np.full(rays.shape[:2], np.inf)
+                for normal, offset, bend in zip(normals[close], offsets[close], bends[close], strict=True):
+                    leaning = np.minimum(leaning, np.abs(rays @ normal) - offset / near - near * bend)
+                # Too many to tell apart, or none that is flat enough to have a plane: it may be seen anywhere.
+                told = 0 < np.count_nonzero(close) <= MOST_FACES
+                found.append((error_at_eye(shape, eye) / near, leaning if told else np.zeros(rays.shape[:2])))
+        return tuple(found)
 
     @cached_property
     def blocker(self) -> float:

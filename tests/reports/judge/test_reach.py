@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from rayproof.cases.families import select
-from rayproof.cases.scene import Sphere
+from rayproof.cases.scene import Cube, Plane, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.bench import Bench
-from rayproof.reports.judge.conditioning import aim_condition, basis_condition, error_at_eye, ray_condition
+from rayproof.reports.judge.conditioning import aim_condition, basis_condition, error_at_eye, facing, ray_condition
 from rayproof.reports.judge.examined import Kind
 from rayproof.reports.judge.ground import ground
 from rayproof.reports.judge.oracle import stages_of
@@ -113,3 +113,29 @@ def test_where_two_surfaces_coincide_a_position_is_not_excused_by_its_neighbourh
 
     assert terms.twins[row, column]
     assert found.kinds[row, column] == Kind.WRONG
+
+
+def test_clipping_makes_outlines_of_a_surface_at_the_eye_only_along_its_plane():
+    # Both eyes are on a surface. The telescope looks away from its plane, the other image along it.
+    away, along = terms_of("random/2/58"), terms_of("random/2/18")
+
+    assert not away.classes.outline.any()
+    assert 0 < np.mean(along.classes.outline) < 0.05
+    angle, leaning = along.ground._unrounded.cut[0]
+    assert angle > 0
+    assert leaning.min() < 0 < np.median(leaning)
+
+
+@pytest.mark.parametrize("kind", [Sphere, Cube, Square, Plane])
+def test_the_plane_that_a_shape_turns_to_the_eye_is_where_its_surface_is(kind):
+    matrix = ((2.0, 0.3, 0.0, 1.0), (0.0, 1.5, 0.2, -2.0), (0.1, 0.0, 0.7, 0.5), (0.0, 0.0, 0.0, 1.0))
+    shape = kind(albedo=(0.5, 0.5, 0.5), to_world=matrix)
+    local = np.array((0.0, 0.6, 0.8)) if kind is Sphere else np.array((0.2, -0.1, 0.5 if kind is Cube else 0.0))
+    point = np.asarray(matrix)[:3, :3] @ local + np.asarray(matrix)[:3, 3]
+
+    normals, offsets, _ = facing(shape, point)
+    nearest = int(np.argmin(offsets))
+    lifted = facing(shape, point + 1e-3 * normals[nearest])[1][nearest]
+
+    assert offsets[nearest] < 1e-12
+    assert lifted == pytest.approx(1e-3, rel=1e-2)
