@@ -30,7 +30,7 @@ class Given:
     parameter: float  # the estimated parameter of a mistake that has one, else 0
 
 
-Wrong = Callable[[Given], np.ndarray]
+Wrong = Callable[[Given], np.ndarray]  # NaN where rounding alone says what such a renderer answers
 # A renderer's image laid over the asked one's pixels, and the answers that fill what it does not cover.
 Laid = Callable[[Answers, Answers], Answers]
 

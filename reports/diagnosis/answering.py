@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rayproof.cases.answers import Answers
+from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene, SceneError
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Given, Way
@@ -80,6 +81,8 @@ def _answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
     if answers is right.answers:
         return Answered(scene=scene, answers=answers, limits=right.limits, edge=right.edge)
     found = _answered(scene, answers, plain)
+    if scene == right.scene and Stage.VISIBILITY in answers:
+        found = replace(found, edge=found.edge | _by_a_light_on_a_surface(scene, answers, right.answers))
     if Stage.RADIANCE in way.stages and Stage.RADIANCE in plain:
         widened = _over_its_limit(scene, found, plain, way)
         return replace(found, limits={**found.limits, **widened})
@@ -179,6 +182,7 @@ def _answered(scene: Scene, answers: Answers, plain: Answers) -> Answered:
         bound = dict(
             limits(scene, answers, condition(scene, answers), Roundoff(PRECISION), by_matrices=False).end_to_end
         )
+        bound = {stage: np.abs(limit) for stage, limit in bound.items()}  # behind the eye a distance is negative
         for stage, image in answers.items():
             size = np.abs(image)
             if stage in (Stage.OBJECT, Stage.VISIBILITY):
@@ -201,6 +205,25 @@ def _answered(scene: Scene, answers: Answers, plain: Answers) -> Answered:
     return Answered(scene=scene, answers=answers, limits=bound, edge=_edges(answers))
 
 
+def _by_a_light_on_a_surface(scene: Scene, answers: Answers, right: Answers) -> np.ndarray:
+    """Return the pixels whose view of a light is not the right one, where that light lies on a surface.
+
+    From the other side than the right one, rounding alone says whether the surface that holds a light blocks it.
+    """
+    held = [_on_a_surface(scene, np.asarray(light.position, dtype=np.float64)) for light in scene.lights]
+    return np.any((answers[Stage.VISIBILITY] != right[Stage.VISIBILITY]) & np.array(held, dtype=bool), axis=-1)
+
+
+def _on_a_surface(scene: Scene, point: np.ndarray) -> bool:
+    """Say whether a surface passes a point [m] within the rounding of float32: some axis then crosses it that near."""
+    from rayproof.reference.analytic.surfaces import surface_of
+
+    reach = np.full(3, np.sqrt(3) * gamma(16, precision=PRECISION) * (1 + float(np.linalg.norm(point))))
+    return any(
+        bool(np.isfinite(surface_of(shape).first(point, np.eye(3), -reach, reach)[0]).any()) for shape in scene.shapes
+    )
+
+
 def _over_its_limit(scene: Scene, found: Answered, plain: Answers, way: Way) -> dict[Stage, np.ndarray]:
     """Return radiance's limit under a curve: the farthest that the curve's value moves within the plain limit."""
     wrong = way.stages[Stage.RADIANCE]
@@ -219,10 +242,10 @@ def _over_its_limit(scene: Scene, found: Answered, plain: Answers, way: Way) -> 
 
 
 def _edges(answers: Answers) -> np.ndarray:
-    """Return the pixels beside which another object, face or light is seen."""
+    """Return the pixels beside which another object, face or light is seen, and those that a way leaves open: NaN."""
     images = [answers[Stage.OBJECT]] + ([answers[Stage.VISIBILITY]] if Stage.VISIBILITY in answers else [])
     state = np.concatenate(images, axis=-1)
-    found = np.zeros(state.shape[:2], dtype=bool)
+    found = np.isnan(state).any(axis=-1)
     for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
         height, width = state.shape[:2]
         left = slice(max(0, -right), width - max(0, right))

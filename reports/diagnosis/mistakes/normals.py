@@ -6,16 +6,21 @@ So each of these mistakes has both ways.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.scene import Cube, Mesh, Shape, Sphere, Triangle
+from rayproof.cases.scene import Cube, Shape, Sphere
 from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
 from rayproof.reports.judge.channels import dot, length
 
 # From a shape, points on it and its outward unit normals in the world (n, 3) to the wrong outward normals.
 Turned = Callable[[Shape, np.ndarray, np.ndarray], np.ndarray]
+
+
+IN_THE_FACE = 1e-6  # of a normal's length: so little of it stands off a face that a float's rounding turns it over
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
@@ -47,13 +52,10 @@ def _wrong(turned: Turned, *, facing: str = "viewer") -> Wrong:
     def normals(given: Given) -> np.ndarray:
         objects, rays = given.answers[Stage.OBJECT][..., 0], given.answers[Stage.RAY]
         found = np.array(given.right, dtype=np.float64)
+        outwards = _outward(given)
         for index, shape in enumerate(given.scene.shapes):
             here = objects == index
-            outward = given.right[here]
-            if shape.two_sided:
-                # Whether it was turned, the right stage does not say: either way leads to the same line.
-                outward = outward * _outward_side(shape, given.answers[Stage.POSITION][here], outward)
-            wrong = turned(shape, given.answers[Stage.POSITION][here], outward)
+            wrong = turned(shape, given.answers[Stage.POSITION][here], outwards[here])
             away = dot(wrong, rays[here]) > 0
             turns = away & (shape.two_sided if facing == "viewer" else facing == "always")
             found[here] = np.where(turns[:, np.newaxis], -wrong, wrong)
@@ -62,33 +64,31 @@ def _wrong(turned: Turned, *, facing: str = "viewer") -> Wrong:
     return normals
 
 
-def _outward_side(shape: Shape, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Return 1 where normals of a shape point outward, else -1: told by its middle, of flat ones by +z or winding."""
-    if isinstance(shape, Sphere | Cube):
-        middle = np.asarray(getattr(shape, "center", (0.0, 0.0, 0.0)))
-        outside = _points(shape, positions) - middle
-        side = dot(outside, _local(shape, normals))
-    elif isinstance(shape, Triangle | Mesh):
-        return np.ones((len(normals), 1))
-    else:
-        side = _local(shape, normals)[..., 2]
-    return np.where(side < 0, -1.0, 1.0)[:, np.newaxis]
+def _outward(given: Given) -> np.ndarray:
+    """Return the right normals before any is turned towards the viewer: those of one-sided surfaces."""
+    if not any(shape.two_sided for shape in given.scene.shapes):
+        return given.right
+    shapes = tuple(replace(shape, two_sided=False) for shape in given.scene.shapes)
+    return Analytic().continue_from(replace(given.scene, shapes=shapes), Stage.NORMAL, given.answers)
 
 
 def _blocked_by_its_own_face(given: Given) -> np.ndarray:
-    """Return visibility where a feeler that starts on the wrong side of the face that it leaves meets that face."""
+    """Return visibility where a feeler that starts on the wrong side of the face that it leaves meets that face.
+
+    Along a normal that lies in the face it starts on the face, within rounding, which alone says what it meets: NaN.
+    """
     true, wrong = _true_normals(given), given.answers[Stage.NORMAL]
     found = np.array(given.right, dtype=np.float64)
-    starts = np.sign(dot(wrong, true))
+    along = dot(wrong, true)
+    starts = np.where(np.abs(along) < IN_THE_FACE, np.nan, np.sign(along))
     for index, light in enumerate(given.scene.lights):
         above = np.sign(dot(true, np.asarray(light.position) - given.answers[Stage.POSITION]))
-        found[..., index] = np.where(starts * above >= 0, found[..., index], 0.0)
+        seen = np.where(starts * above >= 0, found[..., index], 0.0)
+        found[..., index] = np.where(np.isnan(starts) & (found[..., index] > 0), np.nan, seen)
     return found
 
 
 def _true_normals(given: Given) -> np.ndarray:
-    from rayproof.reference.analytic import Analytic
-
     return Analytic().continue_from(given.scene, Stage.NORMAL, given.answers)
 
 
