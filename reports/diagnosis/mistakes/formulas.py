@@ -5,6 +5,8 @@ alone that is met by its half vectors. So each is tried beside squares of either
 """
 
 from rayproof.reports.diagnosis import MISTAKES, Mistake, Way
+from rayproof.reports.diagnosis.mistakes.shapes import LARGER_ROOTS
+from rayproof.reports.diagnosis.object_space import FORWARD, MOVED, RENORMALISED
 from rayproof.tracer.catalogue import FORMULAS, Formula
 
 # Those that a stranger makes, in words; the rest says what its formula says.
@@ -77,6 +79,14 @@ ELSEWHERE = frozenset(
         "feeler/fault_wide_offset", "nearest/fault_first", "nearest/fault_last",
     }
 )  # fmt: skip
+# The same mistake of other renderers: that take the normal where the ray meets the shape in object space; and whose
+# feelers ask for any hit, so that both roots count for them.
+ELSE = {
+    "renormalised_direction": RENORMALISED,
+    "moved_direction": MOVED,
+    "forward_matrix": FORWARD,
+    "far_root": LARGER_ROOTS,
+}
 SQUARES = ("local", "half_vectors")
 
 
@@ -88,7 +98,10 @@ def _wanted(formula: Formula) -> bool:
 for _formula in (one for one in FORMULAS.values() if _wanted(one)):
     _name, _says = SAYS.get(_formula.name, (_formula.name, f"computes as the wrong formula {_formula.name} does"))
     _own = {_formula.slot: _formula.variant}
+    _beside = (ELSE[_name],) if _name in ELSE else ()
     _around = [{}] if _formula.slot == "square" else [{"square": square} for square in SQUARES]
     MISTAKES.register(_name)(
-        Mistake(says=_says, items=_formula.covers, ways=tuple(Way(formulas=_own | around) for around in _around))
+        Mistake(
+            says=_says, items=_formula.covers, ways=(*(Way(formulas=_own | around) for around in _around), *_beside)
+        )
     )

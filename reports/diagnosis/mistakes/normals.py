@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.scene import Cube, Shape, Sphere
+from rayproof.cases.scene import Cube, Mesh, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
@@ -99,16 +99,36 @@ def _seen_as_before(given: Given) -> np.ndarray:
     return np.where(seen[..., np.newaxis], given.answers[Stage.EXITANCE] * scale, 0.0)
 
 
-def _register(name: str, says: str, items: tuple[str, ...], wrong: Wrong) -> None:
-    plain = {Stage.NORMAL: wrong}
-    own = plain | {Stage.VISIBILITY: _blocked_by_its_own_face}
+def _register(name: str, says: str, items: tuple[str, ...], *wrongs: Wrong) -> None:
+    """Register a mistake that has one image for each of `wrongs`, and for each right formula around it."""
     seen = {Stage.RADIANCE: _seen_as_before}
-    ways = tuple(Way(stages=stages) for stages in (plain, own, plain | seen, own | seen))
-    MISTAKES.register(name)(Mistake(says=says, items=items, ways=ways))
+    ways = []
+    for wrong in wrongs:
+        plain = {Stage.NORMAL: wrong}
+        own = plain | {Stage.VISIBILITY: _blocked_by_its_own_face}
+        ways += [Way(stages=stages) for stages in (plain, own, plain | seen, own | seen)]
+    MISTAKES.register(name)(Mistake(says=says, items=items, ways=tuple(ways)))
 
 
 def _of(kind: type[Shape], turned: Turned) -> Turned:
     return lambda shape, points, outward: turned(shape, points, outward) if isinstance(shape, kind) else outward
+
+
+def _by_cross_products(wrong: Wrong) -> Wrong:
+    """Return normals that for faces of triangles were begun with the cross product of two edges, of twice its area."""
+
+    def normals(given: Given) -> np.ndarray:
+        found, objects = wrong(given), given.answers[Stage.OBJECT]
+        for index, shape in enumerate(given.scene.shapes):
+            if isinstance(shape, Triangle | Mesh):
+                here = objects[..., 0] == index
+                corners = np.asarray(shape.vertices, dtype=np.float64)
+                faces = corners[shape.faces] if isinstance(shape, Mesh) else corners[np.newaxis]
+                area = length(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]))
+                found[here] *= area[objects[here][:, 1].astype(int), np.newaxis]
+        return found
+
+    return normals
 
 
 def _without_center(shape: Shape, positions: np.ndarray, outward: np.ndarray) -> np.ndarray:
@@ -150,6 +170,7 @@ _register(
     "does not normalise the world normal",
     ("NRM-3",),
     _wrong(lambda shape, points, outward: _world(shape, _local(shape, outward))),
+    _by_cross_products(_wrong(lambda shape, points, outward: _world(shape, _local(shape, outward)))),
 )
 _register(
     "normal_to_viewer",

@@ -13,6 +13,7 @@ from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
 
 FAR = 1e12  # m: as good as no far end
 NEAR = 1e-12  # m
+ON_IT = 1e-6  # of a sphere's radius: a point so near to its surface is on it
 
 
 def _each(change: Callable[[Shape], Shape]) -> Callable[[Scene], Scene]:
@@ -91,6 +92,66 @@ def _along_lines(given: Given) -> tuple[np.ndarray, np.ndarray]:
         objects[nearer, 0], objects[nearer, 1] = index, face[nearer]
     size = rays.shape[:2]
     return objects.reshape(*size, 2), best.reshape(*size, 1)
+
+
+def _smaller_roots(given: Given) -> tuple[np.ndarray, np.ndarray]:
+    """Return the hits where of a sphere's two crossings the first counts or none, wherever the second lies."""
+    rays = given.answers[Stage.RAY]
+    flat, eye = rays.reshape(-1, 3), np.asarray(given.scene.camera.eye, dtype=np.float64)
+    low, high = clip_interval(given.scene, flat)
+    best, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
+    for index, shape in enumerate(given.scene.shapes):
+        surface, start = surface_of(shape), np.full_like(low, -np.inf) if isinstance(shape, Sphere) else low
+        crossing, face = surface.first(eye, flat, start, high)
+        crossing = np.where(crossing > low, crossing, np.inf)
+        nearer = crossing < best
+        best = np.where(nearer, crossing, best)
+        objects[nearer, 0], objects[nearer, 1] = index, face[nearer]
+    return objects.reshape(*rays.shape[:2], 2), best.reshape(*rays.shape[:2], 1)
+
+
+def _larger_roots(given: Given) -> tuple[np.ndarray, np.ndarray]:
+    """Return the hits where of a sphere's crossings inside the clip interval the larger counts."""
+    rays = given.answers[Stage.RAY]
+    flat, eye = rays.reshape(-1, 3), np.asarray(given.scene.camera.eye, dtype=np.float64)
+    low, high = clip_interval(given.scene, flat)
+    best, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
+    for index, shape in enumerate(given.scene.shapes):
+        if isinstance(shape, Sphere):  # of the same line the other way, the first
+            crossing = -surface_of(shape).first(eye, -flat, -high, -low)[0]
+            crossing, face = np.where(np.isfinite(crossing), crossing, np.inf), np.zeros(len(flat))
+        else:
+            crossing, face = surface_of(shape).first(eye, flat, low, high)
+        nearer = crossing < best
+        best = np.where(nearer, crossing, best)
+        objects[nearer, 0], objects[nearer, 1] = index, face[nearer]
+    return objects.reshape(*rays.shape[:2], 2), best.reshape(*rays.shape[:2], 1)
+
+
+LARGER_ROOTS = Way(
+    stages={Stage.OBJECT: lambda given: _larger_roots(given)[0], Stage.DISTANCE: lambda given: _larger_roots(given)[1]}
+)
+
+
+def _seen_out_of_spheres(given: Given) -> np.ndarray:
+    """Return visibility; open is what a sphere that holds the point hides, for its first root is behind the point."""
+    found = np.array(given.right, dtype=np.float64)
+    positions = given.answers[Stage.POSITION]
+    points = positions.reshape(-1, 3)
+    inside = np.zeros(len(points), dtype=bool)
+    for shape in given.scene.shapes:
+        if isinstance(shape, Sphere):
+            matrix = np.asarray(shape.to_world, dtype=np.float64)
+            local = (points - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T - np.asarray(shape.center)
+            inside |= np.linalg.norm(local, axis=-1) < (1 + ON_IT) * shape.radius
+    own = inside.reshape(positions.shape[:2])[..., np.newaxis]
+    return np.where(own & (found == 0) & _above(given), np.nan, found)
+
+
+def _above(given: Given) -> np.ndarray:
+    hit = given.answers[Stage.OBJECT][..., 0] >= 0
+    offsets = [np.asarray(light.position) - given.answers[Stage.POSITION] for light in given.scene.lights]
+    return np.stack([hit & (np.sum(given.answers[Stage.NORMAL] * one, axis=-1) > 0) for one in offsets], axis=-1)
 
 
 def _in_order(*, last: bool) -> dict[Stage, Wrong]:
@@ -195,6 +256,22 @@ MISTAKES.register("behind_the_eye")(
         says="takes hits behind the eye",
         items=("HIT-2",),
         ways=(Way(stages={Stage.OBJECT: _behind, Stage.DISTANCE: _behind_distance}),),
+    )
+)
+
+MISTAKES.register("small_root_only")(
+    Mistake(
+        says="takes the sphere's smaller root or none, though the larger one may be inside the clip interval",
+        items=("HIT-1",),
+        ways=(
+            Way(
+                stages={
+                    Stage.OBJECT: lambda given: _smaller_roots(given)[0],
+                    Stage.DISTANCE: lambda given: _smaller_roots(given)[1],
+                    Stage.VISIBILITY: _seen_out_of_spheres,
+                }
+            ),
+        ),
     )
 )
 
