@@ -79,6 +79,7 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
     if not left and pairs and len(screen[0].stages) > 1:
         left = _pairs(hypotheses, screen, rest, passing[:PASSING], clock)
     left = _settled(left, [*failing, *passing], clock)
+    left = _uncontradicted(left, [*failing, *passing], clock)
     return Searched(
         found=tuple(left),
         tried=len({name for one in hypotheses for name in one.mistakes}),
@@ -186,6 +187,24 @@ def _settled(left: list[Found], cases: Sequence[Evidence], clock: Clock) -> list
         kept = []
         for one in left:
             tally = trial(case, one.hypothesis.way)
+            if tally is None or tally.fits:
+                tallies = one.tallies if tally is None else {**one.tallies, case.case: tally}
+                kept.append(Found(hypothesis=one.hypothesis, tallies=tallies))
+        left = kept
+    return left
+
+
+def _uncontradicted(left: list[Found], cases: Sequence[Evidence], clock: Clock) -> list[Found]:
+    """Return those that no case contradicts of all there are, as far as there is time.
+
+    A mistake that nobody knows may look like a known one in most cases.
+    """
+    for case in cases:
+        if clock.over:
+            break
+        kept = []
+        for one in left:
+            tally = one.tallies.get(case.case) or trial(case, one.hypothesis.way)
             if tally is None or tally.fits:
                 tallies = one.tallies if tally is None else {**one.tallies, case.case: tally}
                 kept.append(Found(hypothesis=one.hypothesis, tallies=tallies))
