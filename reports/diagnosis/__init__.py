@@ -11,6 +11,7 @@ and if enough pixels tell that way from the right answer. docs/diagnosis.md says
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
+
+if TYPE_CHECKING:
+    from rayproof.reports.diagnosis.trial import Evidence
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +67,8 @@ class Mistake:
     ways: tuple[Way, ...]
     fit: Fit | None = None
     named: Mapping[float, str] = field(default_factory=dict)  # phrases for parameters that have a name
+    # Where roundings decide the pixels: whether a case looks so, contradicts it, or says nothing.
+    seen: "Callable[[Evidence], bool | None] | None" = None
 
     def __post_init__(self) -> None:
         if not self.ways:

@@ -20,6 +20,7 @@ from rayproof.reports.judge.outcomes import Outcome
 from rayproof.reports.publish.encoding import inflated
 from rayproof.reports.publish.kept import inside, kept_images
 
+GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.VISIBILITY)]
 LARGEST = 2000  # faces: of a larger mesh nearly every pixel is an edge, and edges prove nothing
 FOR_BLAME = 4.0  # s of processor time that the search for a cause leaves
 MOST_OTHERS = 30  # cases beyond the run that are asked whether they tell two mistakes apart
@@ -175,7 +176,7 @@ def _others(run: set[str], stages: Sequence[Stage], oracle: Analytic) -> list[Ev
             continue
 
         def images(scene: Scene = case.scene) -> dict[Stage, np.ndarray]:
-            answers = oracle.render(scene, [stage for stage in stages if scene.lights or stage < Stage.VISIBILITY])
+            answers = oracle.render(scene, [stage for stage in stages if scene.lights or stage in GEOMETRY])
             return dict(answers)
 
         found.append(

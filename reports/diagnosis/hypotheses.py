@@ -37,6 +37,8 @@ def singles(evidence: Sequence[Evidence]) -> Iterator[Hypothesis]:
     """Yield every mistake in each of its ways; those with a parameter as the evidence estimates it, if it does."""
     for name in MISTAKES:
         mistake = MISTAKES[name]
+        if mistake.seen is not None:
+            continue
         parameters = {}
         if mistake.fit is not None:
             estimate = estimated(mistake.fit, mistake.ways[0], evidence)

@@ -54,7 +54,6 @@ SAME: Mapping[str, tuple[str, ...]] = {
     "pi_twice": ("factor_of_exitance", "factor_of_irradiance"),
     "two_for_pi": ("factor_of_exitance_physical", "factor_of_irradiance_physical"),
     "factor_1_3": ("factor_of_exitance", "factor_of_irradiance"),
-    "beyond_the_light": ("beyond_the_light_by_rays",),
 }
 STAGED, ALONE = "all stages", "radiance alone"
 
@@ -222,7 +221,7 @@ def _classes(one: Outcome) -> set[str]:
 
 
 def measure(*, jobs: int, quick: bool, only: str = "*") -> dict[str, Any]:
-    """Return the figures over every switch of the program that a pattern names; of one in eight of them if `quick`.
+    """Return the figures over every switch of the program that patterns with commas name; of one in eight of them if `quick`.
 
     What is said of a switch is printed as soon as it is known.
 
@@ -236,7 +235,9 @@ def measure(*, jobs: int, quick: bool, only: str = "*") -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         program = built(folder)
-        switches = [one for one in [("", False), *listed(program)] if fnmatch(one[0], only)]
+        switches = [
+            one for one in [("", False), *listed(program)] if any(fnmatch(one[0], name) for name in only.split(","))
+        ]
         if not switches:
             raise LookupError(f"no mistake of {SOURCE.name} is called {only!r}")
         if quick:

@@ -82,6 +82,9 @@ def _preference(found: Found) -> tuple[int, bool, int]:
 
 
 def _explains(found: Found, case: Evidence) -> bool:
+    seen = MISTAKES[found.hypothesis.mistakes[0]].seen
+    if seen is not None:
+        return seen(case) is True
     tally = found.tallies.get(case.case)
     if tally is None:
         tally = trial(case, found.hypothesis.way)

@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.hypotheses import Hypothesis, singles, together
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, trial
 
 SCREENING = 3  # failing cases that every hypothesis meets
 FAILING, PASSING = 10, 10  # cases that what is left meets
 LEAST_TELLING = 30  # pixels that tell a hypothesis from the right answer and agree with it
+LEAST_SEEN = 3  # failing cases that look like a mistake whose pixels roundings decide
 FIRST_MISTAKES = 4  # hypotheses of the first wrong stage that pairs begin with
 
 
@@ -79,7 +81,7 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
     if not left and pairs and len(screen[0].stages) > 1:
         left = _pairs(hypotheses, screen, rest, passing[:PASSING], clock)
     left = _settled(left, [*failing, *passing], clock)
-    left = _uncontradicted(left, [*failing, *passing], clock)
+    left = _uncontradicted(left, [*failing, *passing], clock) or _seen(failing)
     return Searched(
         found=tuple(left),
         tried=len({name for one in hypotheses for name in one.mistakes}),
@@ -210,6 +212,20 @@ def _uncontradicted(left: list[Found], cases: Sequence[Evidence], clock: Clock) 
                 kept.append(Found(hypothesis=one.hypothesis, tallies=tallies))
         left = kept
     return left
+
+
+def _seen(failing: Sequence[Evidence]) -> list[Found]:
+    """Return the mistakes that are told by how they look, where a few failing cases look so and none contradicts."""
+    found = []
+    for name in MISTAKES:
+        seen = MISTAKES[name].seen
+        if seen is None:
+            continue
+        looks = [seen(case) for case in failing]
+        if False not in looks and looks.count(True) >= min(LEAST_SEEN, len(failing)):
+            one = Hypothesis(mistakes=(name,), parameters={}, way=MISTAKES[name].ways[0])
+            found.append(Found(hypothesis=one, tallies={}))
+    return found
 
 
 def apart(found: Sequence[Found], cases: Sequence[Evidence]) -> Callable[[Found, Found], str | None]:

@@ -54,13 +54,12 @@ SAYS = {
         "normal_by_winding",
         "derives normals from the winding in the world, which a mirror turns round",
     ),
-    "segment/endless": ("beyond_the_light_by_rays", "lets shapes behind a light cast shadows"),
     "obstructed/fault_nearer_than_light": ("half_way", "lets only the nearer half of the way to a light be blocked"),
     "horizon/fault_reversed": ("horizon_reversed", "asks the wrong way round whether a light is above the horizon"),
     "position/fault_left_in_object_space": ("position_in_object_space", "leaves hit points in object space"),
     "simplified/fault_over_four_pi": ("four_pi_in_simplified", "divides by 4 pi under the simplified light, too"),
 }
-# Said elsewhere, by the oracle, which has edges and limits of its own; and acne, whose pixels depend on roundings.
+# Said elsewhere, by the oracle, which has edges and limits of its own; and acne, by how it looks.
 ELSEWHERE = frozenset(
     {
         "clip_depth/fault_far_ignored", "clip_depth/fault_near_ignored", "clip_depth/shell", "clip_none/fault_behind",
@@ -73,7 +72,7 @@ ELSEWHERE = frozenset(
         "hidden/fault_never", "lambert/fault_missing", "lambert/fault_squared", "radiance/fault_clamped",
         "radiance/fault_no_pi", "radiance/fault_srgb", "radiance_simplified/fault_over_pi",
         "sum_lights/fault_last_dropped", "sum_lights/fault_mean", "sum_lights/fault_clamped",
-        "ray/fault_not_normalised", "feeler/fault_bare",
+        "ray/fault_not_normalised", "feeler/fault_bare", "segment/endless",
         "half_extent/fault_horizontal_angle", "half_extent/fault_no_aspect", "half_extent/fault_whole_angle",
         "basis/fault_left_handed", "basis/fault_up_as_given", "sample/corner", "ndc/fault_not_flipped",
         "feeler/fault_wide_offset", "nearest/fault_first", "nearest/fault_last",
