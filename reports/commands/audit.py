@@ -35,8 +35,8 @@ def audit(
         Also write audit.json to this file.
     diagnose
         Measure instead how many mistakes are named rightly: build the C++ example that makes any of over a hundred
-        mistakes on request, and diagnose each, or those that `--only` names. Needs a C++ compiler and some 40 minutes
-        of processor time.
+        mistakes on request, and diagnose each, or those that `--only` names (patterns, with commas). Needs a C++
+        compiler and some 40 minutes of processor time.
 
     """
     if diagnose:

@@ -221,7 +221,7 @@ def _classes(one: Outcome) -> set[str]:
 
 
 def measure(*, jobs: int, quick: bool, only: str = "*") -> dict[str, Any]:
-    """Return the figures over every switch of the program that patterns with commas name; of one in eight of them if `quick`.
+    """Return the figures over the switches that patterns with commas name; of one in eight of them if `quick`.
 
     What is said of a switch is printed as soon as it is known.
 
@@ -235,9 +235,8 @@ def measure(*, jobs: int, quick: bool, only: str = "*") -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         program = built(folder)
-        switches = [
-            one for one in [("", False), *listed(program)] if any(fnmatch(one[0], name) for name in only.split(","))
-        ]
+        wanted = only.split(",")
+        switches = [one for one in [("", False), *listed(program)] if any(fnmatch(one[0], name) for name in wanted)]
         if not switches:
             raise LookupError(f"no mistake of {SOURCE.name} is called {only!r}")
         if quick:

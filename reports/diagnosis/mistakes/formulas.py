@@ -6,7 +6,7 @@ alone that is met by its half vectors. So each is tried beside squares of either
 
 from rayproof.reports.diagnosis import MISTAKES, Mistake, Way
 from rayproof.reports.diagnosis.mistakes.shapes import LARGER_ROOTS
-from rayproof.reports.diagnosis.object_space import FORWARD, MOVED, RENORMALISED
+from rayproof.reports.diagnosis.object_space import FORWARD, MOVED, PARALLELOGRAMS, RENORMALISED, UNIT_A
 from rayproof.tracer.catalogue import FORMULAS, Formula
 
 # Those that a stranger makes, in words; the rest says what its formula says.
@@ -78,13 +78,15 @@ ELSEWHERE = frozenset(
         "feeler/fault_wide_offset", "nearest/fault_first", "nearest/fault_last",
     }
 )  # fmt: skip
-# The same mistake of other renderers: that take the normal where the ray meets the shape in object space; and whose
-# feelers ask for any hit, so that both roots count for them.
+# The same mistake of other renderers: that take the normal where the ray meets the shape in object space; whose feelers
+# ask for any hit, so that both roots count for them, and are no unit vectors; and that have no tree of boxes.
 ELSE = {
     "renormalised_direction": RENORMALISED,
     "moved_direction": MOVED,
     "forward_matrix": FORWARD,
     "far_root": LARGER_ROOTS,
+    "unit_a": UNIT_A,
+    "triangle_no_sum": PARALLELOGRAMS,
 }
 SQUARES = ("local", "half_vectors")
 
