@@ -67,6 +67,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Show error and time of each case over the runs that were kept.",
     ),
     "adapt": ("rayproof.reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
+    "ci": ("rayproof.reports.commands.ci:ci", "Write a workflow that runs rayproof on a CI service."),
     "cache": ("rayproof.reports.commands.cache:cache", "List, verify or clear what earlier runs kept."),
     "soak": (
         "rayproof.reports.commands.soak:soak",

@@ -1,0 +1,91 @@
+"""`rayproof ci`: what a service would run works, and gates; what cannot stand in its file is refused."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+
+from rayproof.reports.commands.ci import REPORT, SERVICES
+from tests.reports.commands.conftest import Rayproof, rayproof
+
+__all__ = ["rayproof"]
+
+SUBJECT = "exec:cp nothing.exr {scene} {output}"
+
+
+def shell_lines(service: str, text: str) -> list[str]:
+    """Return the lines that a service would hand to a shell, as its format has them, but for installing with apt."""
+    if service == "jenkins":
+        return [dedent(body) for body in re.findall(r"sh '''\n(.*?)'''", text, re.DOTALL)]
+    blocks = r"^ +run: \|\n((?: {10}.*\n)+)" if service == "github" else r"^    - \|\n((?: {6}.*\n)+)"
+    return [dedent(body) for body in re.findall(blocks, text, re.MULTILINE)]
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_what_a_service_would_run_fails_by_its_exit_code_and_leaves_a_report(
+    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, service: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    wrong = "float32/sphere=fault_far_root"
+    ended = rayproof("ci", service, "primitives/plane", "--from", "wheels/rayproof.whl")
+    assert (ended.code, ended.error) == (0, "")
+    text = SERVICES[service][1].read_text()
+    lines = shell_lines(service, text)
+    # The command itself, on everybody's PATH where rayproof is installed, and a pip that has nothing to do.
+    command = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
+    programs = {
+        "rayproof": f'exec {shlex.quote(sys.executable)} -c "{command}" "$@" --configuration $CHOSEN',
+        "python": 'if [ "$2" = venv ]; then mkdir -p .rayproof/bin; ln -s "$(command -v python)" .rayproof/bin/; fi',
+    }
+    for name, code in programs.items():
+        (tmp_path / "bin").mkdir(exist_ok=True)
+        (tmp_path / "bin" / name).write_text(f"#!/bin/sh\n{code}\n")
+        (tmp_path / "bin" / name).chmod(0o755)
+    summary = tmp_path / "summary"
+    surroundings = {"PATH": f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}", "GITHUB_STEP_SUMMARY": str(summary)}
+
+    for chosen, code in (("float32", 0), (wrong.replace("sphere=fault_far_root", "plane=fault_sign"), 1)):
+        codes = [
+            subprocess.run(
+                ["bash", "-e", "-c", line], env={**os.environ, **surroundings, "CHOSEN": chosen}, capture_output=True
+            ).returncode
+            for line in lines
+        ]
+        assert max(codes) == code
+        assert Path(REPORT, "index.html").is_file()
+        assert Path(REPORT, "junit.xml").is_file()
+    assert (service == "github") == summary.exists()
+    assert text.count("wheels/rayproof.whl") == 1
+    assert "@" not in re.sub(r"@v\d", "", text)
+
+
+def test_the_subject_and_the_gate_are_in_the_command(rayproof: Rayproof, tmp_path: Path) -> None:
+    file = tmp_path / "job.yml"
+
+    ended = rayproof(
+        "ci", "gitlab", "--from", "git+https://127.0.0.1/rayproof@abc", "--subject", SUBJECT, "--expect", "known.json",
+        "--out", file,
+    )  # fmt: skip
+
+    assert ended.code == 0
+    (line,) = shell_lines("gitlab", file.read_text())
+    line = line.strip()
+    assert shlex.split(line) == [
+        "rayproof", "run", "--out", REPORT, "--subject", SUBJECT, "--expect", "known.json"
+    ]  # fmt: skip
+    again = rayproof("ci", "gitlab", "--from", "x.whl", "--out", file)
+    assert (again.code, again.error.count("\n")) == (2, 1)
+    assert "is not overwritten" in again.error
+
+
+@pytest.mark.parametrize("word", ["a\nb", "it's", "\x1b[31m"])
+def test_what_would_end_a_line_or_a_string_is_refused(rayproof: Rayproof, tmp_path: Path, word: str) -> None:
+    ended = rayproof("ci", "jenkins", "--from", word, "--out", tmp_path / "Jenkinsfile")
+
+    assert (ended.code, ended.error.count("\n")) == (2, 1)
+    assert list(tmp_path.iterdir()) == []
