@@ -3,7 +3,8 @@
 Nothing is imported for it. An import anywhere in a file counts, also inside a function; so does a module named in a
 string ("package.module"), and of a package that lists itself (a registry's, or one that walks its
 modules) everything below. Files that a module names in a string and that lie beside it (findings.json) are part of it.
-What is found is too much rather than too little: a name in a comment or docstring may count as an import.
+What is found is too much rather than too little: a name in a comment or docstring may count as an import. Imports for
+type checkers alone never happen, and do not count: the package's own would bring everything into every key.
 """
 
 import re
@@ -14,6 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]  # of the package `rayproof`
 _FROM = re.compile(r"^[ \t]*from[ \t]+(rayproof(?:\.\w+)*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*import[ \t]+(rayproof(?:\.\w+)*)", re.MULTILINE)
+_FOR_TYPES = re.compile(r"^if TYPE_CHECKING:\n(?:[ \t]+[^\n]*\n|\n)*", re.MULTILINE)
 _NAMED = re.compile(r"[\"'](rayproof(?:\.\w+)+)[\"']")
 _REGISTRY = re.compile(r"package=[\"'](rayproof(?:\.\w+)*)[\"']")
 _LISTS_ITSELF = re.compile(r"\bpkgutil\.\w+\(__path__")
@@ -71,7 +73,7 @@ def _file(module: str) -> Path | None:
 @cache
 def _read(file: Path) -> tuple[tuple[str, ...], tuple[Path, ...]]:
     """Return the names that a file may import, and the files beside it that it names."""
-    text = file.read_text(encoding="utf-8")
+    text = _FOR_TYPES.sub("", file.read_text(encoding="utf-8"))
     names = {*_IMPORT.findall(text), *_NAMED.findall(text)}
     for package, imported in _FROM.findall(text):
         names |= {package, *(f"{package}.{word}" for word in _WORD.findall(imported))}

@@ -9,13 +9,16 @@ from rayproof.reports.cache import guards, judgements, pictures, references
 from rayproof.reports.cache.closure import ROOT, closure
 from rayproof.reports.run import plan
 
+FOR_TYPES = "TYPE_CHECKING"  # under this nothing is imported
 KINDS = {kind.__name__.rpartition(".")[2]: kind.CODE for kind in (guards, judgements, pictures, references, plan)}
 
 
 def imported(path: Path) -> set[Path]:
     """Return the files of ours that one file imports, by Python's parser."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_bytes())):
+    tree = ast.parse(path.read_bytes())
+    tree.body = [node for node in tree.body if not (isinstance(node, ast.If) and ast.unparse(node.test) == FOR_TYPES)]
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -40,6 +43,12 @@ def test_what_a_registry_lists_and_data_beside_a_module_are_part_of_it() -> None
     names = {path.relative_to(ROOT).as_posix() for path in closure(("rayproof.reports.judge.judging",))}
 
     assert {"reports/judge/metrics/root_mean_square.py", "reports/judge/findings.json"} <= names
+
+
+def test_what_the_package_offers_to_type_checkers_is_part_of_no_key() -> None:
+    reports = ROOT / "reports"
+
+    assert not any(path.is_relative_to(reports) for path in closure(("rayproof.tracer.render",)))
 
 
 def test_packages_told_otherwise_are_left_out() -> None:
