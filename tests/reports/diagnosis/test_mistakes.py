@@ -10,6 +10,7 @@ from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis import search as searching
 from rayproof.reports.diagnosis.answering import Answered
 from rayproof.reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated
 from rayproof.reports.diagnosis.search import search
@@ -134,3 +135,13 @@ def test_a_hypothesis_says_both_of_its_mistakes() -> None:
 
     assert " and " in pair.sentence
     assert set(pair.items) == {"RAD-4", "CAM-1"}
+
+
+def test_a_name_is_held_against_every_case_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("SCREENING", "FAILING"):
+        monkeypatch.setattr(searching, name, 1)
+    shown = [under(name, "no_pi") for name in ("primitives/sphere", "primitives/plane")]
+    last = under("inside/sphere", "two_pi")
+    assert ("no_pi",) in [one.hypothesis.mistakes for one in search(shown).found]
+
+    assert search([*shown, last]).found == ()

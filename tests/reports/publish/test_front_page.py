@@ -144,3 +144,24 @@ def test_a_hostile_name_is_text_in_the_list(visit):
     visit.open(q="evil")
 
     assert visit.names() == [legible(HOSTILE)]
+
+
+def test_one_row_a_cause_with_its_cases_and_the_rest_by_what_may_be_to_blame(browser, tmp_path):
+    results = make_folder(tmp_path)
+    explained = ["sphere/sheared", "lights/broken"]
+    cause = {"mistake": "no_pi", "items": ["RAD-4"], "sentence": "The renderer leaves out 1/pi.", "cases": explained}
+    for case in results["cases"]:
+        if case["name"] == "lights/acne":
+            case |= {"item": None, "blamed_items": ["LIT-3", "LIT-5"], "excluded": {"LIT-1": "mesh/empty: visibility"}}
+    publish(tmp_path, results_of(results["cases"]) | {"diagnosis": [cause]})
+    visit = Visit(browser, tmp_path)
+
+    page = visit.open()
+
+    rows = page.locator(".blamed li").all_inner_texts()
+    (row,) = [row for row in rows if cause["sentence"] in row]
+    assert all(name in row for name in explained)
+    assert any("visibility LIT-3 or LIT-5" in row and "lights/acne" in row for row in rows)
+    page = visit.open(case="lights/acne")
+    assert "LIT-1 (by mesh/empty: visibility)" in page.locator("main").inner_text()
+    visit.end()
