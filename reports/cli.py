@@ -30,7 +30,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Accept what fails as known, shrink such a file, hold a run against it.",
     ),
     "report": ("rayproof.reports.commands.report:report", "Publish a results folder again, without rendering."),
-    "list": ("rayproof.reports.commands.list:catalogue", "List cases, formulas, references, metrics or laws."),
+    "list": (
+        "rayproof.reports.commands.list:catalogue",
+        "List cases, formulas, references, metrics, laws or mistakes.",
+    ),
     "show": ("rayproof.reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
     "probe": ("rayproof.reports.commands.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
     "call": (

@@ -1,4 +1,4 @@
-"""`rayproof list`: what there is - cases, formulas, references, metrics, laws - with what each is for."""
+"""`rayproof list`: what there is - cases, formulas, references, metrics, laws, mistakes - with what each is for."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -6,8 +6,10 @@ from typing import Any, Literal
 from rayproof.reports.commands.output import show_table, write_json
 
 
-def catalogue(kind: Literal["cases", "formulas", "references", "metrics", "laws"], *, json: Path | None = None) -> int:
-    """List cases, formulas, references, metrics or laws.
+def catalogue(
+    kind: Literal["cases", "formulas", "references", "metrics", "laws", "mistakes"], *, json: Path | None = None
+) -> int:
+    """List cases, formulas, references, metrics, laws, or the mistakes that a run with failures is searched for.
 
     Parameters
     ----------
@@ -17,7 +19,11 @@ def catalogue(kind: Literal["cases", "formulas", "references", "metrics", "laws"
         Also write the list to this file.
 
     """
-    rows = {"cases": cases, "formulas": formulas, "references": references, "metrics": metrics, "laws": laws}[kind]()
+    kinds = {
+        "cases": cases, "formulas": formulas, "references": references, "metrics": metrics, "laws": laws,
+        "mistakes": mistakes,
+    }  # fmt: skip
+    rows = kinds[kind]()
     write_json(json, {kind: rows})
     columns = list(rows[0]) if rows else []
     show_table(f"{len(rows)} {kind}", columns, [[text(value) for value in row.values()] for row in rows])
@@ -110,6 +116,24 @@ def laws() -> list[dict[str, Any]]:
             "what": first_line(LAWS[name]),
         }
         for name in LAWS
+    ]
+
+
+def mistakes() -> list[dict[str, Any]]:
+    """Describe every known mistake: the items that it concerns, the right formulas of these, what the renderer does."""
+    from rayproof.reports.diagnosis import MISTAKES
+    from rayproof.reports.publish.items import TITLES
+
+    return [
+        {
+            "name": name,
+            "items": list(MISTAKES[name].items),
+            "ways": len(MISTAKES[name].ways),
+            "estimated": MISTAKES[name].fit is not None,
+            "about": [TITLES[item] for item in MISTAKES[name].items],
+            "what": MISTAKES[name].says.format("x"),
+        }
+        for name in MISTAKES
     ]
 
 

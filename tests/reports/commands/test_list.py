@@ -7,6 +7,7 @@ import pytest
 
 from rayproof.cases.families import CASE_FAMILIES, all_cases, cases_of
 from rayproof.reference import REFERENCES
+from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.judge.metrics import METRICS
 from rayproof.tracer.catalogue import FORMULAS
 from tests.reports.commands.conftest import Rayproof
@@ -16,6 +17,7 @@ KINDS = {
     "formulas": lambda: sorted(FORMULAS),
     "references": lambda: list(REFERENCES),
     "metrics": lambda: list(METRICS),
+    "mistakes": lambda: list(MISTAKES),
 }
 
 
