@@ -20,10 +20,12 @@
   // planned = pass + warn + ..., for cases and for checks.
   rayproof.ledger = function (results, onpick) {
     const names = results.ledger.slice(1);
+    // On a narrow screen numbers wrap, each with its word, and zeros are left out, so that what failed stays in sight.
+    const empty = (name) => (results.summary[name] || results.checks[name] ? "" : "empty");
     const row = (title, counts) => e("tr", {},
       e("th", { scope: "row" }, title),
-      e("td", { class: "planned" }, counts.planned), e("td", { class: "sign" }, "="),
-      names.map((name, i) => e("td", {},
+      e("td", { class: "planned", "data-word": "planned" }, counts.planned), e("td", { class: "sign" }, "="),
+      names.map((name, i) => e("td", { class: empty(name), "data-word": rayproof.word(name) },
         i ? e("span", { class: "sign", "aria-hidden": "true" }, "+") : null,
         title === "cases" && counts[name]
           ? e("button", { class: `count ${rayproof.tone(name)}`, onclick: () => onpick(name), title: `show these cases` },

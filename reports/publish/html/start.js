@@ -27,6 +27,7 @@
     rayproof.keys([["Escape", "back to the front page", () => { location.hash = ""; }]]);
     const found = rayproof.pages.get(name);
     if (!found) return problem(`There is no page called ${name}.`);
+    if (!found.has(results)) return problem(`${found.title}: this report has no data for it.`);
     return e("main", { class: "page" }, rayproof.shoutBars(results), rayproof.navigation(results, name), found.view(results));
   }
 

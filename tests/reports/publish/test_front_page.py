@@ -165,3 +165,22 @@ def test_one_row_a_cause_with_its_cases_and_the_rest_by_what_may_be_to_blame(bro
     page = visit.open(case="lights/acne")
     assert "LIT-1 (by mesh/empty: visibility)" in page.locator("main").inner_text()
     visit.end()
+
+
+def test_what_failed_is_in_sight_on_a_telephone(browser, tmp_path):
+    publish(tmp_path, make_folder(tmp_path))
+    visit = Visit(browser, tmp_path, viewport={"width": 390, "height": 844})
+
+    page = visit.open()
+
+    for cell in page.locator(".ledger tbody td:visible").all():
+        box = cell.bounding_box()
+        assert box is not None
+        assert box["x"] + box["width"] <= 390
+    assert "fail" in page.locator(".ledger thead").inner_text()
+
+
+def test_a_page_without_data_says_so(visit):
+    page = visit.open(page="tradeoff")
+
+    assert page.locator("main").inner_text().startswith("Error against time: this report has no data for it.")
