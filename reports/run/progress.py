@@ -28,6 +28,7 @@ COLOURS = {
 
 # s without a word before a log says what is being done: where that has changed, and where it has not
 SOON, NOW_AND_THEN = 5.0, 20.0
+NAME = 20  # columns of a terminal that a case's name gets at least
 DOING = {JUDGE: "judging", TRACING: "tracing", RECALLING: "looking up what is kept"}
 
 
@@ -99,8 +100,9 @@ def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Tabl
         return order.index(Outcome(record["verdict"])), found[0] if found else 0.0
 
     table = Table(title=f"Worst {min(most, len(records))} of {len(records)} cases", title_justify="left")
+    # A narrow terminal breaks names and items into lines: one that is cut short names no case.
     for column in ("case", "verdict", "stage", "item", "worst error / limit", "where"):
-        table.add_column(column)
+        table.add_column(column, overflow="fold", min_width=NAME if column == "case" else None)
     for record in sorted(records, key=badness, reverse=True)[:most]:
         ratio, where = highest(record) or (None, "")
         outcome = Outcome(record["verdict"])

@@ -72,3 +72,11 @@ def test_a_terminal_counts_the_seconds_of_what_is_done() -> None:
     assert told._bar.tasks[0].description == "file/large: judging 2 s"
     told.working(["file/large"], {"judge": 3.0, "tracer": 1.1})
     assert told._bar.tasks[0].description == "file/large: judging 3 s, tracing 1 s"
+
+
+def test_a_narrow_terminal_breaks_names_and_cuts_none() -> None:
+    page, name = io.StringIO(), "integrating_sphere/from_the_centre"
+
+    Page(file=page, width=60).print(worst_first([record(name, "fail", 3.0)]))
+
+    assert name in "".join(line.split("│")[1].strip() for line in page.getvalue().splitlines() if "│" in line)
