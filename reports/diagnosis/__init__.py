@@ -47,6 +47,7 @@ class Way:
     laid: Laid | None = None  # how its image lies in that question's
     stages: Mapping[Stage, Wrong] = field(default_factory=dict)  # stages that it computes wrongly
     formulas: Mapping[str, str] = field(default_factory=dict)  # the tracer's, slot to variant, where they answer
+    shading: str | None = None  # the one model of light that it computes wrongly; None is whichever a scene has
 
 
 @dataclass(frozen=True, kw_only=True)

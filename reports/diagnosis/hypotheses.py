@@ -8,6 +8,7 @@ import numpy as np
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
 from rayproof.reports.diagnosis.trial import Evidence, trial
+from rayproof.reports.judge.terms import LIGHT
 
 LEAST_SAMPLES = 30  # pixels that an estimate needs
 SPREAD = 1e-3  # relative: half of the samples lie so near to the estimate, or there is no such parameter
@@ -25,7 +26,12 @@ class Hypothesis:
     @property
     def sentence(self) -> str:
         """Return what the renderer does, as a verb phrase."""
-        return " and ".join(MISTAKES[name].sentence(self.parameters.get(name, 0.0)) for name in self.mistakes)
+        return " and ".join(map(self.phrase, self.mistakes))
+
+    def phrase(self, name: str) -> str:
+        """Return one of its mistakes as a verb phrase, with the model of light that it is restricted to."""
+        where = f", in scenes of {self.way.shading} light alone" if self.way.shading is not None else ""
+        return MISTAKES[name].sentence(self.parameters.get(name, 0.0)) + where
 
     @property
     def items(self) -> tuple[str, ...]:
@@ -47,6 +53,27 @@ def singles(evidence: Sequence[Evidence]) -> Iterator[Hypothesis]:
             parameters = {name: estimate}
         for way in mistake.ways:
             yield Hypothesis(mistakes=(name,), parameters=parameters, way=bound(way, parameters.get(name, 0.0)))
+
+
+def in_one_light(
+    hypotheses: Sequence[Hypothesis], failing: Sequence[Evidence], modes: Sequence[str]
+) -> list[Hypothesis]:
+    """Return the hypotheses about light alone, each restricted to one model of light.
+
+    A renderer that computes the models apart may be wrong in one of them. What does not fit the first failing case of a
+    model is left out.
+    """
+    found = []
+    for mode in modes:
+        first = next((case for case in failing if case.scene.shading == mode), None)
+        for one in hypotheses:
+            about_light = bool(one.way.stages) and set(one.way.stages) <= set(LIGHT)
+            if first is None or not about_light or one.way.asked is not None or one.way.laid is not None:
+                continue
+            tally = trial(first, one.way)
+            if tally is not None and tally.fits:
+                found.append(replace(one, way=replace(one.way, shading=mode)))
+    return found
 
 
 def bound(way: Way, parameter: float) -> Way:

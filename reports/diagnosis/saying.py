@@ -55,7 +55,7 @@ def entries(
             for member in rest
             if name not in member.hypothesis.mistakes
         ]
-        phrase = mistake.sentence(parameter or 0.0)
+        phrase = first.hypothesis.phrase(name)
         found_entries.append(
             {
                 "mistake": name,

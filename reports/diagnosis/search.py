@@ -12,7 +12,7 @@ import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import MISTAKES
-from rayproof.reports.diagnosis.hypotheses import Hypothesis, singles, together
+from rayproof.reports.diagnosis.hypotheses import Hypothesis, in_one_light, singles, together
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, trial
 
 SCREENING = 3  # failing cases that every hypothesis meets
@@ -78,6 +78,10 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
     hypotheses = list(singles(fitted[:4]))
     rest = [*predicted, *fitted][:FAILING]
     left = _left(hypotheses, screen, rest, passing[:PASSING], clock)
+    modes = sorted({str(one.scene.shading) for one in (*failing, *passing)})
+    if not left and len(modes) > 1:
+        apart = in_one_light(hypotheses, failing, modes)
+        left = _left(apart, screen, rest, passing[:PASSING], clock)
     if not left and pairs and len(screen[0].stages) > 1:
         left = _pairs(hypotheses, screen, rest, passing[:PASSING], clock)
     left = _settled(left, [*failing, *passing], clock)

@@ -83,6 +83,8 @@ class Evidence:
 
     def under(self, way: Way) -> Answered:
         """Return what a way answers, once; raise Unanswerable where it has no answer."""
+        if way.shading is not None and way.shading != self.scene.shading:
+            return self.right
         if id(way) not in self._kept:  # the way is held with its answer, so that no other takes its identity
             try:
                 self._kept[id(way)] = way, answer(way, self.right, self.oracle)

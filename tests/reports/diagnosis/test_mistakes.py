@@ -145,3 +145,17 @@ def test_a_name_is_held_against_every_case_of_the_run(monkeypatch: pytest.Monkey
     assert ("no_pi",) in [one.hypothesis.mistakes for one in search(shown).found]
 
     assert search([*shown, last]).found == ()
+
+
+def test_a_mistake_in_one_model_of_light_is_named_though_the_other_is_right() -> None:
+    lit = [under(name, "cosine_squared") for name in ("primitives/sphere", "primitives/plane")]
+    # Without a case of the other model nothing says that the mistake is restricted.
+    for shown, restricted in (
+        (lit, None),
+        ([*lit, evidence("simplified/lights_at_1.5m", failed=False)], "inverse_square"),
+    ):
+        found = search(shown, pairs=False).found
+
+        named = {one.hypothesis.mistakes: one.hypothesis for one in found}
+        assert named[("cosine_squared",)].way.shading == restricted
+        assert ("in scenes of inverse_square light alone" in named[("cosine_squared",)].sentence) == bool(restricted)
