@@ -15,6 +15,7 @@ from typing import Any
 from rayproof.reports.fuzz.mutations import mutated
 from rayproof.reports.fuzz.targets import TARGETS, Target
 
+LARGEST = 2**24  # bytes of a file: what takes long with a larger one is its size
 SECONDS = 10.0  # of processor time that a reader may take for one input
 MEMORY = 4 * 2**30  # bytes of address space beyond what the process has when it begins
 
@@ -63,9 +64,9 @@ def fuzz(name: str, *, inputs: int, seconds: float, seed: int, out: Path | None 
         while figures.inputs < inputs and time.monotonic() < deadline:
             try:
                 content = mutated(chance.choice(target.seeds), chance)
-            except (
-                MemoryError
-            ):  # of this campaign: changes that repeat what was repeated make no file that could be handed
+            except MemoryError:  # of this campaign: a change may repeat what another one repeated
+                continue
+            if len(content) > LARGEST:
                 continue
             wrong = read_once(target, Path(place), content, figures)
             figures.inputs += 1

@@ -44,7 +44,11 @@ _TEXT: Kind = ("a text", lambda value: isinstance(value, str))
 _NAME: Kind = ("a non-empty string", lambda value: isinstance(value, str) and bool(value))
 _COUNT: Kind = ("a count", _is_count)
 _RATIO: Kind = ('a number, "inf", "-inf" or "nan"', lambda value: number(value) is not None)
-_SECONDS: Kind = ("a number", lambda value: value is None or _is_finite(value))
+MOST_SECONDS = 1e12  # s that a run may have taken; thousandths of it are still numbers of 64 bits
+_SECONDS: Kind = (
+    f"a number up to {MOST_SECONDS:g}",
+    lambda value: value is None or (_is_finite(value) and abs(float(value)) <= MOST_SECONDS),
+)
 _OBJECT: Kind = ("an object", lambda value: isinstance(value, Mapping))
 _LIST: Kind = ("a list", lambda value: isinstance(value, list | tuple))
 _MAYBE_TEXT, _MAYBE_RATIO, _MAYBE_OBJECT = map(_or_none, (_TEXT, _RATIO, _OBJECT))

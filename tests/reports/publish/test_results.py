@@ -85,7 +85,7 @@ def test_a_wrong_shape_is_refused_with_file_and_field(tmp_path, published, chang
 def test_a_time_that_is_no_number_is_refused(seconds):
     results = results_of([]) | {"seconds": seconds}
 
-    assert shape_problem(results) == f"seconds must be a number, got {seconds}"
+    assert shape_problem(results) == f"seconds must be a number up to 1e+12, got {seconds}"
 
 
 @pytest.mark.parametrize(
