@@ -76,6 +76,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "rayproof.reports.commands.soak:soak",
         "Kill, stop and starve runs, and show that nothing is lost or left.",
     ),
+    "help": ("rayproof.reports.commands.help:explain", "Say what a word means that rayproof uses."),
     "schema": ("rayproof.reports.commands.schema:schema", "Print the JSON Schema of scene files."),
 }
 
