@@ -39,14 +39,13 @@ def too_little_seen(case: Case, checks: Sequence[Check], terms: Terms) -> list[s
     """Return the same, but not where it is by what the candidate declares not to see.
 
     What it declares costs the stages of which too little is left: their checks that passed are `undecided`, and the
-    others judge the case. Whether rounding needs what it declares is asked elsewhere.
+    others judge the case. Whether rounding needs what it declares is asked elsewhere (`epsilons`).
     """
     candidate = terms.candidate
     why = too_little(case, candidate, terms)
     if not why:
         return []
-    needed = np.minimum(np.asarray(candidate.shadow_epsilon), NEEDED * terms.limits.position)
-    seeing = replace(candidate, ray_epsilon=0.0, shadow_epsilon=needed, light_epsilon=0.0, edge_epsilon=0.0)
+    seeing = replace(candidate, ray_epsilon=0.0, shadow_epsilon=0.0, light_epsilon=0.0, edge_epsilon=0.0)
     if too_little(case, seeing, replace(terms, candidate=seeing)):
         return why
     for check in checks:
