@@ -96,7 +96,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     for index, lamp in enumerate(about.lamps):
         shift = limits.lifted + g(HIT) * about.blocker * lamp.throw
         with np.errstate(divide="ignore", invalid="ignore"):
-            sunk = lamp.brim <= shift + lamp.cosine * limits.position
+            sunk = np.isfinite(lamp.brim) & (lamp.brim <= shift + lamp.cosine * limits.position)
             lit = _Lit(
                 distance=lamp.distance,
                 cosine=lamp.cosine,

@@ -102,6 +102,13 @@ def test_a_cubes_next_face_hides_a_light_only_on_the_way_to_it():
     assert 0 < np.mean(terms.classes.undecided) < 0.1
 
 
+def test_where_no_cube_is_none_hides_a_light_however_far_rounding_reaches():
+    # The light lies on the sphere: what a blocker's error is thrown to has no bound, and a sphere has no next face.
+    terms = terms_of("acne/light_on_the_sphere")
+
+    assert not terms.classes.edge(Stage.RADIANCE)[terms.conditioning.hit].all()
+
+
 def test_where_two_surfaces_coincide_a_position_is_not_excused_by_its_neighbourhood():
     # At a cube's edge as thin as rounding, but two reaches from its outline, a position was off by a thousandth.
     terms, (row, column) = terms_of("random/2/159"), (3, 15)
