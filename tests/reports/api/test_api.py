@@ -194,6 +194,8 @@ def test_what_the_command_refuses_is_refused_in_its_words() -> None:
 
 
 def test_ctrl_c_reaches_the_run_and_loses_nothing(tmp_path: Path) -> None:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a test run in the background ignores it
+
     def slow(scene: Scene, stages: Sequence[Stage]) -> dict[str, np.ndarray]:
         if len(called) == 1:
             threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
@@ -202,8 +204,11 @@ def test_ctrl_c_reaches_the_run_and_loses_nothing(tmp_path: Path) -> None:
         return rayproof.oracle(scene, [stage.value for stage in stages])
 
     called: list[Scene] = []
-    with pytest.raises(KeyboardInterrupt):
-        rayproof.run(["primitives"], slow, out=tmp_path / "out", jobs=1, quiet=True)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            rayproof.run(["primitives"], slow, out=tmp_path / "out", jobs=1, quiet=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert json.loads((tmp_path / "out" / "results.json").read_text())["finished"] is False
 
 

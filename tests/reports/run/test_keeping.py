@@ -20,7 +20,7 @@ from rayproof.reports.run.orders import JudgeTask
 @pytest.fixture(scope="module")
 def answered():
     """Return a case and the analytic reference's answers."""
-    (case,) = select(["primitives/sphere"])
+    (case,) = select(["primitives/cube"])
     return case, Analytic().render(case.scene, list(Stage))
 
 
@@ -49,7 +49,7 @@ def test_a_case_that_passed_keeps_ours_and_the_independent_in_one_file(task, ans
     images, pixels = keep_images(task(), Outcome.PASS)
 
     assert images == {}
-    assert pixels == "images/primitives/sphere.js"
+    assert pixels == "images/primitives/cube.js"
     kept = read_pixels(tmp_path / pixels)
     assert set(kept) == {"tracer-float32", "analytic"}
     normal = answered[1][Stage.NORMAL].astype(np.float32)
