@@ -159,9 +159,13 @@ class Pool:
 
     def _start_from(self, queue: deque[_Waiting]) -> None:
         postponed: list[_Waiting] = []
-        while queue and len(self._busy()) < self._jobs:
+        full: set[str] = set()  # kinds whose workers all have a task
+        busy = len(self._busy())
+        while queue and busy < self._jobs:
             one = queue.popleft()
-            place = self._free_place(one.kind)
+            place = None if one.kind in full else self._free_place(one.kind)
+            if place is None:
+                full.add(one.kind)
             if place is None or (one.large and any(worker.large for worker in self._busy().values())):
                 postponed.append(one)
                 continue
@@ -176,6 +180,7 @@ class Pool:
                 worker.process.connection.post(one.task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
+            busy = len(self._busy())
         queue.extendleft(reversed(postponed))
 
     def _free_place(self, kind: str) -> tuple[str, int] | None:
