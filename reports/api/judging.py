@@ -6,7 +6,6 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.api.arrays import answers_from
@@ -14,9 +13,9 @@ from rayproof.reports.api.asking import load
 from rayproof.reports.api.limits import limit_of
 from rayproof.reports.api.outcome import Judgement, stage_name, table
 from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.run.scene_case import case_of_scene
 
 Precision = Literal["float32", "float64"]
-MOST_EDGE = 0.5  # of the pixels: nobody tuned the scene
 
 
 def judge(
@@ -70,12 +69,4 @@ def _case(scene: Scene | Case | str) -> Case:
     if isinstance(scene, Case):
         return scene
     found = scene if isinstance(scene, Scene) else load(scene)
-    return Case(
-        name="judged/scene",
-        scene=found,
-        stresses="A scene that a caller of `rayproof.judge` chose.",
-        covers=covering(found),
-        least_interior=0,
-        most_edge=MOST_EDGE,
-        tuned=False,
-    )
+    return case_of_scene(found, name="judged/scene", stresses="A scene that a caller of `rayproof.judge` chose.")

@@ -2,7 +2,6 @@
 
 import base64
 import html
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +17,7 @@ from rayproof.reports.judge.outcomes import Outcome
 from rayproof.reports.plain import legible
 from rayproof.reports.publish.headline import worst_first
 from rayproof.reports.publish.kept import kept_images
+from rayproof.reports.publish.results import load_results
 from rayproof.reports.publish.thumbnails import picture
 
 GOOD = ("pass", "warn")
@@ -254,8 +254,7 @@ def legible_lines(lines: Sequence[str]) -> str:
 
 def loaded(folder: Path, code: int) -> Run:
     """Return the run whose results are in a folder; raise OSError or ValueError if they cannot be read."""
-    record = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-    return Run(folder=folder, record=MappingProxyType(record), code=code)
+    return Run(folder=folder, record=MappingProxyType(load_results(folder)), code=code)
 
 
 @dataclass(frozen=True, kw_only=True)

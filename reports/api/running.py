@@ -17,10 +17,10 @@ from typing import IO
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import save_scene
+from rayproof.reports import HOLDER
 from rayproof.reports.api.outcome import Run, loaded
 from rayproof.reports.api.serving import Renderer, Served
 
-HOLDER = str(Path(__file__).parents[3])  # the folder that holds the package `rayproof`
 START = "import sys; sys.path.insert(0, sys.argv.pop(1)); from rayproof.reports.cli import main; sys.exit(main())"
 BAD_USAGE, INTERRUPTED = 2, 130
 GLANCE = 0.2  # s

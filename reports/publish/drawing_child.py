@@ -14,8 +14,9 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
+
+from rayproof.reports import HOLDER
 
 GLANCE = 0.5  # s between looks at whether it still says something
 PARTING = 5.0  # s for a process that was killed, or has said all, to be gone
@@ -49,7 +50,7 @@ class DrawingChild:
             stdout=subprocess.PIPE,
             stderr=self._complaints,
             env=environment,
-            cwd=Path(__file__).parents[3],
+            cwd=HOLDER,
             text=True,
             encoding="utf-8",
             # Ctrl-C is the main process's to answer: a child that it reached first would die with its work.

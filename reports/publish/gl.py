@@ -19,6 +19,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
+from rayproof.reports import HOLDER
 from rayproof.reports.publish.atomic import write_text
 
 INSTALL = "apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri"
@@ -94,7 +95,7 @@ def probe() -> str | None:
     try:
         child = subprocess.run(
             [sys.executable, "-c", _PROBE, str(os.getpid())],
-            cwd=Path(__file__).parents[3],
+            cwd=HOLDER,
             env=drawing_environment(),
             stdin=subprocess.DEVNULL,
             capture_output=True,

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rayproof.cases.case import Case
 from rayproof.cases.covering import covering
+from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import load_scene
 from rayproof.reports.plain import legible
 
@@ -37,11 +38,16 @@ def cases_of_files(paths: Sequence[Path]) -> tuple[Case, ...]:
 
 def case_of_file(path: Path, *, name: str | None = None) -> Case:
     """Return the case that asks about a scene file; raise SceneError or OSError if it cannot be read."""
-    scene = load_scene(path)
+    words = f"The scene that {legible(path.name)} describes."
+    return case_of_scene(load_scene(path), name=f"{FAMILY}/{name or legible(path.stem)}", stresses=words)
+
+
+def case_of_scene(scene: Scene, *, name: str, stresses: str) -> Case:
+    """Return the case that asks about a scene that nobody tuned."""
     return Case(
-        name=f"{FAMILY}/{name or legible(path.stem)}",
+        name=name,
         scene=scene,
-        stresses=f"The scene that {legible(path.name)} describes.",
+        stresses=stresses,
         covers=covering(scene),
         least_interior=0,
         most_edge=MOST_EDGE,

@@ -21,12 +21,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+from rayproof.reports import HOLDER
 from rayproof.reports.parent_death import end_with_parent
 from rayproof.reports.run.channel import Channel, channels
 from rayproof.reports.run.scratch import Scratch
 from rayproof.reports.run.stopping import put_off
 
-HOLDER = str(Path(__file__).parents[3])  # the folder that holds the package `rayproof`
 START = (
     "import sys; sys.path.insert(0, sys.argv[1]); "
     "from rayproof.reports.run.worker_process import begin; begin(*map(int, sys.argv[2:]))"

@@ -14,13 +14,13 @@ from typing import Any
 
 import psutil
 
+from rayproof.reports import HOLDER
 from rayproof.reports.cache import signing, store
 from rayproof.reports.growth.scenes import write_scenes
 from rayproof.reports.soak.disturbing import Signal
 from rayproof.reports.subjects.orphans import adopt_orphans, descendants
 
 COMMAND = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
-HOLDER = str(Path(__file__).parents[3])  # the folder that holds the package `rayproof`
 TIMEOUT = 10.0  # s, the least deadline of every render and judgement of a disturbed run
 DRAWING = 30.0  # s after which a picture process that says nothing is ended
 AMPLE = 600.0  # s for a run that nobody disturbs
