@@ -46,6 +46,7 @@
     rayproof.quiet = null;
     const mine = (turn += 1);
     const wanted = rayproof.address();
+    const asked = location.hash;
     let view;
     try {
       if (wanted.case !== undefined) view = await oneCase(wanted.case);
@@ -58,6 +59,8 @@
     if (view.keys) rayproof.keys(view.keys);
     document.title = rayproof.title(results, wanted);
     rayproof.replace(app, view.node);
+    // Whoever drives the page can see which address is on the screen: a case's data is loaded after the address has changed.
+    app.dataset.shown = asked;
     view.shown?.();
     list?.laid();
     window.scrollTo(0, 0);

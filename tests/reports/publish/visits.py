@@ -9,6 +9,13 @@ VENDOR = Path(__file__).parents[2] / "vendor"
 DRIVER = "GL Driver Message (OpenGL, Performance"
 
 
+# A case's data is loaded after the address has changed; until then the page before it is on the screen.
+ARRIVED = """() => {
+    const app = document.getElementById("app");
+    return !app || app.dataset.shown === location.hash || window.rayproof?.quiet === location.hash;
+}"""
+
+
 class Visit:
     """A page of the report, and what went wrong in it."""
 
@@ -27,6 +34,7 @@ class Visit:
         """Go to an address of the report and return the page; of a case, once its images are there."""
         self.page.goto(f"{(self.folder / self.file).as_uri()}#{urlencode(address)}")
         self.page.wait_for_selector("main")
+        self.page.wait_for_function(ARRIVED)
         return self.page
 
     def open_3d(self) -> Any:
