@@ -33,7 +33,8 @@ class Formula:
     """A formula and what is known about it.
 
     A "control" is a wrong form that the lecture prints or invites (`erratum`), or one that the literature knows to be
-    bad (`known_bad`), kept runnable; a "fault" is planted for the audit.
+    bad (`known_bad`), kept runnable; a "fault" is planted for the audit. Unless it is `equivalent` or
+    `known_bad`, its facts say what a renderer with it does: `says`, a verb phrase such as "leaves out 4 pi".
     """
 
     slot: str

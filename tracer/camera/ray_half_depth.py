@@ -9,7 +9,14 @@ from rayproof.tracer.camera import CAMERA
 from rayproof.tracer.matrices import quad
 
 
-@CAMERA.register("ray/half_depth", covers=("CAM-5",), kind="control", stage=Stage.RAY, erratum="E14")
+@CAMERA.register(
+    "ray/half_depth",
+    covers=("CAM-5",),
+    kind="control",
+    says="forgets to divide by w where it brings a point at half depth back from clip space",
+    stage=Stage.RAY,
+    erratum="E14",
+)
 def half_depth(frame: Any, sx: Any, sy: Any) -> Any:
     """Return normalize(P - eye) with P = View^-1 Proj^-1 ((sx, sy, 0.5, 1) far), whose w is not 1."""
     far = frame.far

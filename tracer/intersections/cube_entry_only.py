@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "cube/entry_only", covers=("HIT-3",), kind="control", stage=Stage.OBJECT, erratum="E4", space="object"
+    "cube/entry_only",
+    covers=("HIT-3",),
+    kind="control",
+    says="takes where a ray enters a cube, behind the eye too",
+    stage=Stage.OBJECT,
+    erratum="E4",
+    space="object",
 )
 def entry_only(ray: Ray, cube: Any, interval: Interval) -> Any:
     """Return t_near wherever t_near <= t_far: a cube behind the eye is hit, and so is its back from inside."""

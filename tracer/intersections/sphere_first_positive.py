@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "sphere/first_positive", covers=("HIT-1",), kind="control", stage=Stage.OBJECT, erratum="E3", space="object"
+    "sphere/first_positive",
+    covers=("HIT-1",),
+    kind="control",
+    says="takes the sphere's second root without asking whether it is positive",
+    stage=Stage.OBJECT,
+    erratum="E3",
+    space="object",
 )
 def first_positive(ray: Ray, sphere: Any, interval: Interval) -> Any:
     """Return t0 if positive, else t1 whatever it is: a sphere behind the eye is hit, and clipping is ignored."""

@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "square/full_vectors", covers=("HIT-8",), kind="control", stage=Stage.OBJECT, erratum="E7", space="world"
+    "square/full_vectors",
+    covers=("HIT-8",),
+    kind="control",
+    says="takes a square's half vectors for its whole width and height, so that it is twice as large",
+    stage=Stage.OBJECT,
+    erratum="E7",
+    space="world",
 )
 def full_vectors(ray: Ray, square: Any, interval: Interval) -> Any:
     """Return the t of a square of twice the size, right only in its plane."""

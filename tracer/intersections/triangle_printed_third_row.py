@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "triangle/printed_third_row", covers=("HIT-6",), kind="control", stage=Stage.OBJECT, erratum="E6", space="world"
+    "triangle/printed_third_row",
+    covers=("HIT-6",),
+    kind="control",
+    says="takes Cramer's rule as the lecture prints it, with a third row that is always 0",
+    stage=Stage.OBJECT,
+    erratum="E6",
+    space="world",
 )
 def printed_third_row(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t of a strip instead of a triangle: v never bounds it."""

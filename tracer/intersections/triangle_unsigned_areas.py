@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "triangle/unsigned_areas", covers=("HIT-5",), kind="control", stage=Stage.OBJECT, erratum="E5", space="world"
+    "triangle/unsigned_areas",
+    covers=("HIT-5",),
+    kind="control",
+    says="asks whether a triangle's areas sum up to exactly 1, which rounding makes false",
+    stage=Stage.OBJECT,
+    erratum="E5",
+    space="world",
 )
 def unsigned_areas(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t of the plane's hit where S1 + S2 + S3 = 1, which rounding makes false almost everywhere."""

@@ -11,7 +11,14 @@ from rayproof.tracer.normals import NORMALS
 from rayproof.tracer.placement import Placement
 
 
-@NORMALS.register("world_normal/with_w", covers=("NRM-3",), kind="control", stage=Stage.NORMAL, erratum="E13")
+@NORMALS.register(
+    "world_normal/with_w",
+    covers=("NRM-3",),
+    kind="control",
+    says="normalises normals with their fourth component, so that a translation makes them too short",
+    stage=Stage.NORMAL,
+    erratum="E13",
+)
 def with_w(normal: Any, placement: Placement) -> Any:
     """Return xyz of the normalised 4-vector, which is too short wherever the matrix translates."""
     rows = np.linalg.inv(np.asarray(placement.to_world)).T

@@ -6,7 +6,14 @@ from rayproof.cases.stages import Stage
 from rayproof.tracer.shading import SHADING
 
 
-@SHADING.register("falloff/none", covers=("RAD-1",), kind="control", stage=Stage.IRRADIANCE, erratum="E9")
+@SHADING.register(
+    "falloff/none",
+    covers=("RAD-1",),
+    kind="control",
+    says="leaves out 4 pi r^2, so that light neither spreads nor falls off",
+    stage=Stage.IRRADIANCE,
+    erratum="E9",
+)
 def none(flux: Any, squared_distance: Any) -> Any:
     """Return the flux as it is, without 4 pi r^2."""
     return flux

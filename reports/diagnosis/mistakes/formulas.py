@@ -1,7 +1,8 @@
 """The tracer's wrong formulas and planted faults as hypotheses: each is rendered by the tracer, in float64.
 
 What one of them shows may depend on the right formulas around it: a fault of the way into object space leaves a square
-alone that is met by its half vectors. So each is tried beside squares of either kind.
+alone that is met by its half vectors. So each is tried beside squares of either kind. What the mistake is in words, a
+wrong formula declares where it is registered: `says`.
 """
 
 from rayproof.reports.diagnosis import MISTAKES, Mistake, Way
@@ -9,55 +10,31 @@ from rayproof.reports.diagnosis.mistakes.shapes import LARGER_ROOTS
 from rayproof.reports.diagnosis.object_space import FORWARD, MOVED, PARALLELOGRAMS, RENORMALISED, UNIT_A
 from rayproof.tracer.catalogue import FORMULAS, Formula
 
-# Those that a stranger makes, in words; the rest says what its formula says.
-SAYS = {
-    "to_object/fault_renormalised": (
-        "renormalised_direction",
-        "normalises the ray's direction in object space and takes t as it is",
-    ),
-    "to_object/fault_moved_direction": (
-        "moved_direction",
-        "moves a ray's direction like a point when it goes into object space",
-    ),
-    "to_object/fault_forward_matrix": (
-        "forward_matrix",
-        "brings rays into object space by the model matrix instead of its inverse",
-    ),
-    "sphere/fault_far_root": ("far_root", "takes the larger root of the sphere's quadratic"),
-    "sphere/fault_unit_a": (
-        "unit_a",
-        "takes A = 1 in the sphere's quadratic for a direction that is no unit vector",
-    ),
-    "sphere/fault_half_b": ("half_b", "mixes B and B/2 in the sphere's quadratic"),
-    "sphere/fault_negative_root": (
-        "negative_root",
-        "takes the sphere's smaller root wherever it lies, behind the eye too",
-    ),
-    "sphere/first_positive": (
-        "second_root_unasked",
-        "takes the sphere's second root without asking whether it is positive",
-    ),
-    "cube/fault_entry_alone": ("cube_entry_only", "takes where a ray enters a cube, and never where it leaves it"),
-    "cube/entry_only": ("cube_entry_anywhere", "takes where a ray enters a cube, behind the eye too"),
-    "cube/fault_behind_is_hit": ("cube_behind", "hits cubes behind the eye"),
-    "cube/fault_not_swapped": ("cube_not_swapped", "does not swap the slabs' ends where a ray runs the other way"),
-    "square/fault_disc_local": ("square_disc", "takes a disc for a square"),
-    "plane/fault_one_sided": ("plane_one_sided", "hits planes from the front alone"),
-    "plane/fault_sign": ("plane_sign", "has a sign wrong in the plane's intersection"),
-    "triangle/fault_culled": ("triangle_culled", "culls triangles that face away"),
-    "triangle/fault_no_sum": ("triangle_no_sum", "leaves out u + v <= 1, so that triangles become parallelograms"),
-    "triangle/printed_third_row": (
-        "triangle_printed",
-        "takes Cramer's rule as the lecture prints it, with a third row that is always 0",
-    ),
-    "world_normal/fault_world_winding": (
-        "normal_by_winding",
-        "derives normals from the winding in the world, which a mirror turns round",
-    ),
-    "obstructed/fault_nearer_than_light": ("half_way", "lets only the nearer half of the way to a light be blocked"),
-    "horizon/fault_reversed": ("horizon_reversed", "asks the wrong way round whether a light is above the horizon"),
-    "position/fault_left_in_object_space": ("position_in_object_space", "leaves hit points in object space"),
-    "simplified/fault_over_four_pi": ("four_pi_in_simplified", "divides by 4 pi under the simplified light, too"),
+# Those that other programs make too, by what these call them; the rest goes by the name of its formula.
+NAMES = {
+    "to_object/fault_renormalised": "renormalised_direction",
+    "to_object/fault_moved_direction": "moved_direction",
+    "to_object/fault_forward_matrix": "forward_matrix",
+    "sphere/fault_far_root": "far_root",
+    "sphere/fault_unit_a": "unit_a",
+    "sphere/fault_half_b": "half_b",
+    "sphere/fault_negative_root": "negative_root",
+    "sphere/first_positive": "second_root_unasked",
+    "cube/fault_entry_alone": "cube_entry_only",
+    "cube/entry_only": "cube_entry_anywhere",
+    "cube/fault_behind_is_hit": "cube_behind",
+    "cube/fault_not_swapped": "cube_not_swapped",
+    "square/fault_disc_local": "square_disc",
+    "plane/fault_one_sided": "plane_one_sided",
+    "plane/fault_sign": "plane_sign",
+    "triangle/fault_culled": "triangle_culled",
+    "triangle/fault_no_sum": "triangle_no_sum",
+    "triangle/printed_third_row": "triangle_printed",
+    "world_normal/fault_world_winding": "normal_by_winding",
+    "obstructed/fault_nearer_than_light": "half_way",
+    "horizon/fault_reversed": "horizon_reversed",
+    "position/fault_left_in_object_space": "position_in_object_space",
+    "simplified/fault_over_four_pi": "four_pi_in_simplified",
 }
 # Said elsewhere, by the oracle, which has edges and limits of its own; and acne, by how it looks.
 ELSEWHERE = frozenset(
@@ -97,7 +74,9 @@ def _wanted(formula: Formula) -> bool:
 
 
 for _formula in (one for one in FORMULAS.values() if _wanted(one)):
-    _name, _says = SAYS.get(_formula.name, (_formula.name, f"computes as the wrong formula {_formula.name} does"))
+    _name, _says = NAMES.get(_formula.name, _formula.name), _formula.facts.get("says")
+    if _says is None:
+        raise ValueError(f"the wrong formula {_formula.name} must declare in words what a renderer with it does: says=")
     _own = {_formula.slot: _formula.variant}
     _beside = (ELSE[_name],) if _name in ELSE else ()
     _around = [{}] if _formula.slot == "square" else [{"square": square} for square in SQUARES]

@@ -65,6 +65,7 @@ def test_a_mistake_is_said_in_a_verb_phrase_and_concerns_items(name: str) -> Non
 
     assert re.fullmatch(r"[a-z].*[^.]", said)
     assert "{" not in said
+    assert not re.search(r"\w_\w", said), "the name of a formula is no word of the user's"
     assert set(mistake.items) <= set(ITEMS)
     assert mistake.items
 

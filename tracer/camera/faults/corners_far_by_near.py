@@ -6,7 +6,13 @@ from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
 
 
-@CAMERA.register("corners/fault_far_by_near", covers=("CAM-2",), kind="fault", stage=Stage.CAMERA)
+@CAMERA.register(
+    "corners/fault_far_by_near",
+    covers=("CAM-2",),
+    kind="fault",
+    says="takes a box for the camera's frustum, its far corners as wide as its near ones",
+    stage=Stage.CAMERA,
+)
 def fault_far_by_near(frame: Any) -> list[Any]:
     """Return the corners of a box instead of a frustum."""
     return [

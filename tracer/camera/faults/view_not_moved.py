@@ -7,7 +7,13 @@ from rayproof.tracer.camera import CAMERA
 from rayproof.tracer.matrices import matrix
 
 
-@CAMERA.register("view/fault_not_moved", covers=("CAM-1",), kind="fault", stage=Stage.CAMERA)
+@CAMERA.register(
+    "view/fault_not_moved",
+    covers=("CAM-1",),
+    kind="fault",
+    says="leaves the eye's translation out of the view matrix",
+    stage=Stage.CAMERA,
+)
 def fault_not_moved(eye: Any, right: Any, up: Any, forward: Any) -> Any:
     """Return world -> camera without the eye's translation."""
     rows = [[*axis, 0] for axis in (right, up, forward)]

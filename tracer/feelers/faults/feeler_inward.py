@@ -13,6 +13,7 @@ from rayproof.tracer.feeling import Hit, Start
     "feeler/fault_inward",
     covers=("LIT-5",),
     kind="fault",
+    says="starts its shadow rays below the surface",
     stage=Stage.VISIBILITY,
     doubles=False,
     epsilon=lambda clearance: clearance,

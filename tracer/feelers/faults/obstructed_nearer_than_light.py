@@ -6,7 +6,13 @@ from rayproof.cases.stages import Stage
 from rayproof.tracer.feelers import FEELERS
 
 
-@FEELERS.register("obstructed/fault_nearer_than_light", covers=("LIT-1",), kind="fault", stage=Stage.VISIBILITY)
+@FEELERS.register(
+    "obstructed/fault_nearer_than_light",
+    covers=("LIT-1",),
+    kind="fault",
+    says="lets only the nearer half of the way to a light be blocked",
+    stage=Stage.VISIBILITY,
+)
 def fault_nearer_than_light(distance: Any) -> Any:
     """Return where something is met before the middle of the feeler."""
     return distance < 0.5

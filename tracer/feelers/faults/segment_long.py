@@ -10,6 +10,7 @@ from rayproof.tracer.feelers import FEELERS
     "segment/fault_long",
     covers=("LIT-1",),
     kind="fault",
+    says="lets its shadow rays run 15 % farther than the light",
     stage=Stage.VISIBILITY,
     bounded=True,
     cases=("along_the_way/behind_the_light",),

@@ -10,6 +10,7 @@ from rayproof.tracer.feelers import FEELERS
     "segment/fault_short",
     covers=("LIT-1",),
     kind="fault",
+    says="lets its shadow rays end 10 % before the light",
     stage=Stage.VISIBILITY,
     bounded=True,
     cases=("along_the_way/before_the_light",),

@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "cube/fault_behind_is_hit",
     covers=("HIT-3",),
     kind="fault",
+    says="hits cubes behind the eye",
     cases=("behind/cube", "behind/all_lit"),
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),

@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "cube/fault_entry_alone",
     covers=("HIT-3",),
     kind="fault",
+    says="takes where a ray enters a cube, and never where it leaves it",
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),
     space="object",

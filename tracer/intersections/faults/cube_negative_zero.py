@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "cube/fault_negative_zero",
     covers=("HIT-3",),
     kind="fault",
+    says="misses cubes where a component of the direction is -0",
     cases=("parallel_rays/cubes_turned",),
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),

@@ -9,7 +9,14 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.rays import Interval, Ray
 
 
-@INTERSECTIONS.register("cube/fault_not_swapped", covers=("HIT-3",), kind="fault", stage=Stage.OBJECT, space="object")
+@INTERSECTIONS.register(
+    "cube/fault_not_swapped",
+    covers=("HIT-3",),
+    kind="fault",
+    says="does not swap the slabs' ends where a ray runs the other way",
+    stage=Stage.OBJECT,
+    space="object",
+)
 def fault_not_swapped(ray: Ray, cube: Any, interval: Interval) -> Any:
     """Return the slab test's t for rays of one octant."""
     t_near, t_far = -dr.inf, dr.inf

@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "cube/fault_parallel_ignored",
     covers=("HIT-3",),
     kind="fault",
+    says="hits cubes beside which a ray runs parallel to a face",
     cases=("parallel_rays/cubes",),
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),

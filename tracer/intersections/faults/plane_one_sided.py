@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "plane/fault_one_sided",
     covers=("HIT-4",),
     kind="fault",
+    says="hits planes from the front alone",
     stage=Stage.OBJECT,
     space="object",
 )

@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "plane/fault_sign", covers=("HIT-4",), kind="fault", stage=Stage.OBJECT, also=(Stage.DISTANCE,), space="object"
+    "plane/fault_sign",
+    covers=("HIT-4",),
+    kind="fault",
+    says="has a sign wrong in the plane's intersection",
+    stage=Stage.OBJECT,
+    also=(Stage.DISTANCE,),
+    space="object",
 )
 def fault_sign(ray: Ray, plane: Any, interval: Interval) -> Any:
     """Return the t of the plane's mirror image behind the eye."""

@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "sphere/fault_discriminant_sign",
     covers=("HIT-1",),
     kind="fault",
+    says="has a sign wrong in the discriminant of the sphere's quadratic",
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),
     space="object",

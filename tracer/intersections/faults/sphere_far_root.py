@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "sphere/fault_far_root", covers=("HIT-1",), kind="fault", stage=Stage.DISTANCE, also=(Stage.OBJECT,), space="object"
+    "sphere/fault_far_root",
+    covers=("HIT-1",),
+    kind="fault",
+    says="takes the larger root of the sphere's quadratic",
+    stage=Stage.DISTANCE,
+    also=(Stage.OBJECT,),
+    space="object",
 )
 def fault_far_root(ray: Ray, sphere: Any, interval: Interval) -> Any:
     """Return the larger root, if inside the interval, or inf."""

@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "sphere/fault_half_b", covers=("HIT-1",), kind="fault", stage=Stage.OBJECT, also=(Stage.DISTANCE,), space="object"
+    "sphere/fault_half_b",
+    covers=("HIT-1",),
+    kind="fault",
+    says="mixes B and B/2 in the sphere's quadratic",
+    stage=Stage.OBJECT,
+    also=(Stage.DISTANCE,),
+    space="object",
 )
 def fault_half_b(ray: Ray, sphere: Any, interval: Interval) -> Any:
     """Return the roots of another quadratic."""

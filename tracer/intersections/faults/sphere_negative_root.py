@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "sphere/fault_negative_root",
     covers=("HIT-1",),
     kind="fault",
+    says="takes the sphere's smaller root wherever it lies, behind the eye too",
     cases=("behind/sphere", "behind/all_lit"),
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),

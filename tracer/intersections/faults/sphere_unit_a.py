@@ -10,7 +10,13 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "sphere/fault_unit_a", covers=("HIT-1",), kind="fault", stage=Stage.OBJECT, also=(Stage.DISTANCE,), space="object"
+    "sphere/fault_unit_a",
+    covers=("HIT-1",),
+    kind="fault",
+    says="takes A = 1 in the sphere's quadratic for a direction that is no unit vector",
+    stage=Stage.OBJECT,
+    also=(Stage.DISTANCE,),
+    space="object",
 )
 def fault_unit_a(ray: Ray, sphere: Any, interval: Interval) -> Any:
     """Return the roots of t^2 + B t + C."""

@@ -9,7 +9,14 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.rays import Interval, Ray
 
 
-@INTERSECTIONS.register("square/fault_disc_local", covers=("HIT-7",), kind="fault", stage=Stage.OBJECT, space="object")
+@INTERSECTIONS.register(
+    "square/fault_disc_local",
+    covers=("HIT-7",),
+    kind="fault",
+    says="takes a disc for a square",
+    stage=Stage.OBJECT,
+    space="object",
+)
 def fault_disc_local(ray: Ray, square: Any, interval: Interval) -> Any:
     """Return the t of the square's inscribed disc."""
     parallel = ray.direction.z == 0

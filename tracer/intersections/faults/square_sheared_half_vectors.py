@@ -10,7 +10,12 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "square/fault_sheared_half_vectors", covers=("HIT-8",), kind="fault", stage=Stage.OBJECT, space="world"
+    "square/fault_sheared_half_vectors",
+    covers=("HIT-8",),
+    kind="fault",
+    says="tests squares by their half vectors as if these were always at right angles",
+    stage=Stage.OBJECT,
+    space="world",
 )
 def fault_sheared_half_vectors(ray: Ray, square: Any, interval: Interval) -> Any:
     """Return t inside two strips that bound the square only without shear."""

@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "triangle/fault_culled",
     covers=("HIT-6",),
     kind="fault",
+    says="culls triangles that face away",
     stage=Stage.OBJECT,
     space="world",
 )

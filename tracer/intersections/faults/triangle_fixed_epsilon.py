@@ -13,6 +13,7 @@ from rayproof.tracer.rays import Interval, Ray
     "triangle/fault_fixed_epsilon",
     covers=("HIT-6",),
     kind="fault",
+    says="takes a small determinant for a ray parallel to the triangle, so that small triangles vanish",
     cases=("meshes/icosphere", "models/*"),
     stage=Stage.OBJECT,
     space="world",

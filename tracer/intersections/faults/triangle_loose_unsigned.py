@@ -10,7 +10,12 @@ from rayproof.tracer.rays import Interval, Ray
 
 
 @INTERSECTIONS.register(
-    "triangle/fault_loose_unsigned", covers=("HIT-5",), kind="fault", stage=Stage.OBJECT, space="world"
+    "triangle/fault_loose_unsigned",
+    covers=("HIT-5",),
+    kind="fault",
+    says="compares the triangle's areas with a tolerance of a thousandth, so that it is too large",
+    stage=Stage.OBJECT,
+    space="world",
 )
 def fault_loose_unsigned(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t of a triangle that is a little too large."""

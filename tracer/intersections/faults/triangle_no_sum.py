@@ -9,7 +9,14 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.rays import Interval, Ray
 
 
-@INTERSECTIONS.register("triangle/fault_no_sum", covers=("HIT-6",), kind="fault", stage=Stage.OBJECT, space="world")
+@INTERSECTIONS.register(
+    "triangle/fault_no_sum",
+    covers=("HIT-6",),
+    kind="fault",
+    says="leaves out u + v <= 1, so that triangles become parallelograms",
+    stage=Stage.OBJECT,
+    space="world",
+)
 def fault_no_sum(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t of the parallelogram over the triangle."""
     D = ray.direction

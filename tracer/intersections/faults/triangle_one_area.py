@@ -9,7 +9,14 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.rays import Interval, Ray
 
 
-@INTERSECTIONS.register("triangle/fault_one_area", covers=("HIT-5",), kind="fault", stage=Stage.OBJECT, space="world")
+@INTERSECTIONS.register(
+    "triangle/fault_one_area",
+    covers=("HIT-5",),
+    kind="fault",
+    says="leaves out the third side of triangles",
+    stage=Stage.OBJECT,
+    space="world",
+)
 def fault_one_area(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t of an angle without its third side."""
     E1, E2 = triangle.second - triangle.first, triangle.third - triangle.first

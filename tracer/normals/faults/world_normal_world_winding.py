@@ -14,6 +14,7 @@ from rayproof.tracer.placement import Placement
     "world_normal/fault_world_winding",
     covers=("NRM-3", "XF-2"),
     kind="fault",
+    says="derives normals from the winding in the world, which a mirror turns round",
     cases=("transforms/*_mirrored", "normals/mirrored"),
     stage=Stage.NORMAL,
 )

@@ -10,6 +10,7 @@ from rayproof.tracer.shading import SHADING
     "lambert/fault_unclamped",
     covers=("RAD-2",),
     kind="fault",
+    says="does not clamp the cosine to zero, so that lights below the horizon darken",
     stage=Stage.IRRADIANCE,
 )
 def fault_unclamped(irradiance: Any, cosine: Any) -> Any:

@@ -10,6 +10,7 @@ from rayproof.tracer.shading import SHADING
     "simplified/fault_unclamped",
     covers=("RAD-3",),
     kind="fault",
+    says="does not clamp the cosine to zero under the simplified light",
     stage=Stage.IRRADIANCE,
 )
 def fault_unclamped(flux: Any, cosine: Any) -> Any:

@@ -7,7 +7,12 @@ from rayproof.tracer.transforms import TRANSFORMS
 
 
 @TRANSFORMS.register(
-    "to_object/fault_forward_matrix", covers=("XF-1",), kind="fault", stage=Stage.OBJECT, also=(Stage.DISTANCE,)
+    "to_object/fault_forward_matrix",
+    covers=("XF-1",),
+    kind="fault",
+    says="brings rays into object space by the model matrix instead of its inverse",
+    stage=Stage.OBJECT,
+    also=(Stage.DISTANCE,),
 )
 def fault_forward_matrix(ray: Ray, placement: Placement) -> Ray:
     """Return the ray taken the wrong way."""

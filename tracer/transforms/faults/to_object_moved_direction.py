@@ -7,7 +7,12 @@ from rayproof.tracer.transforms import TRANSFORMS
 
 
 @TRANSFORMS.register(
-    "to_object/fault_moved_direction", covers=("XF-1",), kind="fault", stage=Stage.OBJECT, also=(Stage.DISTANCE,)
+    "to_object/fault_moved_direction",
+    covers=("XF-1",),
+    kind="fault",
+    says="moves a ray's direction like a point when it goes into object space",
+    stage=Stage.OBJECT,
+    also=(Stage.DISTANCE,),
 )
 def fault_moved_direction(ray: Ray, placement: Placement) -> Ray:
     """Return the object-space ray with a direction that was moved."""

@@ -9,7 +9,12 @@ from rayproof.tracer.transforms import TRANSFORMS
 
 
 @TRANSFORMS.register(
-    "to_object/fault_renormalised", covers=("XF-1",), kind="fault", stage=Stage.DISTANCE, also=(Stage.OBJECT,)
+    "to_object/fault_renormalised",
+    covers=("XF-1",),
+    kind="fault",
+    says="normalises the ray's direction in object space and takes t as it is",
+    stage=Stage.DISTANCE,
+    also=(Stage.OBJECT,),
 )
 def fault_renormalised(ray: Ray, placement: Placement) -> Ray:
     """Return the object-space ray with a unit direction."""
