@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rayproof.reports.run.stopping import Stopping
+from rayproof.reports.processes.signals import Stopping
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -136,7 +136,7 @@ def _called(given: list[str]) -> int:
     from cyclopts import CycloptsError
 
     from rayproof.reports.commands.usage import UsageError, disown, one_line
-    from rayproof.tracer.llvm import NoBackendError
+    from rayproof.tracer.device.llvm import NoBackendError
 
     try:
         result = application()(given, exit_on_error=False, print_error=False, result_action="return_value")

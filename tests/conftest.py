@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from rayproof.tracer import llvm
+from rayproof.tracer.device import llvm
 
 llvm.select()
 

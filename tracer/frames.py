@@ -17,14 +17,14 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import Scene
-from rayproof.tracer.arrays import ArrayTypes, array_types
-from rayproof.tracer.assets import Assets
-from rayproof.tracer.branches import asked
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.interleaving import next_step
-from rayproof.tracer.lanes import Lanes
+from rayproof.tracer.device.arrays import ArrayTypes, array_types
+from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.device.coherent_branches import asked
+from rayproof.tracer.device.scheduling import next_step
+from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.plan import Plan, plan
-from rayproof.tracer.trace import Trace
+from rayproof.tracer.stages.trace import Trace
 
 PACKETS = (8, 4)  # numbers that are written at once, as many pixels as stand in a row
 CHANNELS = 3

@@ -9,18 +9,18 @@ from dataclasses import dataclass
 from math import radians, tan
 
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Triangle
-from rayproof.tracer.acceleration.choosing import MOST_BY_AREA
-from rayproof.tracer.arrays import backend
-from rayproof.tracer.camera_rays import WIDEST
+from rayproof.tracer.acceleration.builder import MOST_BY_AREA
+from rayproof.tracer.acceleration.bvhs import flat
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.arrays import backend
 from rayproof.tracer.frames import PACKETS
-from rayproof.tracer.geometry import SLOTS, square_vectors
-from rayproof.tracer.illumination import MANY
-from rayproof.tracer.placement import Placement
 from rayproof.tracer.plan import Plan
-from rayproof.tracer.trees import flat
-from rayproof.tracer.triangles import degenerate
-from rayproof.tracer.world import can_shadow_itself
+from rayproof.tracer.shapes.records import SLOTS, square_vectors
+from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.triangles import degenerate
+from rayproof.tracer.stages.camera_rays import WIDEST
+from rayproof.tracer.stages.illumination import MANY
+from rayproof.tracer.stages.intersector import can_shadow_itself
 
 STAGES, NUMBERS, FRAMES = "stages", "numbers", "frames"
 

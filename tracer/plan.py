@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.geometry import SLOTS
+from rayproof.tracer.shapes.records import SLOTS
 
 HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
 SEVERAL = 24  # shapes in all that are, where a lane takes several samples and goes past those that it cannot meet

@@ -14,10 +14,10 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.parameters import Numbers, Stages
+from rayproof.tracer.device.kernel_constants import Numbers, Stages
 from rayproof.tracer.plan import Plan
-from rayproof.tracer.reach import beyond
-from rayproof.tracer.trace import Trace
+from rayproof.tracer.shapes.representable import beyond
+from rayproof.tracer.stages.trace import Trace
 
 
 def _numbers(array: Any) -> np.ndarray:

@@ -64,7 +64,7 @@ def render(
     """
     choose_packaged_llvm()
     from rayproof.tracer.configuration import Configuration
-    from rayproof.tracer.llvm import select as select_llvm
+    from rayproof.tracer.device.llvm import select as select_llvm
     from rayproof.tracer.render import render as trace
 
     asked = image_stages(stages)

@@ -54,25 +54,25 @@ def compare(
     if all(runs):
         if cases:
             raise ValueError("two finished runs are compared on what they hold; `cases` cannot add to it")
-        from rayproof.reports.compare.runs import compare_runs
+        from rayproof.reports.runs.difference.runs import compare_runs
 
         return _comparison(compare_runs(*folders))
     if any(runs):
         raise ValueError("a run can only be compared with another run")
     choose_packaged_llvm()
-    from rayproof.tracer.llvm import select
+    from rayproof.tracer.device.llvm import select
 
     select()
-    from rayproof.reports.compare.comparison import compare as compare_formulas
-    from rayproof.reports.compare.contenders import contender, seen
-    from rayproof.reports.compare.questions import questions
+    from rayproof.reports.studies.compare.comparison import compare as compare_formulas
+    from rayproof.reports.studies.compare.contenders import contender, seen
+    from rayproof.reports.studies.compare.questions import questions
 
     pair = seen(*(contender(str(name), precision=precision) for name in (base, candidate)))
     return _comparison(compare_formulas(questions(cases, *pair), *pair, repetitions=repetitions | 1, tell=tell))
 
 
 def _comparison(record: dict[str, Any]) -> Comparison:
-    from rayproof.reports.compare.pages import COLUMNS, rows
+    from rayproof.reports.studies.compare.pages import COLUMNS, rows
 
     columns = COLUMNS["runs" if "changed" in record else "formulas"]
     told = [dict(zip(columns, row, strict=False)) for row in rows(record)]

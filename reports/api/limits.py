@@ -10,11 +10,11 @@ from rayproof.reports.judge.oracle import ORACLE
 def limit_of(scene: Scene, stage: Stage, precision: str) -> np.ndarray:
     """Return how far an image may be off against the closed forms, as `CaseResult.limit` describes it."""
     from rayproof.reference.analytic import Analytic
-    from rayproof.reports.judge.ground import ground
     from rayproof.reports.judge.oracle import stages_of
-    from rayproof.reports.judge.parties import Candidate, Witness
-    from rayproof.reports.judge.remembering import Remembering
-    from rayproof.reports.judge.terms import Terms
+    from rayproof.reports.judge.oracle_memo import Remembering
+    from rayproof.reports.judge.renderers import Candidate, Witness
+    from rayproof.reports.judge.tolerance.pair_limits import Terms
+    from rayproof.reports.judge.tolerance.scene_context import ground
     from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
     base = ground(scene, stages_of(scene), Remembering(Analytic()))

@@ -13,12 +13,12 @@ import numpy as np
 from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.api.asking import image_stages
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.plain import legible
-from rayproof.reports.publish.headline import worst_first
-from rayproof.reports.publish.kept import kept_images
-from rayproof.reports.publish.results import load_results
-from rayproof.reports.publish.thumbnails import picture
+from rayproof.reports.publish.page.thumbnails import picture
+from rayproof.reports.results.document import load_results
+from rayproof.reports.results.headline import worst_first
+from rayproof.reports.results.images import kept_images
+from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.outcomes import Outcome
 
 GOOD = ("pass", "warn")
 MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)

@@ -15,7 +15,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.api.arrays import answers_from
 from rayproof.reports.api.asking import image_stages
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.publish.exr import write_answers
+from rayproof.reports.results.exr import write_answers
 
 Renderer = Callable[[Scene, Sequence[Stage]], Mapping[str, Any] | Any]
 RELAY = Path(__file__).with_name("relay.py")

@@ -21,9 +21,9 @@ from rayproof.reports.laws.judging import judge
 from rayproof.reports.laws.orders import LawOrder
 from rayproof.reports.laws.suite import Pair
 from rayproof.reports.laws.work import obey, small
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.worker import Reply, serve
 from rayproof.reports.run.llvm import choose_packaged_llvm
-from rayproof.reports.run.pool import Pool
-from rayproof.reports.run.worker import Reply, serve
 from rayproof.reports.subjects import THE_TRACER
 
 KIND = "laws"

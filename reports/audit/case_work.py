@@ -8,16 +8,16 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.audit.oracle import PatientOracle
 from rayproof.reports.audit.orders import REFERENCES, CaseOrder, CaseReport, Look, Sighting
 from rayproof.reports.audit.planted import PlantedFault
-from rayproof.reports.faults import FAULTS
-from rayproof.reports.judge.judging import judge_case
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.paths.verdict import sentence
-from rayproof.reports.run import tasks
-from rayproof.reports.run.orders import ReferenceTask, TracerTask
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.messages import ReferenceTask, TracerTask
+from rayproof.reports.run.tasks import handlers
 
 USUAL = "float32"
 BAD = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING)
@@ -50,7 +50,7 @@ def work(order: CaseOrder) -> CaseReport:
 
 @cache
 def _task(kind: str) -> Any:
-    return tasks.handler(kind)
+    return handlers.handler(kind)
 
 
 def candidate(configuration: str, scene: Scene) -> Candidate:

@@ -7,7 +7,7 @@ from typing import Any
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.orders import REFERENCES, GradedReport, LiarReport, Sighting
 from rayproof.reports.audit.planted import PlantedFault
-from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.results.outcomes import Outcome
 
 NAMED = 5  # killers that an entry names
 

@@ -16,8 +16,8 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.audit.case_work import candidate, judge, witness
 from rayproof.reports.audit.oracle import PatientOracle
 from rayproof.reports.audit.orders import GradedOrder, GradedReport
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.results.outcomes import Outcome
 
 NORMAL_TILT = "normal tilt"
 AFTER_NORMAL = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)

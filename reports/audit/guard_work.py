@@ -4,8 +4,8 @@ from collections.abc import Callable
 from functools import cache
 
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.audit.orders import GuardOrder, GuardReport
-from rayproof.reports.faults import FAULTS
 
 
 def work(order: GuardOrder) -> GuardReport:
@@ -24,7 +24,7 @@ def _in_force() -> None:
 
 def stopped_by(*, judge_first: bool = False) -> str | None:
     """Return what the first guard says that stops the run, or None; a run asks all of them, in whatever order."""
-    from rayproof.reports.judge.sentinels import BrokenJudgeError, stand_guard
+    from rayproof.reports.judge.self_test.stand_guard import BrokenJudgeError, stand_guard
     from rayproof.reports.run.guards import BrokenHarnessError, stand_guards
 
     guards: tuple[Callable[[], object], ...] = (stand_guards, lambda: stand_guard(Analytic()))

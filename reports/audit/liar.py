@@ -17,15 +17,15 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.oracle import PatientOracle
 from rayproof.reports.audit.orders import LiarOrder, LiarReport
-from rayproof.reports.judge.bench import Bench
-from rayproof.reports.judge.checks import Check, stage_check
-from rayproof.reports.judge.examined import Kind
-from rayproof.reports.judge.ground import Ground, ground
-from rayproof.reports.judge.measurement import ratios
+from rayproof.reports.judge.comparison.check import Check, stage_check
+from rayproof.reports.judge.comparison.examined import Kind
+from rayproof.reports.judge.comparison.measurement import ratios
+from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Candidate, Witness
-from rayproof.reports.judge.sentinel import rounded
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.self_test.known_answer import rounded
+from rayproof.reports.judge.tolerance.scene_context import Ground, ground
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
 HUGE, SLIGHTLY = 1e30, 1.001

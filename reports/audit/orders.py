@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from rayproof.cases.case import Case
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.planted import PlantedFault
-from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.results.outcomes import Outcome
 
 # Those that every installation has; a fault must be found without the others.
 REFERENCES = ("analytic", "mitsuba_scalar", "mitsuba_llvm", "radiance", "embree")

@@ -5,7 +5,7 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.faults import FAULTS
+from rayproof.reports.audit.faults import FAULTS
 
 if TYPE_CHECKING:
     from rayproof.tracer.catalogue import Formula

@@ -29,15 +29,15 @@ from rayproof.reports.audit.selection import Assignment, first_round, later_roun
 from rayproof.reports.audit.tables import show
 from rayproof.reports.audit.worker import serve_audit
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.worker import Reply
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.atomic import write_text
-from rayproof.reports.publish.audit import NAME
-from rayproof.reports.publish.results import NAME as RESULTS
+from rayproof.reports.publish.page.audit import NAME
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.document import NAME as RESULTS
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.plan import plan
-from rayproof.reports.run.pool import Pool
-from rayproof.reports.run.worker import Reply
 from rayproof.reports.terminal import console as terminal
 
 FAMILIES, QUICK_FAMILIES = 6, 3  # cases that a fault is put to at first, each of another family

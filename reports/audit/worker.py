@@ -3,8 +3,8 @@
 from typing import Any
 
 from rayproof.reports.audit.orders import CaseOrder, GradedOrder, GuardOrder, LiarOrder
+from rayproof.reports.processes.worker import serve
 from rayproof.reports.run.llvm import choose_packaged_llvm
-from rayproof.reports.run.worker import serve
 
 
 def serve_audit(kind: str, connection: Any) -> None:

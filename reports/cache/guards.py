@@ -10,8 +10,8 @@ from rayproof.reports.cache.store import Store
 # What asks the guards, the guards themselves and with them all that they guard.
 CODE = (
     "rayproof.reports.run.guards",
-    "rayproof.reports.judge.sentinels",
-    "rayproof.reports.run.judge_task",
+    "rayproof.reports.judge.self_test.stand_guard",
+    "rayproof.reports.run.tasks.judge_task",
     "rayproof.reports.run.suite",
 )
 

@@ -17,10 +17,14 @@ from rayproof.cases.case import Case
 from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.cache.entries import DamagedEntryError
 from rayproof.reports.cache.store import Entry, Store
-from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.renderers import Candidate
 
 # What asks references, judges, and writes a record with its files; the tracer's code is told by its answers.
-CODE = ("rayproof.reports.run.asking", "rayproof.reports.run.judge_task", "rayproof.reports.run.case_run")
+CODE = (
+    "rayproof.reports.run.tasks.reference_task",
+    "rayproof.reports.run.tasks.judge_task",
+    "rayproof.reports.run.case_run",
+)
 TOLD_BY_ANSWERS = ("rayproof.tracer",)
 RECORD = "record"  # the array that holds it; files are named by their paths, which have a slash
 PLACES = ("images", "scenes")  # where a record's files lie in a results folder

@@ -11,7 +11,7 @@ from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.cache.entries import DamagedEntryError
 from rayproof.reports.cache.store import Store
 
-CODE = ("rayproof.reports.publish.picture_worker", "rayproof.reports.publish.pictures")
+CODE = ("rayproof.reports.publish.scene3d.picture_worker", "rayproof.reports.publish.scene3d.pictures")
 PACKAGES = ("numpy", "pillow", "pyvista", "trame-vtk", "vtk")
 KINDS = ("picture", "view")
 

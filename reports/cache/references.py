@@ -24,7 +24,7 @@ from rayproof.reports.cache.store import Entry, Store, usual_store
 # Reading is checking too: about as fast as a processor sums an HMAC-SHA256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
-CODE = ("rayproof.reports.run.asking",)
+CODE = ("rayproof.reports.run.tasks.reference_task",)
 
 
 @dataclass(frozen=True, kw_only=True)

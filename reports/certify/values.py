@@ -12,16 +12,16 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.continuing import continued
 from rayproof.reports.certify.perturbed import horizons, perturbed
-from rayproof.reports.judge.bench import GEOMETRY
-from rayproof.reports.judge.calibration import calibration
-from rayproof.reports.judge.channels import all_of, any_of, largest
-from rayproof.reports.judge.epsilons import ALLOWED, needed_shadow
-from rayproof.reports.judge.ground import Ground
-from rayproof.reports.judge.limits import Roundoff
-from rayproof.reports.judge.measurement import ratios
-from rayproof.reports.judge.parties import Candidate, Witness
-from rayproof.reports.judge.sides import widest_near
-from rayproof.reports.judge.terms import LIGHT, Terms
+from rayproof.reports.judge.comparison.declared_epsilons import ALLOWED, needed_shadow
+from rayproof.reports.judge.comparison.measurement import ratios
+from rayproof.reports.judge.comparison.pair import GEOMETRY
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.tolerance.calibration import calibration
+from rayproof.reports.judge.tolerance.channels import all_of, any_of, largest
+from rayproof.reports.judge.tolerance.edge_sides import widest_near
+from rayproof.reports.judge.tolerance.limits import Roundoff
+from rayproof.reports.judge.tolerance.pair_limits import LIGHT, Terms
+from rayproof.reports.judge.tolerance.scene_context import Ground
 
 CERTIFIED = Certified()
 NAME = "certified"

@@ -18,17 +18,17 @@ from rayproof.reference.certified.cameras import camera_answer
 from rayproof.reference.certified.continuing import continued
 from rayproof.reports.certify.perturbed import CORNERS, perturbed
 from rayproof.reports.certify.values import CERTIFIED, Held, Pixel, certified_answers
-from rayproof.reports.judge import camera
-from rayproof.reports.judge.bench import GEOMETRY
-from rayproof.reports.judge.bias import bias
-from rayproof.reports.judge.checks import Check
-from rayproof.reports.judge.ground import Ground, ground
-from rayproof.reports.judge.limits import HIT, MATRICES, RAY, Roundoff
-from rayproof.reports.judge.measurement import Measurement, jsonable, ratios
+from rayproof.reports.judge.comparison import camera
+from rayproof.reports.judge.comparison.check import Check
+from rayproof.reports.judge.comparison.common_factors import bias
+from rayproof.reports.judge.comparison.measurement import Measurement, jsonable, ratios
+from rayproof.reports.judge.comparison.pair import GEOMETRY
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
-from rayproof.reports.judge.outcomes import Outcome, worst
-from rayproof.reports.judge.parties import Candidate, Witness, as_candidate
-from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.judge.renderers import Candidate, Witness, as_candidate
+from rayproof.reports.judge.tolerance.limits import HIT, MATRICES, RAY, Roundoff
+from rayproof.reports.judge.tolerance.scene_context import Ground, ground
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome, worst
 
 ACCUSING = (Outcome.REFERENCE_SUSPECT, Outcome.WARN)
 UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})

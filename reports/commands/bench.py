@@ -41,10 +41,10 @@ def bench(
 
     choose_packaged_llvm()
     from rayproof.cases.benchmark.scenes import QUICK_SIZES, SIZES, chosen
-    from rayproof.reports.bench.apart import BenchError, Task, timed_apart
-    from rayproof.reports.bench.document import begun, everybody
-    from rayproof.reports.bench.machine import machine
-    from rayproof.reports.bench.regressions import compared
+    from rayproof.reports.studies.bench.apart import BenchError, Task, timed_apart
+    from rayproof.reports.studies.bench.document import begun, everybody
+    from rayproof.reports.studies.bench.machine import machine
+    from rayproof.reports.studies.bench.regressions import compared
 
     with told_in_one_line():
         asked = chosen(scenes, quick=quick)

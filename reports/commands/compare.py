@@ -54,7 +54,7 @@ def compare(
     if runs:
         if selectors:
             raise UsageError("two finished runs are compared on what they hold; selectors cannot add to it")
-        from rayproof.reports.compare.runs import compare_runs
+        from rayproof.reports.runs.difference.runs import compare_runs
 
         with told_in_one_line():
             result = compare_runs(runs[0], runs[1])
@@ -63,7 +63,7 @@ def compare(
     show(result)
     write_json(json, result)
     if out is not None:
-        from rayproof.reports.compare.pages import markdown
+        from rayproof.reports.studies.compare.pages import markdown
 
         write_json(out / "comparison.json", result)
         (out / "comparison.md").write_text(markdown(result), encoding="utf-8")
@@ -72,13 +72,13 @@ def compare(
 
 def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str) -> dict[str, Any]:
     """Return the comparison of two formulas or configurations."""
-    from rayproof.tracer.llvm import select
+    from rayproof.tracer.device.llvm import select
 
     select()
-    from rayproof.reports.compare.comparison import compare as run_comparison
-    from rayproof.reports.compare.contenders import contender, seen
-    from rayproof.reports.compare.own import OwnFormulaError
-    from rayproof.reports.compare.questions import questions
+    from rayproof.reports.studies.compare.comparison import compare as run_comparison
+    from rayproof.reports.studies.compare.contenders import contender, seen
+    from rayproof.reports.studies.compare.own import OwnFormulaError
+    from rayproof.reports.studies.compare.questions import questions
 
     with told_in_one_line():
         pair = seen(*(contender(name, precision=precision) for name in (base, candidate)))
@@ -99,7 +99,7 @@ def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: i
 
 def show(result: dict[str, Any]) -> None:
     """Print the verdict, the families and the control."""
-    from rayproof.reports.compare.pages import COLUMNS, rows
+    from rayproof.reports.studies.compare.pages import COLUMNS, rows
 
     say(result["verdict"])
     if control := result.get("control"):

@@ -31,11 +31,11 @@ def import_scene(file: Path, *, out: Path | None = None, width: int | None = Non
     if target.suffix.lower() != ".json":
         raise UsageError(f"the scene file must end in .json, got {target}")
     from rayproof.cases.scene_json import save_scene
-    from rayproof.reports import exchange
+    from rayproof.reports import interchange
 
     size = None if width is None or height is None else (width, height)
     with told_in_one_line():
-        imported = exchange.import_scene(file, size)
+        imported = interchange.import_scene(file, size)
         writable_folder(target.parent)
         save_scene(imported.scene, target)
     for sentence in imported.dropped:
@@ -57,11 +57,11 @@ def export_scene(scene: str, file: Path) -> int:
 
     """
     loaded = scene_named(scene)
-    from rayproof.reports import exchange
+    from rayproof.reports import interchange
 
     with told_in_one_line():
         writable_folder(file.parent)
-        dropped = exchange.export_scene(loaded, file)
+        dropped = interchange.export_scene(loaded, file)
     for sentence in dropped:
         say(f"note: {sentence}")
     say(f"{file}: {len(loaded.shapes)} shapes, {len(loaded.lights)} lights")

@@ -49,7 +49,7 @@ def expect(
 
     """
     from rayproof.reports.gate.expectations import load_expectations, save_expectations
-    from rayproof.reports.publish.results import load_results
+    from rayproof.reports.results.document import load_results
 
     if what != "accept" and (reason is not None or expires is not None or issue is not None or when):
         raise UsageError("--reason, --expires, --issue and --when are for accept")

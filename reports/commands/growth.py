@@ -54,7 +54,7 @@ def growth(
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
-    from rayproof.reports.growth.measuring import GrowthError
+    from rayproof.reports.studies.growth.measuring import GrowthError
 
     try:
         if against is not None:
@@ -70,8 +70,8 @@ def growth(
 def _grow(counts: list[int], json: Path | None) -> None:
     if counts[0] < 1:
         raise UsageError(f"a suite has at least 1 case, got {counts[0]}")
-    from rayproof.reports.growth.marginal import marginal
-    from rayproof.reports.growth.measuring import measured
+    from rayproof.reports.studies.growth.marginal import marginal
+    from rayproof.reports.studies.growth.measuring import measured
 
     rows: list[dict[str, Any]] = []
     for row in measured(counts):
@@ -86,7 +86,7 @@ def _grow(counts: list[int], json: Path | None) -> None:
 
 
 def _compare(against: Path, selectors: tuple[str, ...], count: int, json: Path | None) -> None:
-    from rayproof.reports.growth.checkouts import Round, check, compared, ratios
+    from rayproof.reports.studies.growth.checkouts import Round, check, compared, ratios
 
     with told_in_one_line():
         check(against, count)

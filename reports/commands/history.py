@@ -30,9 +30,9 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     """
     from fnmatch import fnmatchcase
 
-    from rayproof.reports.history.database import opened, storable
-    from rayproof.reports.history.series import read_series
-    from rayproof.reports.history.standing import worse
+    from rayproof.reports.runs.history.database import opened, storable
+    from rayproof.reports.runs.history.series import read_series
+    from rayproof.reports.runs.history.standing import worse
 
     path = history or Path(os.environ.get(VARIABLE, USUAL))
     with told_in_one_line(), opened(path) as connection:

@@ -98,7 +98,7 @@ def version_of(name: str) -> str:
 
 def metrics() -> list[dict[str, Any]]:
     """Describe every metric."""
-    from rayproof.reports.judge.metrics import METRICS
+    from rayproof.reports.judge.comparison.metrics import METRICS
 
     return [{"name": name, "what": first_line(METRICS[name])} for name in METRICS]
 
@@ -122,7 +122,7 @@ def laws() -> list[dict[str, Any]]:
 def mistakes() -> list[dict[str, Any]]:
     """Describe every known mistake: the items that it concerns, the right formulas of these, what the renderer does."""
     from rayproof.reports.diagnosis import MISTAKES
-    from rayproof.reports.publish.items import TITLES
+    from rayproof.reports.results.item_titles import TITLES
 
     return [
         {

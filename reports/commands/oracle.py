@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rayproof.reports.commands.lookup import scene_named, stages_named
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
-from rayproof.reports.plain import plain
+from rayproof.reports.results.json_numbers import plain
 
 if TYPE_CHECKING:
     from rayproof.cases.scene import Camera, Scene
@@ -80,8 +80,8 @@ def oracle(
 
 def _speed(name: str, scene: "Scene", json: Path | None) -> int:
     """Show how fast both truths are on a scene."""
-    from rayproof.reports.oracle_speed import speeds
-    from rayproof.tracer.llvm import select
+    from rayproof.reports.studies.bench.oracle_speed import speeds
+    from rayproof.tracer.device.llvm import select
 
     select()
     found = speeds(scene)

@@ -64,7 +64,7 @@ def probe(
     names = references_named(require)
     tested = subject_named(subject, env)
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
-    from rayproof.tracer.llvm import select
+    from rayproof.tracer.device.llvm import select
 
     select()
     columns = {} if tested.is_tracer else {tested.name: subject_pixel(tested, scene, x, y)}
@@ -81,7 +81,7 @@ def probe(
 def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
     """Return what another renderer than the tracer answers at a pixel, or why it does not."""
     from rayproof.reports.judge.oracle import stages_of
-    from rayproof.reports.run.asked import answered
+    from rayproof.reports.run.capabilities import answered
 
     with told_in_one_line():
         found = answered(subject, scene)
@@ -94,8 +94,8 @@ def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
 def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -> Column:
     """Return what the tracer answers at a pixel, or why the scene is beyond its precision."""
     from rayproof.reports.judge.oracle import stages_of
-    from rayproof.tracer.reach import beyond
     from rayproof.tracer.render import render
+    from rayproof.tracer.shapes.representable import beyond
 
     if (refusal := beyond(scene, configuration.precision)) is not None:
         return {str(stage): f"unsupported: {refusal}" for stage in Stage}
@@ -105,8 +105,8 @@ def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -
 def reference_pixel(name: str, scene: Scene, x: int, y: int, *, cached: bool) -> Column:
     """Return what a reference answers at a pixel, or why it cannot."""
     from rayproof.reference import REFERENCES
-    from rayproof.reports.run.asking import heard
-    from rayproof.reports.run.orders import ReferenceTask
+    from rayproof.reports.run.messages import ReferenceTask
+    from rayproof.reports.run.tasks.reference_task import heard
 
     task = ReferenceTask(scene=scene, samples=1, cached=cached)
     witness = heard(name, REFERENCES[name](), task, independent=False)

@@ -29,10 +29,10 @@ def render(scene: str, image: Path, *, stages: str = "radiance", configuration: 
     loaded = scene_named(scene)
     with told_in_one_line():
         writable_folder(image.parent)
-    from rayproof.reports.publish.exr import write_answers
-    from rayproof.tracer.llvm import select
-    from rayproof.tracer.reach import beyond
+    from rayproof.reports.results.exr import write_answers
+    from rayproof.tracer.device.llvm import select
     from rayproof.tracer.render import render as trace
+    from rayproof.tracer.shapes.representable import beyond
 
     if (refusal := beyond(loaded, chosen.precision)) is not None:
         raise UsageError(f"{scene}: {refusal}")

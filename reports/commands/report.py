@@ -50,8 +50,8 @@ def report(
     if out is not None or json is not None:
         raise UsageError("--out and --json are for the report of two runs; name both folders")
     from rayproof.reports.publish import publish_all
-    from rayproof.reports.publish.headline import shouts
-    from rayproof.reports.publish.results import load_results
+    from rayproof.reports.results.document import load_results
+    from rayproof.reports.results.headline import shouts
 
     with told_in_one_line():
         results = load_results(folder)
@@ -70,9 +70,9 @@ def report(
 
 def look(folder: Path, results: dict[str, Any], pictures: Path | None, case: str | None, *, figures: bool) -> None:
     """Open a published report in Chromium, to take pictures of it or to time it."""
-    from rayproof.reports.looking.chromium import missing
-    from rayproof.reports.looking.figures import figures as measured
-    from rayproof.reports.looking.pictures import take_pictures
+    from rayproof.reports.publish.browser.chromium import missing
+    from rayproof.reports.publish.browser.figures import figures as measured
+    from rayproof.reports.publish.browser.screenshots import take_pictures
 
     with told_in_one_line():
         if case is not None and all(one["name"] != case for one in results["cases"]):
@@ -91,8 +91,8 @@ def write_one_file(folder: Path, results: dict[str, Any] | None = None, *, asked
 
     An earlier one is written anew though nobody `asked`: it would tell of another run.
     """
-    from rayproof.reports.publish.results import load_results
-    from rayproof.reports.publish.single_file import NAME, write_single_file
+    from rayproof.reports.publish.page.single_file import NAME, write_single_file
+    from rayproof.reports.results.document import load_results
 
     if not (asked or (folder / NAME).is_file()):
         return
@@ -102,9 +102,9 @@ def write_one_file(folder: Path, results: dict[str, Any] | None = None, *, asked
 
 def report_between(before: Path, after: Path, out: Path | None, *, single_file: bool, json: Path | None) -> int:
     """Say what changed between two runs, and publish a folder that shows it."""
-    from rayproof.reports.difference.record import comparison, moved, names_of, sentence
     from rayproof.reports.publish import publish_all
-    from rayproof.reports.publish.results import load_results
+    from rayproof.reports.results.document import load_results
+    from rayproof.reports.runs.difference.record import comparison, moved, names_of, sentence
 
     if single_file and out is None:
         raise UsageError("--single-file needs --out, the folder for the report of both runs")
@@ -119,7 +119,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
             writable_folder(json.parent)
     shout(record["faults"])
     if out is not None:
-        from rayproof.reports.difference.folder import write_folder
+        from rayproof.reports.runs.difference.folder import write_folder
 
         write_folder(out, (before, after), runs, record)
         publish_all(out)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
-from rayproof.reports.plain import legible
+from rayproof.reports.results.json_numbers import legible
 
 if TYPE_CHECKING:
     from rayproof.reports.subjects import Subject
@@ -129,8 +129,8 @@ def run(
         )
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
-    from rayproof.reports.run.early import early_workers
-    from rayproof.reports.run.scratch import scratch
+    from rayproof.reports.processes.scratch import scratch
+    from rayproof.reports.run.prestart import early_workers
 
     early = subject == TRACER and not dry_run
     with scratch(), early_workers(jobs=count, timeout=timeout) if early else nullcontext() as pool:
@@ -154,7 +154,7 @@ def run(
             if not dry_run:
                 own(out)
             if history is not None and not dry_run:
-                from rayproof.reports.history.database import opened
+                from rayproof.reports.runs.history.database import opened
 
                 writable_folder(history.parent)
                 with opened(history, create=True):
@@ -182,7 +182,7 @@ def run(
             diagnose=diagnose == "auto",
         )
         if dry_run:
-            from rayproof.reports.run.dry import plan_in_words
+            from rayproof.reports.run.dry_run import plan_in_words
 
             with told_in_one_line():
                 lines = plan_in_words(request)
@@ -235,7 +235,7 @@ def under_test(
     subject: str, *, seconds: float, memory: float, surroundings: "Surroundings", before_oracle: bool = True
 ) -> "Subject":
     """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test."""
-    from rayproof.reports.run.asked import ask
+    from rayproof.reports.run.capabilities import ask
     from rayproof.reports.subjects import THE_TRACER
     from rayproof.reports.subjects.choosing import chosen
 

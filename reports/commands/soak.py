@@ -52,7 +52,7 @@ def soak(
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
-    from rayproof.reports.run.scratch import scratch
+    from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.soak.soaking import Request, soaked
 
     seed = secrets.randbelow(2**32) if seed is None else seed

@@ -46,10 +46,10 @@ def stability(
             own(out / "stability")
         if json is not None:
             writable_folder(json.parent)
-    from rayproof.tracer.llvm import select
+    from rayproof.tracer.device.llvm import select
 
     select()
-    from rayproof.reports.stability.survey import plan, survey
+    from rayproof.reports.studies.stability.survey import plan, survey
 
     with told_in_one_line():
         planned = plan(formulas, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
@@ -81,8 +81,8 @@ def tell(done: int, total: int, one: dict[str, Any]) -> None:
 
 def summary(planned: Any, records: list[dict[str, Any]], doubts: list[str], surprises: int) -> dict[str, Any]:
     """Return what `--json` writes."""
-    from rayproof.reports.stability.guards import keeps_subnormals
-    from rayproof.tracer.versions import versions
+    from rayproof.reports.studies.stability.guards import keeps_subnormals
+    from rayproof.tracer.device.versions import versions
 
     return {
         "schema": 1,
@@ -97,7 +97,7 @@ def summary(planned: Any, records: list[dict[str, Any]], doubts: list[str], surp
 
 def written(folder: Path, planned: Any, found: dict[str, Any]) -> None:
     """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
-    from rayproof.reports.stability.publish import publish
+    from rayproof.reports.studies.stability.publish import publish
 
     for ladder, _ in planned.ladders:
         publish(folder, ladder, [one for one in found["ladders"] if one["ladder"] == ladder.name])
@@ -107,7 +107,7 @@ def written(folder: Path, planned: Any, found: dict[str, Any]) -> None:
 
 def show(records: list[dict[str, Any]], doubts: list[str], surprises: int, *, everything: bool) -> None:
     """Print the table, worst first, then what was surprising."""
-    from rayproof.reports.stability.records import worst_first
+    from rayproof.reports.studies.stability.records import worst_first
 
     ordered = worst_first(records)
     kept = ordered if everything else ordered[:SHOWN]

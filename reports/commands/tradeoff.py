@@ -26,12 +26,12 @@ def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = No
         Fewer repetitions, and without selectors one diagram of each kind.
 
     """
-    from rayproof.tracer.llvm import select
+    from rayproof.tracer.device.llvm import select
 
     select()
-    from rayproof.reports.tradeoff.files import write
-    from rayproof.reports.tradeoff.measuring import measure
-    from rayproof.reports.tradeoff.tasks import DEFAULT, QUICK, tasks
+    from rayproof.reports.studies.tradeoff.files import write
+    from rayproof.reports.studies.tradeoff.measuring import measure
+    from rayproof.reports.studies.tradeoff.tasks import DEFAULT, QUICK, tasks
 
     with told_in_one_line():
         found = tasks(selectors or (QUICK if quick else DEFAULT))

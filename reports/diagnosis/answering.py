@@ -15,10 +15,10 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene, SceneError
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Given, Way
-from rayproof.reports.judge.conditioning import condition
-from rayproof.reports.judge.limits import Roundoff, limits
-from rayproof.reports.judge.measurement import ratios
+from rayproof.reports.judge.comparison.measurement import ratios
 from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.tolerance.conditioning import condition
+from rayproof.reports.judge.tolerance.limits import Roundoff, limits
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
@@ -169,8 +169,8 @@ def _continued(scene: Scene, answers: Answers, first: Stage, oracle: FullOracle)
 
 def _traced(scene: Scene, stages: list[Stage], formulas: Mapping[str, str]) -> Answers:
     from rayproof.tracer.configuration import Configuration
-    from rayproof.tracer.reach import beyond
     from rayproof.tracer.render import render
+    from rayproof.tracer.shapes.representable import beyond
 
     if (why := beyond(scene, "float64")) is not None:
         raise Unanswerable(why)

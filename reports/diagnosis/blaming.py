@@ -17,8 +17,8 @@ from rayproof.reports.diagnosis.answering import Unanswerable, changed
 from rayproof.reports.diagnosis.hypotheses import bound
 from rayproof.reports.diagnosis.search import Clock
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence
-from rayproof.reports.judge.blame import candidates
-from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.verdict.blame import candidates
+from rayproof.reports.results.outcomes import Outcome
 
 PASSING = 4  # passing cases that are asked, those of the most shapes, lights and matrices
 LEAST_PARAMETER = 0.01  # relative: an exponent or a factor that is off by less would be called a rounding

@@ -16,9 +16,9 @@ from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.saying import entries, what_is_left
 from rayproof.reports.diagnosis.search import Clock, search, spread
 from rayproof.reports.diagnosis.trial import Evidence, undecided
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.publish.encoding import inflated
-from rayproof.reports.publish.kept import inside, kept_images
+from rayproof.reports.results.float_codec import inflated
+from rayproof.reports.results.images import inside, kept_images
+from rayproof.reports.results.outcomes import Outcome
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.VISIBILITY)]
 LARGEST = 2000  # faces: of a larger mesh nearly every pixel is an edge, and edges prove nothing

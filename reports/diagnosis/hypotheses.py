@@ -8,7 +8,7 @@ import numpy as np
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
 from rayproof.reports.diagnosis.trial import Evidence, trial
-from rayproof.reports.judge.terms import LIGHT
+from rayproof.reports.judge.tolerance.pair_limits import LIGHT
 
 LEAST_SAMPLES = 30  # pixels that an estimate needs
 SPREAD = 1e-3  # relative: half of the samples lie so near to the estimate, or there is no such parameter

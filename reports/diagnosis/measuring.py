@@ -29,9 +29,9 @@ from rayproof.reports.diagnosis.answering import Answered
 from rayproof.reports.diagnosis.diagnosing import LARGEST, faces
 from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trial import Evidence, undecided
-from rayproof.reports.publish.exr import read_answers
-from rayproof.reports.subjects.handing_over import hand_over
-from rayproof.tracer.llvm import select
+from rayproof.reports.results.exr import read_answers
+from rayproof.reports.subjects.request import hand_over
+from rayproof.tracer.device.llvm import select
 
 SOURCE = Path(__file__).resolve().parents[2] / "examples" / "renderers" / "mistaken.cpp"
 EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it

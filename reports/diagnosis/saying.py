@@ -6,7 +6,7 @@ from typing import Any
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.search import Found, Searched
 from rayproof.reports.diagnosis.trial import Evidence, differ, trial
-from rayproof.reports.publish.items import TITLES
+from rayproof.reports.results.item_titles import TITLES
 
 FEW = 4  # items that are told by name
 

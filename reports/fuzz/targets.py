@@ -51,7 +51,7 @@ XML = b"""<scene version="3.0.0"><default name="spp" value="4"/><default name="t
 
 
 def _imported(path: Path) -> Any:
-    from rayproof.reports.exchange import import_scene
+    from rayproof.reports.interchange import import_scene
 
     return import_scene(path)
 
@@ -161,8 +161,8 @@ def image() -> Target:
     """Return images of programs under test: OpenEXR and PFM."""
     import tempfile
 
-    from rayproof.reports.publish.exr import write_answers
-    from rayproof.reports.subjects.taking_back import take_back
+    from rayproof.reports.results.exr import write_answers
+    from rayproof.reports.subjects.image_reading import take_back
 
     pixels = np.linspace(0, 1, 36).reshape(3, 4, 3)
     with tempfile.TemporaryDirectory() as folder:
@@ -203,8 +203,8 @@ def capabilities() -> Target:
 
 
 def _results() -> dict[str, Any]:
-    from rayproof.reports.judge.outcomes import Outcome
-    from rayproof.reports.publish.results_shape import LEDGER
+    from rayproof.reports.results.document_shape import LEDGER
+    from rayproof.reports.results.outcomes import Outcome
 
     measured = {
         "worst_ratio": 2.0,
@@ -304,7 +304,7 @@ def _results() -> dict[str, Any]:
 def results() -> Target:
     """Return a results folder, published again."""
     from rayproof.reports.publish import publish_all
-    from rayproof.reports.publish.results import ResultsError, load_results
+    from rayproof.reports.results.document import ResultsError, load_results
 
     def read(path: Path) -> Any:
         load_results(path.parent)
@@ -337,9 +337,9 @@ def history() -> Target:
     """Return a history file, shown."""
     import tempfile
 
-    from rayproof.reports.history.database import HistoryError, append, opened
-    from rayproof.reports.history.series import read_series
-    from rayproof.reports.history.standing import worse
+    from rayproof.reports.runs.history.database import HistoryError, append, opened
+    from rayproof.reports.runs.history.series import read_series
+    from rayproof.reports.runs.history.standing import worse
 
     with tempfile.TemporaryDirectory() as folder:
         append(Path(folder, "h"), _results(), "r1")

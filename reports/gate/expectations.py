@@ -9,9 +9,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.plain import as_json
-from rayproof.reports.publish.atomic import write_text
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.json_numbers import as_json
+from rayproof.reports.results.outcomes import Outcome
 
 SCHEMA = 1
 # A crash, or a check of which nothing came, is no known failure: it shows nothing.

@@ -7,8 +7,8 @@ from datetime import date
 from typing import Any
 
 from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.publish.headline import blamed_items
+from rayproof.reports.results.headline import blamed_items
+from rayproof.reports.results.outcomes import Outcome
 
 GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 

@@ -6,10 +6,10 @@ from typing import Any
 from rayproof.cases.answers import Answers, Resolution
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.parties import Candidate
-from rayproof.reports.run.kinds import TRACING, UNDER_TEST
-from rayproof.reports.run.orders import SubjectTask, TracerTask
-from rayproof.reports.run.tasks import handler
+from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.run.messages import SubjectTask, TracerTask
+from rayproof.reports.run.tasks.handlers import handler
+from rayproof.reports.run.tasks.kinds import TRACING, UNDER_TEST
 from rayproof.reports.subjects import PROGRAM, Subject
 
 KEPT = 64  # scenes of which the answers are remembered

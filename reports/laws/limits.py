@@ -16,7 +16,7 @@ from rayproof.cases.relations import Relation
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.conditioning import basis_condition
+from rayproof.reports.judge.tolerance.conditioning import basis_condition
 
 # Roundings from pixel to radiance, each side of a relation: ray 16, hit 16, position 4, normal 16, light 12
 # (`reports.judge.limits`). The sum is what one side may be off; two random sides come near to it together.

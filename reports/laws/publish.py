@@ -14,18 +14,18 @@ from typing import Any
 from rayproof.cases.case import Case
 from rayproof.cases.laws import LAWS
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.outcomes import Outcome
 from rayproof.reports.laws.judging import Judged
 from rayproof.reports.laws.limits import K
 from rayproof.reports.laws.orders import LawReport
 from rayproof.reports.laws.suite import LawsRequest, Pair, verdict
-from rayproof.reports.plain import as_json
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.atomic import write_text
-from rayproof.reports.publish.exr import write_answers
-from rayproof.reports.publish.results import save_results
-from rayproof.reports.run import assemble
-from rayproof.reports.run.reproducing import write_scene
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.document import save_results
+from rayproof.reports.results.exr import write_answers
+from rayproof.reports.results.json_numbers import as_json
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.record import totals
+from rayproof.reports.run.record.reproducing import write_scene
 
 NAME = "laws.json"
 REFERENCE = "law"
@@ -41,7 +41,7 @@ def publish(folder: Path, content: dict[str, Any], reports: Sequence[LawReport],
         by_pair.setdefault((report.law, report.case), []).append(report)
     done = [pair for pair in request.pairs if (pair.law, pair.case.name) in by_pair]
     records = [_record(folder, pair, by_pair[pair.law, pair.case.name], request) for pair in done]
-    detail = assemble.coverage(records)
+    detail = totals.coverage(records)
     faults = sorted({fault for name in content["configurations"] for fault in _faults(name, request)})
     save_results(
         folder,
@@ -52,15 +52,15 @@ def publish(folder: Path, content: dict[str, Any], reports: Sequence[LawReport],
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
             "seconds": content["seconds"],
             "finished": content["finished"],
-            "verdict": assemble.verdict(records, planned=len(request.pairs), tracer=False).value,
+            "verdict": totals.verdict(records, planned=len(request.pairs), tracer=False).value,
             "subject": request.subject.title,
             "faults": faults,
             "environment": {"python": sys.version.split()[0], "system": platform.platform(), "kind": "laws"},
             "configurations": content["configurations"],
             "references": {REFERENCE: {"version": version("rayproof"), "precision": "float64", "independent": False}},
             "absent": {},
-            "summary": assemble.case_ledger(records, planned=len(request.pairs)),
-            "checks": assemble.check_ledger(records),
+            "summary": totals.case_ledger(records, planned=len(request.pairs)),
+            "checks": totals.check_ledger(records),
             "coverage": {item: entry["cases"] for item, entry in detail.items()},
             "coverage_detail": detail,
             "review": [],

@@ -9,8 +9,8 @@ from rayproof.cases.laws import LAWS
 from rayproof.cases.stages import Stage
 from rayproof.reports.laws.orders import LawOrder, LawReport
 from rayproof.reports.laws.work import serve_laws
-from rayproof.reports.run.pool import Pool
-from rayproof.reports.run.worker import Reply
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.worker import Reply
 from rayproof.reports.subjects import Subject
 
 PASS, FAIL, ERROR, UNSUPPORTED, SILENT = "pass", "fail", "error", "unsupported", "inapplicable"

@@ -14,8 +14,8 @@ from rayproof.cases.stages import Stage, exr_channels
 from rayproof.reports.laws.asking import Asked, SubjectError, UnansweredError, renderer
 from rayproof.reports.laws.judging import Judged, judge
 from rayproof.reports.laws.orders import Exhibit, LawOrder, LawReport
+from rayproof.reports.processes.worker import serve
 from rayproof.reports.run.llvm import choose_packaged_llvm
-from rayproof.reports.run.worker import serve
 
 SIDES = (41, 31)  # px, at most: odd, so that there is a central pixel
 

@@ -14,13 +14,13 @@ from typing import Any
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.reports.cache.digests import code
-from rayproof.reports.judge.outcomes import Outcome
 from rayproof.reports.paths.choice import CHOICE, ROUTED, asked
 from rayproof.reports.paths.routes import ROUTES, SIDE, by_tiles, suiting
-from rayproof.reports.plain import number
-from rayproof.reports.publish.atomic import write_text
-from rayproof.tracer.arrays import backend
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.json_numbers import number
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.arrays import backend
 from rayproof.tracer.paths import FRAMES, NUMBERS, PATHS, STAGES, Rendering
 from rayproof.tracer.plan import plan
 

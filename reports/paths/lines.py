@@ -138,12 +138,13 @@ def _evaluate_nothing() -> None:
     import drjit as dr
     import numpy as np
 
-    from rayproof.tracer import frames, lights, render
+    from rayproof.tracer import frames, render
+    from rayproof.tracer.stages import light_loop
 
     dr.eval = lambda *values: None
     dr.make_opaque = lambda *values: None
     dr.freeze = lambda function: function
-    for module in (frames, lights, render):
+    for module in (frames, light_loop, render):
         module.np = _Numpy(np, dr)  # type: ignore[attr-defined]
 
 
@@ -193,7 +194,7 @@ def left(name: str, path: Path, seen: set[int]) -> dict[int, str]:
 
 def unexecuted() -> list[str]:
     """Return the lines that nothing executes and nobody excuses. The process is then good for nothing else."""
-    from rayproof.tracer.llvm import select
+    from rayproof.tracer.device.llvm import select
 
     select()
     _evaluate_nothing()

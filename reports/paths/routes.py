@@ -17,7 +17,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.judge.supersampled import box_mean, finer
+from rayproof.reports.judge.comparison.box_filter import box_mean, finer
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.plan import Plan, plan

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 BENCH = "asked by `bench` and by tests of branches; it computes no image"
 JUDGE = "asked by the judge and the command line; nothing is rendered by it"
-HUGE = "trees beyond 2^80 m are walked without culling, in float64: tests/tracer/test_reach.py"
+HUGE = "trees beyond 2^80 m are walked without culling, in float64: tests/tracer/shapes/test_representable.py"
 SEVERAL = "leaves of several items, over 2^21 faces: tests/tracer/test_acceleration.py"
-REFUSED = "a refusal: tests/tracer/test_reach.py and test_configuration.py"
+REFUSED = "a refusal: tests/tracer/shapes/test_representable.py and test_configuration.py"
 
 # "file:function" -> why.
 FUNCTIONS: Mapping[str, str] = {
@@ -29,8 +29,8 @@ FUNCTIONS: Mapping[str, str] = {
     "plan.py:Plan.text": JUDGE,
     "shadow_epsilon.py:shadow_epsilon": JUDGE,
     "versions.py:versions": JUDGE,
-    "llvm.py:packaged_library": "chosen before anything is rendered: tests/tracer/test_llvm.py",
-    "llvm.py:select": "chosen before anything is rendered: tests/tracer/test_llvm.py",
+    "llvm.py:packaged_library": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
+    "llvm.py:select": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
 }
 # "file:text of the line" -> why.
 LINES: Mapping[str, str] = {
@@ -64,6 +64,6 @@ LINES: Mapping[str, str] = {
     "surfaces.py:return self.types.Vector(0)": "meshes without a face that has an area: tests/tracer/test_render.py",
     "trace.py:case _:": REFUSED,
     "trace.py:return dr.select((albedo == 0) & dr.isinf(irradiance), 0, leaving)": (
-        "a black channel under an irradiance that overflows: tests/tracer/test_reach.py"
+        "a black channel under an irradiance that overflows: tests/tracer/shapes/test_representable.py"
     ),
 }

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.results.outcomes import Outcome
 
 # A failure, an error and a suspicion stand: they were found by those who know what is right.
 STANDS = (Outcome.FAIL, Outcome.ERROR, Outcome.REFERENCE_SUSPECT)

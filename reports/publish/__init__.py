@@ -27,8 +27,8 @@ def publish_all(folder: Path, results: dict[str, Any] | None = None) -> list[Pat
         ResultsError: results.json is missing or not what docs/results.md describes.
 
     """
-    from rayproof.reports.publish.results import load_results
-    from rayproof.reports.publish.thumbnails import draw_thumbnails
+    from rayproof.reports.publish.page.thumbnails import draw_thumbnails
+    from rayproof.reports.results.document import load_results
 
     if results is None:
         results = load_results(folder)

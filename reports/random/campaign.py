@@ -11,13 +11,13 @@ from rayproof.cases.families import select
 from rayproof.cases.random import FAMILY, counted
 from rayproof.reports.audit.orders import LiarReport
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.plain import as_json
-from rayproof.reports.publish.atomic import write_text
-from rayproof.reports.publish.results import load_results
+from rayproof.reports.processes.pool import Pool
 from rayproof.reports.random.trials import LIAR, example, lies, trials
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.document import load_results
+from rayproof.reports.results.json_numbers import as_json
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import DEFAULTS
-from rayproof.reports.run.pool import Pool
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.suite import FAILED, INTERRUPTED
 from rayproof.reports.run.suite import run as run_suite

@@ -12,10 +12,10 @@ from rayproof.cases.random.draws import Draws
 from rayproof.reports.audit.orders import LiarOrder, LiarReport
 from rayproof.reports.audit.planted import PlantedFault, tracer_faults
 from rayproof.reports.audit.worker import serve_audit
-from rayproof.reports.run.asked import ask
-from rayproof.reports.run.pool import Pool
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.worker import Reply
+from rayproof.reports.run.capabilities import ask
 from rayproof.reports.run.request import RunRequest, Trial
-from rayproof.reports.run.worker import Reply
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.choosing import chosen
 

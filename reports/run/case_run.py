@@ -5,19 +5,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Candidate, Witness
+from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.paths.choice import asked
 from rayproof.reports.paths.verdict import held_together, together
-from rayproof.reports.run.kinds import JUDGE, RECALLING, UNDER_TEST
-from rayproof.reports.run.memory import Memory
-from rayproof.reports.run.orders import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.worker import Reply
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.messages import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.pool import Pool
-from rayproof.reports.run.reproducing import reproduce
+from rayproof.reports.run.record.reproducing import reproduce
+from rayproof.reports.run.record.unjudged import unjudged
 from rayproof.reports.run.size import is_large
-from rayproof.reports.run.unjudged import unjudged
-from rayproof.reports.run.worker import Reply
+from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, UNDER_TEST
+from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 from rayproof.reports.subjects.keeping import Keep

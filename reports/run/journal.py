@@ -12,9 +12,9 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.publish.atomic import write_text
-from rayproof.reports.publish.results import ResultsError, load_results
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.document import ResultsError, load_results
+from rayproof.reports.results.outcomes import Outcome
 
 NAME = "journal.jsonl"
 

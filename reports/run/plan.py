@@ -27,9 +27,9 @@ ALTERNATIVES = (
 # All that renders, judges, writes a record and writes its files.
 CODE = (
     "rayproof.reports.run.suite",
-    "rayproof.reports.run.tasks",
-    "rayproof.reports.run.trace_task",
-    "rayproof.reports.run.judge_task",
+    "rayproof.reports.run.tasks.handlers",
+    "rayproof.reports.run.tasks.trace_task",
+    "rayproof.reports.run.tasks.judge_task",
 )
 
 

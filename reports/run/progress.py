@@ -9,10 +9,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.plain import at_worst, legible
-from rayproof.reports.publish.headline import blamed_items, ratio_of
-from rayproof.reports.run.kinds import JUDGE, RECALLING, TRACING
+from rayproof.reports.results.headline import blamed_items, ratio_of
+from rayproof.reports.results.json_numbers import at_worst, legible
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, TRACING
 
 COLOURS = {
     Outcome.PASS: "green",

@@ -7,7 +7,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.covering import covering
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import load_scene
-from rayproof.reports.plain import legible
+from rayproof.reports.results.json_numbers import legible
 
 # What a scene that nobody tuned may have: rounding reaches few pixels, but its author owes us no share of them.
 MOST_EDGE = 0.5

@@ -14,27 +14,27 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
 from rayproof.reports.cache.guards import ask_once, passed
 from rayproof.reports.cache.store import usual_store
-from rayproof.reports.judge.outcomes import Outcome, exit_code
-from rayproof.reports.plain import legible
-from rayproof.reports.publish.atomic import remove_drafts
-from rayproof.reports.publish.headline import causes, examined_line, no_say
-from rayproof.reports.publish.pictures import Drawing
-from rayproof.reports.publish.results import save_results
-from rayproof.reports.run import assemble
-from rayproof.reports.run.document import results_document
+from rayproof.reports.judge.supported_stages import concerning
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.publish.scene3d.pictures import Drawing
+from rayproof.reports.results.atomic import remove_drafts
+from rayproof.reports.results.document import save_results
+from rayproof.reports.results.headline import causes, examined_line, no_say
+from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.outcomes import Outcome, exit_code
 from rayproof.reports.run.guards import stand_guards
 from rayproof.reports.run.journal import NAME as JOURNAL
 from rayproof.reports.run.journal import settle
-from rayproof.reports.run.kinds import JUDGE
 from rayproof.reports.run.llvm import choose_packaged_llvm
-from rayproof.reports.run.orders import GuardTask
+from rayproof.reports.run.messages import GuardTask
 from rayproof.reports.run.panel import panel
 from rayproof.reports.run.plan import PlannedCase, plan
-from rayproof.reports.run.pool import Pool
 from rayproof.reports.run.progress import worst_first
+from rayproof.reports.run.record import totals
+from rayproof.reports.run.record.document import results_document
 from rayproof.reports.run.request import RunRequest
-from rayproof.reports.run.supported import concerning
-from rayproof.reports.run.workers import workers
+from rayproof.reports.run.tasks.kinds import JUDGE
+from rayproof.reports.run.worker_settings import workers
 from rayproof.reports.run.workload import FIRST, render_and_judge
 from rayproof.reports.subjects import PROGRAM
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
@@ -122,7 +122,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
-    silent = assemble.silent(records, request.require)
+    silent = totals.silent(records, request.require)
     for name in silent:
         console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
     code = exit_code(concerning((Outcome(record["verdict"]) for record in records), tracer=subject.is_tracer))
@@ -135,8 +135,8 @@ def _remember(request: RunRequest, results: dict[str, Any], console: Console) ->
     """Keep the run in its history, if it has one, and return what became worse; a failure costs no result."""
     if request.history is None:
         return []
-    from rayproof.reports.history.database import HistoryError
-    from rayproof.reports.history.keeping import keep
+    from rayproof.reports.runs.history.database import HistoryError
+    from rayproof.reports.runs.history.keeping import keep
 
     try:
         return keep(request.history, results)

@@ -9,18 +9,18 @@ from rich.console import Console
 
 from rayproof.cases.case import Case
 from rayproof.reports.cache.store import Store
-from rayproof.reports.publish.pictures import Drawing
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.publish.scene3d.pictures import Drawing
 from rayproof.reports.run.banded_run import BandedRun, Finished
 from rayproof.reports.run.case_run import CaseRun
 from rayproof.reports.run.demands import demands
 from rayproof.reports.run.journal import Journal
-from rayproof.reports.run.memory import Memory
-from rayproof.reports.run.merging import merged
 from rayproof.reports.run.plan import PlannedCase, record_key
-from rayproof.reports.run.pool import Pool
 from rayproof.reports.run.progress import CaseProgress
+from rayproof.reports.run.record.merging import merged
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.size import bands_of, deadline
+from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import PROGRAM
 
 # Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import psutil
 
-from rayproof.reports.subjects.orphans import descendants
+from rayproof.reports.processes.process_tree import descendants
 
 ENDING = ("SIGKILL", "SIGSEGV", "SIGABRT", "SIGTERM", "SIGINT")
 STOP, PAUSE, MEMORY = "SIGSTOP", "SIGSTOP and SIGCONT", "memory"

@@ -16,9 +16,9 @@ import psutil
 
 from rayproof.reports import HOLDER
 from rayproof.reports.cache import signing, store
-from rayproof.reports.growth.scenes import write_scenes
+from rayproof.reports.processes.process_tree import adopt_orphans, descendants
 from rayproof.reports.soak.disturbing import Signal
-from rayproof.reports.subjects.orphans import adopt_orphans, descendants
+from rayproof.reports.studies.growth.scenes import write_scenes
 
 COMMAND = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
 TIMEOUT = 10.0  # s, the least deadline of every render and judgement of a disturbed run

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from rayproof.reports.plain import legible
-from rayproof.reports.subjects.orphans import adopt_orphans, descendants, end_below
+from rayproof.reports.processes.process_tree import adopt_orphans, descendants, end_below
+from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.subjects.surroundings import Surroundings
 
 CONFINE = str(Path(__file__).with_name("confine.py"))

@@ -14,7 +14,7 @@ from rayproof.cases.scene_fields import shown
 from rayproof.cases.scene_json import NAMES, SHAPES
 from rayproof.cases.similarity import is_similarity
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.plain import number
+from rayproof.reports.results.json_numbers import number
 
 PROTOCOL = 1
 EPSILONS = ("shadow", "ray")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rayproof.cases.scene import Scene
-from rayproof.reports.plain import legible, legible_lines
+from rayproof.reports.results.json_numbers import legible, legible_lines
 from rayproof.reports.subjects.calls import Ended
-from rayproof.reports.subjects.handing_over import NAME, hand_over
+from rayproof.reports.subjects.request import NAME, hand_over
 
 FOLDER = "calls"  # in a results folder
 TOLD = "call.txt"

@@ -10,15 +10,15 @@ import numpy as np
 
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reports.judge.comparison.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.parties import Candidate
-from rayproof.reports.judge.supersampled import box_mean, finer
+from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.subjects import ITEMS_OF_OTHERS, Subject
 from rayproof.reports.subjects.calls import Ended, call
 from rayproof.reports.subjects.capabilities import Capabilities, capabilities_from
-from rayproof.reports.subjects.handing_over import hand_over, triangulated
+from rayproof.reports.subjects.image_reading import FLOAT, Taken, take_back
 from rayproof.reports.subjects.keeping import Keep, filled, image_name, keep_call, keep_output
-from rayproof.reports.subjects.taking_back import FLOAT, Taken, take_back
+from rayproof.reports.subjects.request import hand_over, triangulated
 
 CAMERA = "The protocol has no channel for matrices."
 ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like

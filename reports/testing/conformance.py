@@ -12,17 +12,17 @@ from rayproof.cases.case import Case
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.comparison.box_filter import box_mean, finer
+from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Candidate, Witness
-from rayproof.reports.judge.remembering import Remembering
-from rayproof.reports.judge.summing_up import Judged
-from rayproof.reports.judge.supersampled import box_mean, finer
-from rayproof.reports.run.asking import heard
+from rayproof.reports.judge.oracle_memo import Remembering
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.supported_stages import count_what_is_supported
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.llvm import choose_packaged_llvm
-from rayproof.reports.run.orders import ReferenceTask
-from rayproof.reports.run.supported import count_what_is_supported
+from rayproof.reports.run.messages import ReferenceTask
+from rayproof.reports.run.tasks.reference_task import heard
 from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class Conformance:
         return witnesses, versions
 
     def _traced(self) -> Candidate:
-        from rayproof.reports.run.clearances import shadow_epsilons
+        from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
         from rayproof.tracer.render import render
 
         scene, chosen, samples = self.scene, self._configuration, self.case.samples
@@ -183,7 +183,7 @@ def _configuration(formula: str | None, configuration: str, folder: Path) -> "Co
         LookupError, ValueError: there is no such formula or configuration.
 
     """
-    from rayproof.reports.compare.contenders import FILE_MARK, contender
+    from rayproof.reports.studies.compare.contenders import FILE_MARK, contender
     from rayproof.tracer.configuration import Configuration
 
     chosen = Configuration.parse(configuration)

@@ -13,15 +13,15 @@ from rayproof.cases.families import all_cases
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.cli import main
-from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Witness
-from rayproof.reports.judge.summing_up import Judged
-from rayproof.reports.run.supported import count_what_is_supported
+from rayproof.reports.judge.renderers import Witness
+from rayproof.reports.judge.supported_stages import count_what_is_supported
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.subjects import PROGRAM, Subject
-from rayproof.reports.subjects.handing_over import hand_over
 from rayproof.reports.subjects.program import ask_capabilities, candidate
+from rayproof.reports.subjects.request import hand_over
 
 RENDERERS = Path(__file__).parents[2] / "examples" / "renderers"
 STARTERS = Path(__file__).parents[2] / "reports" / "subjects" / "starters"

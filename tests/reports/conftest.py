@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.looking.chromium import chromium, missing
+from rayproof.reports.publish.browser.chromium import chromium, missing
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from rayproof.tracer.acceleration.forest import host_forest
+from rayproof.tracer.acceleration.triangle_bvh import host_forest
 
 
 @pytest.fixture(params=["by area", "by median"])
@@ -12,6 +12,6 @@ def each_builder(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
     """Build the trees of triangles as those of small meshes are, and as those of large ones."""
     host_forest.cache_clear()
     if request.param == "by median":
-        monkeypatch.setattr("rayproof.tracer.acceleration.choosing.MOST_BY_AREA", 0)
+        monkeypatch.setattr("rayproof.tracer.acceleration.builder.MOST_BY_AREA", 0)
     yield
     host_forest.cache_clear()

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Mesh
-from rayproof.tracer.acceleration.beams import Beam
-from rayproof.tracer.acceleration.build import Tree, build
-from rayproof.tracer.acceleration.forest import Forest, HostForest, bounds, host_forest
-from rayproof.tracer.acceleration.nodes import HostNodes, quantise
-from rayproof.tracer.acceleration.traverse import NONE, Walk, any_hit, nearest
-from rayproof.tracer.arrays import ArrayTypes, array_types
-from rayproof.tracer.assets import Assets
+from rayproof.tracer.acceleration.median_build import Tree, build
+from rayproof.tracer.acceleration.packet_bounds import Beam
+from rayproof.tracer.acceleration.quantised_boxes import HostNodes, quantise
+from rayproof.tracer.acceleration.traversal import NONE, Walk, any_hit, nearest
+from rayproof.tracer.acceleration.triangle_bvh import Forest, HostForest, bounds, host_forest
 from rayproof.tracer.catalogue import FORMULAS
-from rayproof.tracer.geometry import TriangleArrays
+from rayproof.tracer.device.arrays import ArrayTypes, array_types
+from rayproof.tracer.device.buffers import Assets
 from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.shapes.records import TriangleArrays
 
 TRIANGLES = [formula for formula in FORMULAS.variants("triangle") if formula.kind == "right"]
 
@@ -217,8 +217,8 @@ def test_siblings_part_at_the_median_of_the_longest_axis() -> None:
 
 
 def test_a_tree_with_all_leaves_that_a_traversal_can_count_has_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rayproof.tracer.acceleration.build.MOST_LEAVES", 8)
-    monkeypatch.setattr("rayproof.tracer.acceleration.choosing.MOST_BY_AREA", 0)
+    monkeypatch.setattr("rayproof.tracer.acceleration.median_build.MOST_LEAVES", 8)
+    monkeypatch.setattr("rayproof.tracer.acceleration.builder.MOST_BY_AREA", 0)
     types = array_types("float32")
     corners, ray = soup(61), bundle(types)
     interval = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
@@ -251,7 +251,7 @@ def test_meshes_of_the_same_content_share_one_tree(monkeypatch: pytest.MonkeyPat
         built.append(lower.shape[1])
         return build(lower, upper)
 
-    monkeypatch.setattr("rayproof.tracer.acceleration.forest.tree_over", counted)
+    monkeypatch.setattr("rayproof.tracer.acceleration.triangle_bvh.tree_over", counted)
 
     first, again, other = host(soup(30, seed=77)), host(soup(30, seed=77)), host(soup(31, seed=77))
 

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Mesh
-from rayproof.tracer.acceleration.beams import Beam
-from rayproof.tracer.acceleration.forest import Forest, host_forest
-from rayproof.tracer.acceleration.parting import any_hit_in_groups
-from rayproof.tracer.acceleration.traverse import WIDER, Walk, any_hit, nearest
-from rayproof.tracer.arrays import ArrayTypes, array_types
-from rayproof.tracer.assets import Assets
+from rayproof.tracer.acceleration.packet_bounds import Beam
+from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
+from rayproof.tracer.acceleration.traversal import WIDER, Walk, any_hit, nearest
+from rayproof.tracer.acceleration.triangle_bvh import Forest, host_forest
 from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.device.arrays import ArrayTypes, array_types
+from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.numerics.shear import prepare, turning_alike, turns
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shear import prepare, turning_alike, turns
 
 TRIANGLES = 28  # in a tree of 32 leaves, the same kernel for every scene
 LANES, PER_LANE = 64, 4

@@ -10,7 +10,7 @@ from rayproof.cases.stages import Stage
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import render
-from rayproof.tracer.shadow_epsilon import shadow_epsilon
+from rayproof.tracer.stages.shadow_epsilon import shadow_epsilon
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, affine, camera, matrix, scene
 
 STRATEGIES = [formula.variant for formula in FORMULAS.variants("feeler") if formula.kind == "right"]

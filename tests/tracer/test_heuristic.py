@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from rayproof.cases.benchmark.meshes import bumpy, uneven
-from rayproof.tracer.acceleration.build import Tree, build
-from rayproof.tracer.acceleration.forest import bounds
-from rayproof.tracer.acceleration.heuristic import build_by_area
-from rayproof.tracer.acceleration.nodes import quantise
-from rayproof.tracer.triangles import baked
+from rayproof.tracer.acceleration.median_build import Tree, build
+from rayproof.tracer.acceleration.quantised_boxes import quantise
+from rayproof.tracer.acceleration.sah_build import build_by_area
+from rayproof.tracer.acceleration.triangle_bvh import bounds
+from rayproof.tracer.shapes.triangles import baked
 
 
 def boxes(count: int, *, seed: int = 1, size: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

@@ -8,10 +8,10 @@ import pytest
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square, Triangle
-from rayproof.tracer.arrays import array_types
 from rayproof.tracer.catalogue import FORMULAS, Formula
-from rayproof.tracer.geometry import upload
+from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.shapes.records import upload
 from tests.tracer.scenes import ALBEDO
 
 RIGHT = {

@@ -9,12 +9,12 @@ import pytest
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Sphere
 from rayproof.cases.stages import Stage
-from rayproof.tracer.arrays import ArrayTypes, array_types
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.geometry import CubeArrays, SphereArrays, TriangleArrays
+from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.render import render
+from rayproof.tracer.shapes.records import CubeArrays, SphereArrays, TriangleArrays
 from tests.tracer.scenes import ALBEDO, camera, scene
 
 u = UNIT_ROUNDOFF["float32"]

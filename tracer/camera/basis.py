@@ -6,7 +6,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
-from rayproof.tracer.directions import unit
+from rayproof.tracer.numerics.unit_vectors import unit
 
 
 @CAMERA.register("basis/right_handed", covers=("CAM-1",), kind="right", stage=Stage.CAMERA, default=True)

@@ -4,7 +4,7 @@ from typing import Any
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
-from rayproof.tracer.matrices import matrix
+from rayproof.tracer.numerics.matrices import matrix
 
 
 @CAMERA.register("projection/zero_to_one", covers=("CAM-2",), kind="right", stage=Stage.CAMERA, default=True)

@@ -9,7 +9,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
-from rayproof.tracer.matrices import matrix, quad
+from rayproof.tracer.numerics.matrices import matrix, quad
 
 
 @CAMERA.register(

@@ -10,7 +10,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
-from rayproof.tracer.matrices import quad
+from rayproof.tracer.numerics.matrices import quad
 
 
 @CAMERA.register(

@@ -9,7 +9,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
-from rayproof.tracer.matrices import quad
+from rayproof.tracer.numerics.matrices import quad
 
 
 @CAMERA.register("ray/w_divided_in_view", covers=("CAM-5",), kind="right", stage=Stage.RAY)

@@ -6,7 +6,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
-from rayproof.tracer.matrices import matrix
+from rayproof.tracer.numerics.matrices import matrix
 
 
 @CAMERA.register("view/rows", covers=("CAM-1",), kind="right", stage=Stage.CAMERA, default=True)

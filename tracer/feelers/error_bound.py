@@ -14,8 +14,8 @@ import drjit as dr
 from rayproof.cases.rounding import gamma
 from rayproof.cases.stages import Stage
 from rayproof.tracer.feelers import FEELERS
-from rayproof.tracer.feeling import Hit, Start
-from rayproof.tracer.floats import next_towards
+from rayproof.tracer.numerics.ulps import next_towards
+from rayproof.tracer.rays import Hit, Start
 
 
 @FEELERS.register(

@@ -6,7 +6,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.feelers import FEELERS
-from rayproof.tracer.feeling import Hit, Start
+from rayproof.tracer.rays import Hit, Start
 
 OFFSET = 1e-4  # m
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.feelers import FEELERS
-from rayproof.tracer.feeling import Hit, Start
+from rayproof.tracer.rays import Hit, Start
 
 
 @FEELERS.register(

@@ -12,7 +12,7 @@ import drjit as dr
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
 from rayproof.tracer.feelers import FEELERS
-from rayproof.tracer.feeling import Hit, Start
+from rayproof.tracer.rays import Hit, Start
 
 RAY_EPSILON = 1500.0  # unit roundoffs
 SHADOW_EPSILON = 15000.0

@@ -12,8 +12,8 @@ import drjit as dr
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
 from rayproof.tracer.feelers import FEELERS
-from rayproof.tracer.feeling import Hit, Start
-from rayproof.tracer.floats import moved_by_ulps
+from rayproof.tracer.numerics.ulps import moved_by_ulps
+from rayproof.tracer.rays import Hit, Start
 
 NEAR_ORIGIN = 1 / 32  # m, below which spacings are too small
 OFFSET = 1 / 65536  # m, of the normal there

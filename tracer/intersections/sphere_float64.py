@@ -9,9 +9,9 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.intersections import INTERSECTIONS
-from rayproof.tracer.quadratic import stable_roots
+from rayproof.tracer.numerics.float64 import in_float64
+from rayproof.tracer.numerics.quadratic import stable_roots
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.wide import in_float64
 
 
 @INTERSECTIONS.register("sphere/float64", covers=("HIT-1",), kind="right", stage=Stage.OBJECT, space="object")

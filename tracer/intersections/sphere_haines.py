@@ -10,7 +10,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.intersections import INTERSECTIONS
-from rayproof.tracer.quadratic import ordered
+from rayproof.tracer.numerics.quadratic import ordered
 from rayproof.tracer.rays import Interval, Ray
 
 

@@ -12,8 +12,8 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.numerics.float64 import in_float64
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.wide import in_float64
 
 
 def _rows(triangle: Any) -> tuple[tuple[Any, Any], ...]:

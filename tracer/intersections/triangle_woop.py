@@ -10,8 +10,8 @@ from typing import Any
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.numerics.shear import distance, edge_functions, shear
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shear import distance, edge_functions, shear
 
 
 @INTERSECTIONS.register("triangle/woop", covers=("HIT-5",), kind="right", stage=Stage.OBJECT, space="world")

@@ -12,9 +12,9 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.intersections import INTERSECTIONS
+from rayproof.tracer.numerics.float64 import in_float64
+from rayproof.tracer.numerics.shear import distance, edge_functions, shear
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shear import distance, edge_functions, shear
-from rayproof.tracer.wide import in_float64
 
 
 def _in_float64(a: Any, b: Any, c: Any, d: Any) -> Any:

@@ -10,9 +10,9 @@ from typing import Any
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.intersections import INTERSECTIONS
-from rayproof.tracer.products import difference_of_products
+from rayproof.tracer.numerics.products import difference_of_products
+from rayproof.tracer.numerics.shear import distance, edge_functions, shear
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shear import distance, edge_functions, shear
 
 
 @INTERSECTIONS.register(

@@ -8,9 +8,9 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.stages import Stage
-from rayproof.tracer.geometry import HALF
 from rayproof.tracer.normals import NORMALS
 from rayproof.tracer.rays import Ray
+from rayproof.tracer.shapes.records import HALF
 
 
 @NORMALS.register("cube_normal/entering_slab", covers=("NRM-2",), kind="right", stage=Stage.NORMAL, takes="ray")

@@ -6,7 +6,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.normals import NORMALS
-from rayproof.tracer.placement import Placement
+from rayproof.tracer.shapes.transforms import Placement
 
 
 @NORMALS.register(

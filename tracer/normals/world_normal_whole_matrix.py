@@ -7,7 +7,7 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.normals import NORMALS
-from rayproof.tracer.placement import Placement
+from rayproof.tracer.shapes.transforms import Placement
 
 
 @NORMALS.register(

@@ -6,9 +6,9 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.tracer.matrices import quad
 from rayproof.tracer.normals import NORMALS
-from rayproof.tracer.placement import Placement
+from rayproof.tracer.numerics.matrices import quad
+from rayproof.tracer.shapes.transforms import Placement
 
 
 @NORMALS.register(

@@ -1,8 +1,8 @@
 """A ray into object space."""
 
 from rayproof.cases.stages import Stage
-from rayproof.tracer.placement import Placement
 from rayproof.tracer.rays import Ray
+from rayproof.tracer.shapes.transforms import Placement
 from rayproof.tracer.transforms import TRANSFORMS
 
 

@@ -6,7 +6,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
-from rayproof.reports.judge.channels import dot
+from rayproof.reports.judge.tolerance.channels import dot
 
 
 def _radiance(

@@ -10,7 +10,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
-from rayproof.reports.judge.channels import dot
+from rayproof.reports.judge.tolerance.channels import dot
 
 # From the squared distance [m^2], the cosine and the parameter to what a light's flux is multiplied by.
 Strength = Callable[[np.ndarray, np.ndarray, float], np.ndarray]

@@ -13,7 +13,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.cache.references import Question, Rendered, cached
 from rayproof.reports.cache.signing import SIZE
 from rayproof.reports.cache.store import Store
-from rayproof.reports.judge.sentinel import SCENE
+from rayproof.reports.judge.self_test.known_answer import SCENE
 from rayproof.reports.run.guards import BrokenHarnessError
 
 HEIGHT, WIDTH = 3, 4

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from rayproof.cases.scene import Mesh
-from rayproof.reports.exchange import import_scene
+from rayproof.reports.interchange import import_scene
 from rayproof.reports.run.guards import BrokenHarnessError
 
 # A fan of thin triangles, an even number of them, that use vertices on either side of 2^15 and near the last one.

@@ -18,7 +18,7 @@ from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, S
 from rayproof.cases.stages import Stage
 from rayproof.reports.cache import closure, guards, judgements, pictures, references
 from rayproof.reports.cache.digests import Key, code
-from rayproof.reports.judge.parties import Candidate
+from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.run import plan
 from rayproof.reports.run.demands import Demands, demands
 from rayproof.reports.run.guards import BrokenHarnessError
@@ -268,10 +268,18 @@ def _of_run(request: RunRequest) -> Key:
 def _guard_code() -> None:
     """See that the code of a key is that of all that is imported, and that what is not there is told."""
     for modules, files in {
-        references.CODE: ("reports/run/asking.py", "reference/analytic/surfaces.py", "cases/scene.py"),
-        judgements.CODE: ("reports/judge/limits.py", "reports/judge/findings.json", "reports/plain.py"),
-        pictures.CODE: ("reports/publish/view_parts.py", "reports/plain.py", "reports/publish/kept.py"),
-        plan.CODE: ("tracer/intersections/sphere_pbrt4.py", "reports/publish/encoding.py", "reports/cache/store.py"),
+        references.CODE: ("reports/run/tasks/reference_task.py", "reference/analytic/surfaces.py", "cases/scene.py"),
+        judgements.CODE: (
+            "reports/judge/tolerance/limits.py",
+            "reports/judge/panel/findings.json",
+            "reports/results/json_numbers.py",
+        ),
+        pictures.CODE: (
+            "reports/publish/scene3d/view_parts.py",
+            "reports/results/json_numbers.py",
+            "reports/results/images.py",
+        ),
+        plan.CODE: ("tracer/intersections/sphere_pbrt4.py", "reports/results/float_codec.py", "reports/cache/store.py"),
     }.items():
         covered = {path.relative_to(closure.ROOT).as_posix() for path in closure.closure(modules)}
         for file in files:

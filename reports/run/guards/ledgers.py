@@ -2,17 +2,17 @@
 
 from typing import Any
 
-from rayproof.reports.judge.outcomes import Outcome, exit_code, worst
-from rayproof.reports.run import assemble
+from rayproof.reports.results.outcomes import Outcome, exit_code, worst
 from rayproof.reports.run.guards import BrokenHarnessError
+from rayproof.reports.run.record import totals
 
 
 def guard_ledgers() -> None:
     """Count, sum up and conclude from known records; raise BrokenHarnessError where the answer is another."""
     passed = _record(Outcome.PASS, (Outcome.PASS,) * 2, planned=2)
     failed = _record(Outcome.FAIL, (Outcome.PASS, Outcome.FAIL, Outcome.FAIL), planned=3)
-    _expect(assemble.case_ledger([passed, failed], planned=3), {"pass": 1, "fail": 1, "missing": 1}, "of three cases")
-    _expect(assemble.check_ledger([passed, failed]), {"pass": 3, "fail": 2, "missing": 0}, "of five checks")
+    _expect(totals.case_ledger([passed, failed], planned=3), {"pass": 1, "fail": 1, "missing": 1}, "of three cases")
+    _expect(totals.check_ledger([passed, failed]), {"pass": 3, "fail": 2, "missing": 0}, "of five checks")
     _refuses(_record(Outcome.PASS, (Outcome.PASS,) * 2, planned=3), "a lost check")
     _refuses(_record(Outcome.PASS, (Outcome.PASS,) * 3, planned=2), "a check counted twice")
     for outcome in Outcome:
@@ -26,7 +26,7 @@ def guard_ledgers() -> None:
             raise BrokenHarnessError(f"the ledgers are broken: {outcome} must end in exit code {wanted}, got {code}")
     if exit_code([Outcome.UNDECIDED]) != 3:
         raise BrokenHarnessError("the ledgers are broken: a run that decided nothing must end in exit code 3")
-    if worst([]) is not Outcome.MISSING or assemble.verdict([passed], planned=2) is not Outcome.MISSING:
+    if worst([]) is not Outcome.MISSING or totals.verdict([passed], planned=2) is not Outcome.MISSING:
         raise BrokenHarnessError("the ledgers are broken: what was not measured must be missing")
 
 
@@ -46,7 +46,7 @@ def _expect(counts: dict[str, int], wanted: dict[str, int], what: str) -> None:
 
 def _refuses(record: dict[str, Any], what: str) -> None:
     try:
-        assemble.check_ledger([record])
+        totals.check_ledger([record])
     except ValueError:
         return
     raise BrokenHarnessError(f"the ledgers are broken: {what} was not noticed")

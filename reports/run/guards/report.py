@@ -15,14 +15,14 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Candidate, Witness
-from rayproof.reports.judge.sentinel import CASE
-from rayproof.reports.publish.case_data import write_case_data
-from rayproof.reports.publish.pixels import handed_over, read_pixels
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.self_test.known_answer import CASE
+from rayproof.reports.publish.page.case_data import write_case_data
+from rayproof.reports.results.image_script import handed_over, read_pixels
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.guards import BrokenHarnessError
-from rayproof.reports.run.keeping import keep_images, masks
-from rayproof.reports.run.orders import JudgeTask
+from rayproof.reports.run.messages import JudgeTask
+from rayproof.reports.run.record.images import keep_images, masks
 
 
 def guard_report(oracle: Any) -> None:

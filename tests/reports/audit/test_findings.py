@@ -6,7 +6,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.audit import findings
 from rayproof.reports.audit.orders import LiarReport, Look, Sighting
 from rayproof.reports.audit.planted import PlantedFault
-from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.results.outcomes import Outcome
 
 FAULT = PlantedFault(name="slot/fault_x", where="tracer", stage=Stage.OBJECT, also=(Stage.DISTANCE,))
 

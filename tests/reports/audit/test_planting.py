@@ -7,9 +7,9 @@ import pytest
 
 from rayproof.cases.scene import Scene, Square
 from rayproof.reference.embree import facets
-from rayproof.reports.faults import FAULTS
-from rayproof.reports.faults.patching import altered, replaced
-from rayproof.reports.judge import outcomes
+from rayproof.reports.audit.faults import FAULTS
+from rayproof.reports.audit.faults.patching import altered, replaced
+from rayproof.reports.results import outcomes
 from tests.reports.judge.scenes import SCENE
 
 
@@ -38,7 +38,7 @@ def test_a_fault_changes_something_and_is_taken_out_again(name: str) -> None:
 
 
 def test_a_function_is_replaced_wherever_it_was_imported_to() -> None:
-    from rayproof.reports.run import assemble
+    from rayproof.reports.run.record import totals
 
     right = outcomes.worst
 
@@ -47,8 +47,8 @@ def test_a_function_is_replaced_wherever_it_was_imported_to() -> None:
 
     with replaced(right, wrong):
         assert outcomes.worst is wrong
-        assert assemble.worst is wrong
-    assert outcomes.worst is assemble.worst is right
+        assert totals.worst is wrong
+    assert outcomes.worst is totals.worst is right
 
 
 def test_what_was_kept_of_right_answers_is_forgotten_and_so_is_what_was_kept_of_wrong_ones() -> None:

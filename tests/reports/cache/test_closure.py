@@ -40,9 +40,9 @@ def test_everything_that_a_file_of_a_key_imports_is_part_of_the_key(modules: tup
 
 
 def test_what_a_registry_lists_and_data_beside_a_module_are_part_of_it() -> None:
-    names = {path.relative_to(ROOT).as_posix() for path in closure(("rayproof.reports.judge.judging",))}
+    names = {path.relative_to(ROOT).as_posix() for path in closure(("rayproof.reports.judge.judge_case",))}
 
-    assert {"reports/judge/metrics/root_mean_square.py", "reports/judge/findings.json"} <= names
+    assert {"reports/judge/comparison/metrics/root_mean_square.py", "reports/judge/panel/findings.json"} <= names
 
 
 def test_what_the_package_offers_to_type_checkers_is_part_of_no_key() -> None:

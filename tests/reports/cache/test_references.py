@@ -14,8 +14,8 @@ from rayproof.reports.cache.entries import encode
 from rayproof.reports.cache.references import KeepingOracle, Question, cached
 from rayproof.reports.cache.signing import usual_secret
 from rayproof.reports.cache.store import Store, usual_folder
-from rayproof.reports.run.asking import heard
-from rayproof.reports.run.orders import ReferenceTask
+from rayproof.reports.run.messages import ReferenceTask
+from rayproof.reports.run.tasks.reference_task import heard
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
 STAGES = tuple(Stage)

@@ -12,17 +12,17 @@ from rayproof.cases.families import select
 from rayproof.cases.rounding import gamma
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.audit.faults import FAULTS
+from rayproof.reports.audit.faults.patching import altered
 from rayproof.reports.certify.perturbed import perturbed
 from rayproof.reports.certify.verdicts import Certified, Inquest, certify, steady
-from rayproof.reports.faults import FAULTS
-from rayproof.reports.faults.patching import altered
-from rayproof.reports.judge import limits
-from rayproof.reports.judge.ground import ground
-from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Candidate, Witness
-from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.tolerance import limits
+from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome
 
 ORACLE = Analytic()
 (FULL,) = select(["random_scenes/seed_2"])

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rayproof.cases.benchmark import scenes
-from rayproof.reports.bench import apart
 from rayproof.reports.cli import main
+from rayproof.reports.studies.bench import apart
 
 
 def test_a_small_benchmark_writes_what_its_document_says(

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.publish.results import load_results
+from rayproof.reports.results.document import load_results
 
 CASE = "primitives/sphere"
 FAULTY = ["--configuration", "float32/lambert=fault_missing"]

@@ -3,7 +3,7 @@
 import pytest
 
 from rayproof.reports.commands.help import ENTRY, TERMS
-from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.results.outcomes import Outcome
 from tests.reports.commands.conftest import Rayproof, rayproof
 
 __all__ = ["rayproof"]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.publish.results import load_results
+from rayproof.reports.results.document import load_results
 
 
 def test_a_right_tracer_keeps_the_law_and_a_report_shows_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -80,7 +80,7 @@ def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.Mon
 def test_the_speed_of_both_truths_is_measured(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rayproof.reports.oracle_speed.LANES", 2**10)
+    monkeypatch.setattr("rayproof.reports.studies.bench.oracle_speed.LANES", 2**10)
     scene = select(["primitives/sphere"])[0].scene
     small = dataclasses.replace(scene, camera=dataclasses.replace(scene.camera, width=12, height=9))
     save_scene(small, tmp_path / "small.json")
@@ -101,7 +101,7 @@ def test_the_speed_of_what_a_truth_cannot_answer_is_a_sentence(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("rayproof.reference.certified.MOST_SURFACES", 0)
-    monkeypatch.setattr("rayproof.reports.oracle_speed.LANES", 2**10)
+    monkeypatch.setattr("rayproof.reports.studies.bench.oracle_speed.LANES", 2**10)
 
     ended = rayproof("oracle", "primitives/sphere", "--speed", "--json", tmp_path / "speed.json")
 

@@ -8,7 +8,7 @@ import pytest
 
 from rayproof.cases.ladders import all_ladders
 from rayproof.cases.ladders.ladder import Law
-from rayproof.reports.stability import survey
+from rayproof.reports.studies.stability import survey
 from tests.reports.commands.conftest import Rayproof
 
 KEYS = {

@@ -6,7 +6,7 @@ from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.hypotheses import Hypothesis
 from rayproof.reports.diagnosis.saying import entries
 from rayproof.reports.diagnosis.search import Found, Searched
-from rayproof.reports.publish.headline import cause_of, causes, headline
+from rayproof.reports.results.headline import cause_of, causes, headline
 
 
 def searched(*names: str) -> Searched:
@@ -19,7 +19,7 @@ def searched(*names: str) -> Searched:
 
 def results(diagnosis: list[dict[str, Any]]) -> dict[str, Any]:
     from rayproof.cases.stages import Stage
-    from rayproof.reports.judge.outcomes import Outcome
+    from rayproof.reports.results.outcomes import Outcome
 
     ledger = dict.fromkeys(("planned", *(outcome.value for outcome in Outcome)), 0) | {"planned": 1, "fail": 1}
     case = {"name": "a/b", "family": "a", "verdict": "fail", "stage": Stage.RADIANCE.value, "item": "RAD-4"}

@@ -5,11 +5,11 @@ import pytest
 from rayproof.cases.random import random_case
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.judging import judge_case
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.run.asking import heard
-from rayproof.reports.run.orders import ReferenceTask, TracerTask
-from rayproof.reports.run.trace_task import trace
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.messages import ReferenceTask, TracerTask
+from rayproof.reports.run.tasks.reference_task import heard
+from rayproof.reports.run.tasks.trace_task import trace
 
 SCENES = {
     # Under grazing light, next to its own edge, a cube's next face hides the light from who has triangles instead.

@@ -10,11 +10,11 @@ from rayproof.cases.baking import world_triangles
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Square, Triangle, Vector
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.parties import Candidate
-from rayproof.reports.judge.resolving import WHOLE
+from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.tolerance.output_resolution import WHOLE
+from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ITEMS, ORACLE, witness
 
 GREY = (0.5, 0.4, 0.3)

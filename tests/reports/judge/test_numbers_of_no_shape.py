@@ -8,10 +8,10 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.adjudication import adjudication
-from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.outcomes import Outcome
+from rayproof.reports.judge.panel_record import adjudication
+from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, witness
 
 TENT = Mesh(

@@ -8,10 +8,10 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES, select
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judging import judge_case
+from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.judge.summing_up import Judged
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
 
 

@@ -5,9 +5,9 @@ import json
 import pytest
 
 from rayproof.cases.families import all_cases, select
+from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.audit.planted import in_paths
 from rayproof.reports.commands.paths import paths
-from rayproof.reports.faults import FAULTS
 from rayproof.reports.paths import ledger
 from rayproof.reports.paths.verdict import paths_of, together
 from rayproof.tracer.configuration import Configuration

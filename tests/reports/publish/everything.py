@@ -5,15 +5,16 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports.publish import gl, publish_all
-from rayproof.reports.publish.pictures import draw_pictures
-from rayproof.reports.publish.results import save_results
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.scene3d import gl
+from rayproof.reports.publish.scene3d.pictures import draw_pictures
+from rayproof.reports.results.document import save_results
+from tests.reports.publish.page.test_audit import AUDIT
+from tests.reports.publish.page.test_formula_comparison import FOUND
+from tests.reports.publish.page.test_plots import CLIMB, leave
 from tests.reports.publish.sample import make_folder
-from tests.reports.publish.test_audit import AUDIT
 from tests.reports.publish.test_bench_page import DOCUMENT
-from tests.reports.publish.test_contest import FOUND
 from tests.reports.publish.test_history_page import history
-from tests.reports.publish.test_plots import CLIMB, leave
 
 PAGES = ("stability", "tradeoff", "bench", "audit", "references", "history", "contest")
 HOSTILE = "sphere/<a href='http://x'>%{x}<b>"

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.reports.publish.page import SCRIPTS
+from rayproof.reports.publish.page.page import SCRIPTS
 
 # What needs no results: everything but the part that builds the page when it is read.
 ALONE = [name for name in SCRIPTS if name != "start"]

@@ -8,11 +8,11 @@ import numpy as np
 
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.judge.masks import SHADOW, SILHOUETTE, TERMINATOR
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.publish.encoding import pack
-from rayproof.reports.publish.exr import write_answers
-from rayproof.reports.publish.results import SCHEMA, save_results
+from rayproof.reports.judge.tolerance.edge_mask import SHADOW, SILHOUETTE, TERMINATOR
+from rayproof.reports.results.document import SCHEMA, save_results
+from rayproof.reports.results.exr import write_answers
+from rayproof.reports.results.float_codec import pack
+from rayproof.reports.results.outcomes import Outcome
 
 HOSTILE = "evil/<script>alert(1)</script><img src=x onerror=alert(2)>\"'&|`*@everyone\u202e"
 EYE = np.array([0.4, -3.2, 1.6])

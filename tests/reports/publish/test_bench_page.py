@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.plots import bench, pages
+from rayproof.reports.publish.page.plots import bench, pages
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from rayproof.cases.families import select
 from rayproof.cases.scene import PointLight
-from rayproof.reports.publish.picture_scene import MOST_LIGHTS, light_places
-from rayproof.reports.publish.picture_shapes import thinned
+from rayproof.reports.publish.scene3d.picture_scene import MOST_LIGHTS, light_places
+from rayproof.reports.publish.scene3d.picture_shapes import thinned
 
 
 def test_of_a_thousand_lights_some_are_drawn_the_first_and_the_last_among_them() -> None:

@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.judge.outcomes import Outcome
-from rayproof.reports.publish.headline import examined_line, headline, no_say
-from rayproof.reports.publish.page import publish
-from rayproof.reports.publish.summary import publish as publish_summary
+from rayproof.reports.publish.formats.summary import publish as publish_summary
+from rayproof.reports.publish.page.page import publish
+from rayproof.reports.results.headline import examined_line, headline, no_say
+from rayproof.reports.results.outcomes import Outcome
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 

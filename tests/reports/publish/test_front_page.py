@@ -2,10 +2,10 @@
 
 import pytest
 
-from rayproof.reports.plain import legible
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page import publish
-from rayproof.reports.publish.results import save_results
+from rayproof.reports.publish.page.page import publish
+from rayproof.reports.results.document import save_results
+from rayproof.reports.results.json_numbers import legible
 from tests.reports.publish.sample import HOSTILE, make_folder, results_of
 from tests.reports.publish.visits import Visit
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.publish.page import publish
-from rayproof.reports.publish.routes_data import routes_of_run
+from rayproof.reports.publish.page.page import publish
+from rayproof.reports.publish.page.routes_data import routes_of_run
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 

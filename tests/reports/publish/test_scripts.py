@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
-from rayproof.reports.plain import as_json
-from rayproof.reports.publish.compact import compact_case
-from rayproof.reports.publish.pixels import read_pixels, write_pixels
+from rayproof.reports.results.compact import compact_case
+from rayproof.reports.results.image_script import read_pixels, write_pixels
+from rayproof.reports.results.json_numbers import as_json
 from tests.reports.publish.modules import REVIVE, image
 from tests.reports.publish.sample import SCENE, answers
 

@@ -5,8 +5,8 @@ import json
 import pytest
 
 from rayproof.reports.publish import PUBLISHERS, publish_all
-from rayproof.reports.publish.headline import headline, shouts
-from rayproof.reports.publish.results import save_results
+from rayproof.reports.results.document import save_results
+from rayproof.reports.results.headline import headline, shouts
 from tests.reports.publish.sample import make_folder, results_of
 
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.publish import gl
-from rayproof.reports.publish.picture_hits import Hits, chosen_hits, correct_digits
-from rayproof.reports.publish.pictures import draw_pictures
-from rayproof.reports.publish.view_file import pack
-from rayproof.reports.publish.view_values import point_values
-from rayproof.reports.publish.viewer_page import SCRIPTS, digests_in_one, page, page_in_one, vendored
+from rayproof.reports.publish.page.viewer_page import SCRIPTS, digests_in_one, page, page_in_one, vendored
+from rayproof.reports.publish.scene3d import gl
+from rayproof.reports.publish.scene3d.picture_hits import Hits, chosen_hits, correct_digits
+from rayproof.reports.publish.scene3d.pictures import draw_pictures
+from rayproof.reports.publish.scene3d.view_file import pack
+from rayproof.reports.publish.scene3d.view_values import point_values
 from tests.reports.publish.sample import answers, make_folder
 
 MOST_BYTES = 120_000

@@ -14,13 +14,16 @@ from rayproof.cases.scene import Cube, PointLight, Scene, Sphere, Square
 from rayproof.cases.scene_json import scene_to_json
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reports.publish.pixels import read_pixels
-from rayproof.reports.run import judge_task, keeping, merging, size
-from rayproof.reports.run.asking import WHOLE_ONLY, heard, unable
+from rayproof.reports.results.image_script import read_pixels
+from rayproof.reports.run import size
 from rayproof.reports.run.banded_run import band
-from rayproof.reports.run.orders import JudgeTask, ReferenceTask, TracerTask
+from rayproof.reports.run.messages import JudgeTask, ReferenceTask, TracerTask
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.trace_task import trace
+from rayproof.reports.run.record import images as keeping
+from rayproof.reports.run.record import merging
+from rayproof.reports.run.tasks import judge_task
+from rayproof.reports.run.tasks.reference_task import WHOLE_ONLY, heard, unable
+from rayproof.reports.run.tasks.trace_task import trace
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, Subject
 
 PANEL = ("analytic", "radiance")

@@ -10,8 +10,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from rayproof.reports.run.pool import Pool
-from rayproof.reports.subjects.orphans import descendants
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.process_tree import descendants
 
 CHECKOUT = Path(__file__).parents[3]
 NAP = f"86398.{os.getpid()}"  # s; no other process sleeps as long, nor another run of this test

@@ -1,6 +1,6 @@
 """What was finished is kept, exactly if it is still the same question."""
 
-from rayproof.reports.publish.results import save_results
+from rayproof.reports.results.document import save_results
 from rayproof.reports.run.journal import Journal, settle
 from tests.reports.publish.sample import results_of
 

@@ -10,7 +10,7 @@ import pytest
 from rayproof.cases.families import all_cases
 from rayproof.cases.scene_json import load_scene
 from rayproof.reports.run.plan import DEFAULTS
-from rayproof.reports.run.reproducing import reproduce, write_scene
+from rayproof.reports.run.record.reproducing import reproduce, write_scene
 from rayproof.reports.run.scene_case import cases_of_files
 
 SCENE = {

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.publish.results import load_results
+from rayproof.reports.results.document import load_results
 from rayproof.reports.run import suite
 from rayproof.reports.run.request import RunRequest
 

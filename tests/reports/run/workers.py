@@ -6,8 +6,8 @@ import signal
 import tempfile
 import time
 
-from rayproof.reports.run.channel import LENGTH, Channel
-from rayproof.reports.run.worker import PREPARE, Reply
+from rayproof.reports.processes.channel import LENGTH, Channel
+from rayproof.reports.processes.worker import PREPARE, Reply
 
 
 def obey(kind: str, connection: Channel) -> None:

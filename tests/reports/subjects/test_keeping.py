@@ -4,9 +4,9 @@ import json
 import subprocess
 from pathlib import Path
 
-from rayproof.reports.subjects.handing_over import hand_over
 from rayproof.reports.subjects.keeping import TOLD, Keep
 from rayproof.reports.subjects.program import candidate
+from rayproof.reports.subjects.request import hand_over
 from tests.reports.subjects.conftest import SCENE, Writing
 
 

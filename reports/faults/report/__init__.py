@@ -1,1 +1,0 @@
-"""Planted faults of what a report shows."""

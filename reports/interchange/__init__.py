@@ -1,0 +1,66 @@
+"""Exchange: other programs' scenes read into the specification's vocabulary, and written out of it.
+
+To add a format: a function `(path, size) -> Imported` under `@IMPORTERS.register(".suffix")`, a function
+`(scene, path) -> dropped` under `@EXPORTERS.register(".suffix")`, in a new file or folder here. A reader says in a
+sentence each what it left out or changed; nothing is dropped in silence. `size` is (width, height) in pixels where the
+user asked for one, else None. Files are distrusted: whatever is wrong ends in a SceneError of one line that names the
+file and the place, and nothing gets in from outside of the scene's own folder.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rayproof.cases.registry import Registry
+from rayproof.cases.scene import Scene, SceneError
+
+Size = tuple[int, int] | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Imported:
+    """A scene read from another program's file, and what of that file it does not hold."""
+
+    scene: Scene
+    dropped: tuple[str, ...]
+
+
+IMPORTERS: Registry[Callable[[Path, Size], Imported]] = Registry("importer", package="rayproof.reports.interchange")
+EXPORTERS: Registry[Callable[[Scene, Path], tuple[str, ...]]] = Registry(
+    "exporter", package="rayproof.reports.interchange"
+)
+
+
+def import_scene(path: Path, size: Size = None) -> Imported:
+    """Return the scene in another program's file; its suffix says which.
+
+    Raises:
+        SceneError: the file is missing, of no known kind, or cannot be understood.
+
+    """
+    suffix = path.suffix.lower()
+    if suffix not in IMPORTERS:
+        raise SceneError(f"{path}: must end in one of {', '.join(IMPORTERS)}")
+    if not path.exists():
+        raise SceneError(f"{path}: there is no such file")
+    if not path.is_file():
+        raise SceneError(f"{path}: is no regular file")
+    # A file's numbers may leave the floats on the way; a scene refuses what comes of it, and says which.
+    with np.errstate(all="ignore"):
+        return IMPORTERS[suffix](path, size)
+
+
+def export_scene(scene: Scene, path: Path) -> tuple[str, ...]:
+    """Write `scene` as another program's file and return what could not be said there.
+
+    Raises:
+        SceneError: the suffix is of no known kind.
+        OSError: the file cannot be written.
+
+    """
+    suffix = path.suffix.lower()
+    if suffix not in EXPORTERS:
+        raise SceneError(f"{path}: must end in one of {', '.join(EXPORTERS)}")
+    return EXPORTERS[suffix](scene, path)

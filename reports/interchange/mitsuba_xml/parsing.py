@@ -1,0 +1,80 @@
+"""Mitsuba's XML parser, in double precision and in a process of its own (`cases.foreign`); nothing is loaded."""
+
+import json
+from bisect import bisect_right
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from rayproof.reports.interchange.mitsuba_xml.scanning import DEEPEST_INCLUDE
+
+NEWLINE = ord("\n")
+
+
+def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
+    """Return the files read and, as JSON, the elements of the file whose path `content` is.
+
+    Its parameters are filled in, older names brought up to date, references resolved.
+
+    Raises:
+        ValueError: Mitsuba's parser refuses the file, in its own words.
+
+    """
+    if mi.variant() is None:
+        mi.set_variant("scalar_rgb")
+    path = content.decode()
+    config = mi.parser.ParserConfig("scalar_rgb")
+    config.max_include_depth = DEEPEST_INCLUDE
+    config.parallel = False
+    try:
+        state = mi.parser.parse_file(config, path)
+        mi.parser.transform_upgrade(config, state)
+        mi.parser.transform_resolve_references(config, state)
+    except RuntimeError as error:
+        raise ValueError(str(error)) from None
+    files = [_Lines(Path(str(name)), Path(path).parent) for name in state.files]
+    elements = [_element(node, files[node.file_index].place(node.offset)) for node in state.nodes]
+    return {}, json.dumps({"files": [str(name) for name in state.files], "elements": elements}).encode()
+
+
+class _Lines:
+    """Where the lines of a file begin: Mitsuba's own word for a place counts them anew for every element."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        self._name = str(path).removeprefix(f"{folder}/")
+        content = path.read_bytes()
+        self._starts = [0, *(place + 1 for place, byte in enumerate(content) if byte == NEWLINE)]
+
+    def place(self, offset: int) -> str:
+        line = bisect_right(self._starts, offset)
+        return f"{self._name} (line {line}, col {offset - self._starts[line - 1] + 1})"
+
+
+def _element(node: Any, place: str) -> dict[str, Any]:
+    properties = node.props
+    return {
+        "kind": str(node.type).rpartition(".")[2],
+        "plugin": properties.plugin_name(),
+        "id": properties.id(),
+        "place": place,
+        "properties": {name: _value(properties[name]) for name in properties.keys()},  # noqa: SIM118 - iterates over nothing
+    }
+
+
+def _value(value: Any) -> Any:
+    """Return a property as JSON holds it; what is no number, text or list of numbers is an object with its kind."""
+    kind = type(value).__name__
+    if kind == "ResolvedReference":
+        return {"element": value.index()}
+    if kind == "Spectrum":
+        return {"spectrum": [float(level) for level in value.values], "uniform": bool(value.is_uniform())}
+    if "Transform" in kind:  # Dr.Jit's arrays have a member called matrix, too
+        return {"matrix": np.array(value.matrix, dtype=np.float64).tolist()}
+    if isinstance(value, bool | int | float | str):
+        return value
+    try:
+        return np.array(value, dtype=np.float64).tolist()
+    except (TypeError, ValueError, RuntimeError):
+        return {"other": f"{kind} {value}"[:80]}

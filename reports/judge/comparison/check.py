@@ -1,0 +1,237 @@
+"""Checks: one candidate, one witness, one stage, judged end to end and continued from the candidate's own stages."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage, upto
+from rayproof.reports.judge.comparison import camera
+from rayproof.reports.judge.comparison.common_factors import Bias, bias
+from rayproof.reports.judge.comparison.examined import Examined, Kind, counted, most_interval, unexamined
+from rayproof.reports.judge.comparison.measurement import Measurement, jsonable
+from rayproof.reports.judge.comparison.metrics import METRICS
+from rayproof.reports.judge.comparison.pair import Bench
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.tolerance.calibration import calibration
+from rayproof.reports.judge.tolerance.limits import BECAUSE, Roundoff
+from rayproof.reports.judge.tolerance.pair_limits import LIGHT
+from rayproof.reports.results.outcomes import Outcome
+
+# The stage whose images people look at: its informative metrics are worth their time.
+INFORMED = Stage.RADIANCE
+
+
+class Continuing(Protocol):
+    """An oracle that can continue from another renderer's stages."""
+
+    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+        """Return the stage computed from the given previous ones."""
+        ...
+
+
+@dataclass(kw_only=True)
+class Check:
+    """The result of one check. `alone` says that the stage is wrong given the candidate's own previous stages."""
+
+    configuration: str
+    reference: str
+    stage: Stage
+    outcome: Outcome
+    reason: str = ""
+    end_to_end: Measurement | None = None
+    continued: Measurement | None = None
+    bias: Bias | None = None  # of light before the oracle: the factors that many pixels share
+    continued_bias: Bias | None = None
+    informative: dict[str, Any] = field(default_factory=dict)
+    part: str | None = None  # camera: the item of the worst part
+    ratio: float = 0.0
+    evidence: dict[str, Any] = field(default_factory=dict)  # of a failure: which witnesses side with whom, and where
+    known: str | None = None  # the checked-in finding that explains it
+    suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
+    steps: str = ""  # what the parties' coarse outputs add to the limit, in words
+    abstains: bool = False  # undecided only because the reference declares not to see there, or did not answer
+    why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
+    examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
+
+    @property
+    def alone(self) -> bool:
+        """Say whether the stage is wrong by itself; nothing comes before the camera that it could have been handed."""
+        if self.stage is Stage.CAMERA:
+            return self.outcome is Outcome.FAIL
+        by_pixels = self.continued is not None and self.continued.worst_ratio > 1
+        by_factors = self.continued_bias is not None and self.continued_bias.ratio > 1
+        return self.outcome is Outcome.FAIL and (by_pixels or by_factors)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain JSON data."""
+        whole = self.end_to_end.as_json() if self.end_to_end else None
+        if whole is not None:
+            whole |= {name: jsonable(value) for name, value in self.informative.items()}
+        return {
+            "configuration": self.configuration,
+            "reference": self.reference,
+            "stage": self.stage.value,
+            "verdict": self.outcome.value,
+            "reason": self.reason,
+            **({"evidence": self.evidence} if self.evidence else {}),
+            **({"finding": self.known} if self.known else {}),
+            "ratio": jsonable(self.ratio),
+            "end_to_end": whole,
+            "continued": self.continued.as_json() if self.continued else None,
+            "examined": self.examined.as_json() if self.examined else None,
+            **({"bias": self._bias_as_json(self.bias)} if self.bias else {}),
+            "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
+            + self.steps,
+        }
+
+    def _bias_as_json(self, bias: Bias) -> dict[str, Any]:
+        """Return the factors end to end and, if it was asked, given the candidate's own previous stages.
+
+        Of these the groups are told only where one is over its limit.
+        """
+        own = self.continued_bias
+        if own is None:
+            return bias.as_json()
+        told = own.as_json()
+        if own.ratio <= 1:
+            del told["groups"]
+        return bias.as_json() | {"continued": told}
+
+
+def camera_check(bench: Bench) -> Check:
+    """Judge the camera stage; where the two differ, what every camera must satisfy says who is wrong."""
+    mine = bench.candidate.answers[Stage.CAMERA] if bench.candidate.answers else {}
+    theirs = bench.witness.answers[Stage.CAMERA]
+    # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
+    g = max(Roundoff(bench.candidate.precision), Roundoff(bench.witness.precision), key=lambda each: each(1))
+    found = bench.ground.once(
+        ("camera", g.key), (mine, theirs), lambda: camera.compared(mine, theirs, bench.ground.scene.camera, g)
+    )
+    check = Check(
+        configuration=bench.candidate.name,
+        reference=bench.witness.name,
+        stage=Stage.CAMERA,
+        outcome=Outcome.PASS,
+        part=camera.ITEMS[found.part],
+        ratio=found.ratio,
+        examined=found.examined,
+    )
+    check.informative = {"part": found.part, "error": found.error, "limit": found.limit}
+    if not found.ratio <= 1:
+        check.outcome = Outcome.FAIL
+        check.reason = f"{found.part} is off by {found.error:.3g}, limit {found.limit:.3g} ({found.ratio:.3g} times)"
+        ours_bad = camera.inconsistency(mine, bench.ground.scene.camera, g)
+        theirs_bad = camera.inconsistency(theirs, bench.ground.scene.camera, g)
+        if ours_bad <= 1 < theirs_bad:
+            check.outcome = Outcome.REFERENCE_SUSPECT
+            check.reason += f"; {bench.candidate.name}'s camera is consistent in itself, {bench.witness.name}'s is not"
+    return check
+
+
+def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
+    """Judge one image stage end to end and, where `oracle` is given, continued from the candidate's own stages."""
+    check = Check(configuration=bench.candidate.name, reference=bench.witness.name, stage=stage, outcome=Outcome.PASS)
+    check.steps = bench.terms.because(stage)
+    ours = bench.candidate.answers
+    assert ours is not None
+    check.end_to_end = bench.end_to_end(stage)
+    if oracle is not None and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
+        with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
+            value = oracle.continue_from(bench.ground.scene, stage, ours)
+        check.continued = bench.continued(stage, value)
+        if stage in LIGHT:
+            check.continued_bias = bias(bench.terms, stage, ours[stage], value)
+    check.examined = _together(check.end_to_end, check.continued)
+    if oracle is not None and stage in LIGHT:
+        check.bias = bias(bench.terms, stage, ours[stage], None)
+    _conclude(check)
+    if stage is INFORMED and bench.ground.scene.camera.rows is None:
+        both = ours[stage], bench.witness.answers[stage]
+        check.informative = bench.ground.once(("informative",), both, lambda: _inform(*both))
+    return check
+
+
+def _together(whole: Measurement, continued: Measurement | None) -> Examined:
+    """Return the ledger end to end, with the pixels that are wrong only given the candidate's previous stages."""
+    if continued is None:
+        return whole.examined
+    wrong = continued.kinds == Kind.WRONG
+    return counted(np.where(wrong, continued.kinds, whole.kinds)) if wrong.any() else whole.examined
+
+
+def _conclude(check: Check) -> None:
+    """Set the outcome from the measurements."""
+    measured = [one for one in (check.end_to_end, check.continued) if one is not None]
+    check.ratio = max(one.worst_ratio for one in measured)
+    whole = measured[0]
+    worst = max(measured, key=lambda one: one.worst_ratio)
+    how = "given its own previous stages" if worst is check.continued else "end to end"
+    if whole.nan or whole.inf:
+        check.outcome = Outcome.FAIL
+        check.reason = f"{whole.nan} pixels are NaN and {whole.inf} infinite where {check.reference} is finite"
+    elif not check.ratio <= 1:
+        check.outcome = Outcome.FAIL
+        check.reason = (
+            f"{how} pixel {worst.pixel} is off by {worst.worst_error:.3g}, limit {worst.limit:.3g} "
+            f"({worst.worst_ratio:.3g} times)"
+        )
+    else:
+        _conclude_factors(check)
+
+
+def _conclude_factors(check: Check) -> None:
+    """Fail the check for a factor that many pixels share, each of them within its own limit."""
+    both = [each for each in (check.continued_bias, check.bias) if each is not None]
+    wrong = next((each for each in both if not each.ratio <= 1), None)
+    if wrong is None or wrong.worst is None:
+        return
+    check.outcome = Outcome.FAIL
+    check.ratio = wrong.ratio
+    how = "given its own previous stages " if wrong is check.continued_bias else ""
+    check.reason = how + wrong.worst.sentence(check.stage, check.reference)
+
+
+def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
+    """Return the informative metrics with the range that they are relative to; they never decide."""
+    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
+        return {}
+    value_range = (float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max())))
+    # None of them depends on the unit. By a power of two, which rounds nothing, so that squares stay in range.
+    unit = int(np.frexp(max(map(abs, value_range)))[1])
+    ours, theirs = np.ldexp(ours, -unit), np.ldexp(theirs, -unit)
+    scaled = (float(np.ldexp(value_range[0], -unit)), float(np.ldexp(value_range[1], -unit)))
+    return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
+
+
+def account(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> None:
+    """Give every check its ledger; one that examined nothing of some pixels, or found one wrong, is no pass.
+
+    Too many intervals are an error of a case that was `tuned` to have fewer; any other they leave undecided.
+    """
+    for check in checks:
+        if check.examined is None:
+            check.examined = unexamined(check.stage, scene.camera)
+        left, most = check.examined, most_interval(check.examined.pixels)
+        # A warning for a declared epsilon says that all others hold; one for a finding says that they do not.
+        if check.outcome is not Outcome.PASS and (check.outcome is not Outcome.WARN or check.known):
+            continue
+        if left.unexamined or left.wrong:
+            check.outcome = Outcome.ERROR
+            check.reason = f"{left.unexamined + left.wrong} of {left.pixels} pixels were held to nothing"
+        elif left.interval > most:
+            check.outcome = Outcome.ERROR if tuned else Outcome.UNDECIDED
+            check.reason = (
+                f"{left.interval} of {left.pixels} pixels are held to an interval only, which says too little of more "
+                f"than {most}"
+            )
+
+
+def unmeasured(candidate: Candidate, witness: Witness, stage: Stage, outcome: Outcome, reason: str) -> Check:
+    """Return a check that ended before anything was measured."""
+    check = Check(configuration=candidate.name, reference=witness.name, stage=stage, outcome=outcome, reason=reason)
+    check.ratio = float("inf") if outcome is Outcome.FAIL else 0.0
+    return check

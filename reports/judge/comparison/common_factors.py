@@ -1,0 +1,230 @@
+"""Factors that many pixels share: a wrong flux, albedo, pi or 4 moves them all alike, and rounding does not.
+
+Of a correct renderer each interior pixel's ours / theirs - 1 is s + e. The part s comes of what pixels share:
+constants, the scene's data, and what is made of them once; `bias_bounds.py` bounds it. The part e comes of roundings of
+numbers that differ from pixel to pixel. Its sign is as likely one as the other, so that s + e is beyond the bound of s
+in one direction with probability 1/2 at most. A group fails if more of its pixels are than chance allows: the sign
+test, which asks nothing of the distribution of e (Conover, Practical Nonparametric Statistics, 3rd ed., 1999, 3.4).
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.comparison.measurement import jsonable
+from rayproof.reports.judge.tolerance.common_factor_bounds import (
+    LEAST_DISTINCT,
+    Bounds,
+    Group,
+    floor,
+    groups,
+    stage_bounds,
+)
+from rayproof.reports.judge.tolerance.pair_limits import Terms
+
+CHANCE = 2e-9  # of accusing a correct renderer, for each group and channel
+CHANNELS = "RGB"
+TINY = 2.0**-126  # the smallest normal float32: what an output resolves below it is no step of its own
+
+
+@dataclass(frozen=True, kw_only=True)
+class Factor:
+    """What the pixels of one group share in one channel."""
+
+    shape: int
+    lights: tuple[int, ...]  # all that the group's pixels see
+    fitted: int | None  # the light whose own factor it is, out of several that overlap; None: all of them together
+    channel: int
+    pixels: int
+    value: float  # ours / theirs
+    limit: float  # the largest |value - 1| of a correct renderer, and so the smallest factor that can be seen
+    distinct: bool  # enough different values for the sign test; without them the limit is a pixel's
+
+    @property
+    def ratio(self) -> float:
+        """Return how far it is off over its limit."""
+        off = abs(self.value - 1)
+        return 0.0 if off == 0 else off / self.limit if self.limit > 0 else math.inf
+
+    def sentence(self, stage: Stage, reference: str) -> str:
+        """Return what is wrong where it is over its limit."""
+        numbers = self.lights if self.fitted is None else (self.fitted,)
+        lights = ("light " if len(numbers) == 1 else "lights ") + ", ".join(map(str, numbers))
+        return (
+            f"{stage} of shape {self.shape} under {lights} is {self.value:.9g} times {reference}'s in {self.pixels} "
+            f"pixels ({CHANNELS[self.channel]}), a factor that they share; limit {self.limit:.3g}"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bias:
+    """The factors of one image stage, group by group."""
+
+    factors: tuple[Factor, ...]
+    allowance: float  # of a factor that a whole run may share: the constants' roundings and the output's step
+
+    @cached_property
+    def worst(self) -> Factor | None:
+        """Return the factor that is farthest over its limit, or nearest to it; None without any group."""
+        return max(self.factors, key=lambda factor: factor.ratio, default=None)
+
+    @property
+    def ratio(self) -> float:
+        """Return the worst factor's distance from 1 over its limit."""
+        return self.worst.ratio if self.worst is not None else 0.0
+
+    @property
+    def common(self) -> float | None:
+        """Return the middle one of the groups' factors, as this case's word on what the whole run shares."""
+        values = [factor.value for factor in self.factors if factor.distinct and factor.fitted is None]
+        return float(np.median(values)) if values else None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain JSON data: a row for each group, with a place for each channel."""
+        rows: dict[tuple, dict[str, Any]] = {}
+        for factor in self.factors:
+            key = factor.shape, factor.lights, factor.fitted
+            row = rows.setdefault(
+                key,
+                {
+                    "shape": factor.shape,
+                    "lights": list(factor.lights),
+                    **({} if factor.fitted is None else {"fitted": factor.fitted}),
+                    "pixels": factor.pixels,
+                    "off": [None] * len(CHANNELS),
+                    "sees": [None] * len(CHANNELS),
+                },
+            )
+            row["off"][factor.channel] = jsonable(_short(factor.value - 1))
+            row["sees"][factor.channel] = jsonable(_short(factor.limit))
+        return {
+            "ratio": jsonable(_short(self.ratio)),
+            "sees": jsonable(_short(min((factor.limit for factor in self.factors), default=math.inf))),
+            "common": None if self.common is None else jsonable(_short(self.common - 1)),
+            "allowance": jsonable(_short(self.allowance)),
+            "groups": list(rows.values()),
+        }
+
+
+def bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Bias:
+    """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
+
+    `value` is what the oracle continued from the candidate's own stages.
+    """
+    images = (ours,) if value is None else (ours, value)
+    return terms.ground.once(("bias", stage, terms.rules), images, lambda: _bias(terms, stage, ours, value))
+
+
+def _bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Bias:
+    bounds = stage_bounds(terms, stage, continued=value is not None)
+    mine = ours.reshape(-1, ours.shape[-1])
+    theirs = np.asarray(terms.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)
+    # Where an output has steps it has a last one, and what is beyond is clamped to it.
+    coarse = terms.candidate.resolutions.get(stage)
+    top = float(ours.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
+    factors: list[Factor] = []
+    for group, bound in zip(groups(terms), bounds.groups, strict=True):
+        here = np.ix_(group.pixels, group.channels)
+        factors += _factors(group, bound, mine[here], theirs[here], min(top, _ceiling(terms)), floor(terms))
+    return Bias(factors=tuple(factors), allowance=bounds.allowance)
+
+
+def _ceiling(terms: Terms) -> float:
+    return float(np.finfo(terms.candidate.precision).max)
+
+
+def _factors(
+    group: Group, bound: Bounds, ours: np.ndarray, theirs: np.ndarray, ceiling: float, floor: float
+) -> list[Factor]:
+    """Return a group's factors: of all its lights together, and of each where they are several."""
+    good = (theirs > floor) & (theirs < ceiling) & (ours > 0) & (ours < ceiling)
+    lit = np.flatnonzero(good.any(axis=0))
+    weights = group.weights
+    if not good.all():
+        kept = np.flatnonzero(good[:, lit].all(axis=1)) if len(lit) else lit
+        if len(kept) < LEAST_DISTINCT:
+            return []
+        here = np.ix_(kept, lit)
+        ours, theirs, whole = ours[here], theirs[here], bound.whole[here]
+        bound = Bounds(shared=bound.shared[here], whole=whole, usual=np.median(whole, axis=0))
+        weights = None if weights is None else weights[here]
+    off = ours / theirs - 1
+    ordered = np.sort(off, axis=0)
+    count = len(off)
+    middle = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
+    distinct = 1 + np.count_nonzero(np.diff(ordered, axis=0), axis=0)
+    beyond = np.sort(np.where(middle >= 0, off, -off) - bound.shared, axis=0)
+    found = []
+    for place, channel in enumerate(int(group.channels[each]) for each in lit):
+        value, limit, enough = float(middle[place]), float(bound.usual[place]), distinct[place] >= LEAST_DISTINCT
+        if enough:
+            # Moved by this much more, so many pixels would be beyond the bound that chance cannot have done it.
+            rank = int(count * least_share(int(distinct[place])))
+            limit = min(limit, abs(value) - float(beyond[rank, place]))
+        about = _About(group=group, channel=channel, pixels=count)
+        found.append(about.factor(value, limit, distinct=bool(enough)))
+        if weights is not None and enough:
+            found += _fitted(about, weights[:, place], off[:, place], bound, place)
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class _About:
+    """What a group's factors in one channel have in common."""
+
+    group: Group
+    channel: int
+    pixels: int
+
+    def factor(self, off: float, limit: float, *, distinct: bool, fitted: int | None = None) -> Factor:
+        """Return a factor that is `off` from 1."""
+        return Factor(
+            shape=self.group.shape,
+            lights=self.group.lights,
+            fitted=fitted,
+            channel=self.channel,
+            pixels=self.pixels,
+            value=1 + off,
+            limit=limit,
+            distinct=distinct,
+        )
+
+
+def _fitted(about: _About, weights: np.ndarray, off: np.ndarray, bound: Bounds, place: int) -> list[Factor]:
+    """Return each light's factor by least squares over the shares (n, lights) that the lights have in a pixel.
+
+    The fit is linear in `off`, so that it carries bounds over as they are: what pixels share by the absolute values of
+    its coefficients, what they do not by Hoeffding's inequality (1963) with the largest residual for its range. A fit
+    so badly conditioned that a single pixel says more of that light is left out.
+    """
+    seen = np.flatnonzero((weights > 0).any(axis=0))
+    shares = weights[:, seen]
+    solution = np.linalg.pinv(shares)  # (lights, n)
+    values = solution @ off
+    left = float(np.abs(off - shares @ values).max())
+    spread = left * math.sqrt(2 * math.log(2 / CHANCE)) * np.sqrt((solution**2).sum(axis=1))
+    limits = np.abs(solution) @ bound.shared[:, place] + spread
+    with np.errstate(divide="ignore"):
+        pixel = np.median(bound.whole[:, place, np.newaxis] / shares, axis=0)
+    return [
+        about.factor(float(value), float(limit), distinct=True, fitted=about.group.lights[light])
+        for light, value, limit, worst in zip(seen, values, limits, pixel, strict=True)
+        if limit < worst
+    ]
+
+
+def least_share(distinct: int) -> float:
+    """Return the share of a sample below its median that chance leaves on either side of it, but for `CHANCE`.
+
+    Of so many independent signs at most half are expected to be positive; Hoeffding's inequality (1963, theorem 1).
+    """
+    return max(0.0, 0.5 - math.sqrt(math.log(2 / CHANCE) / (2 * distinct)))
+
+
+def _short(number: float) -> float:
+    """Return a number in the four digits that anybody reads."""
+    return float(f"{number:.4g}") if math.isfinite(number) else number

@@ -1,0 +1,137 @@
+"""Whether enough of a case's image could be judged: what a tuned case fixed in advance, and what one check can tell."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rayproof.cases.case import Case
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.comparison.check import Check
+from rayproof.reports.judge.comparison.examined import Kind
+from rayproof.reports.judge.comparison.pair import GEOMETRY
+from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.tolerance.pair_limits import Terms
+from rayproof.reports.results.outcomes import Outcome
+
+# Of a candidate's error of position: what it may leave out before its feelers for rounding's sake.
+NEEDED = 8
+ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided whatever the scene
+
+
+def too_little(case: Case, candidate: Candidate, terms: Terms) -> list[str]:
+    """Return a sentence if fewer pixels could be judged than a tuned case fixed in advance, else nothing."""
+    if not case.tuned:
+        return []
+    last = Stage.RADIANCE if case.scene.lights else Stage.NORMAL
+    interior, share = _judged(terms, last)
+    why = "".join(f"; {note}" for note in terms.classes.notes)
+    if interior < case.least_interior:
+        return [f"{candidate.name}: {interior} interior pixels, the case asks for {case.least_interior}{why}"]
+    if share > case.most_edge:
+        return [f"{candidate.name}: {share:.4f} of the pixels are edge, the case allows {case.most_edge}{why}"]
+    if not interior and np.any(terms.conditioning.hit):
+        return [f"{candidate.name}: no pixel that hits something lies clear of every edge"]
+    return []
+
+
+def too_little_seen(case: Case, checks: Sequence[Check], terms: Terms) -> list[str]:
+    """Return the same, but not where it is by what the candidate declares not to see.
+
+    What it declares costs the stages of which too little is left: their checks that passed are `undecided`, and the
+    others judge the case. Whether rounding needs what it declares is asked elsewhere (`epsilons`).
+    """
+    candidate = terms.candidate
+    why = too_little(case, candidate, terms)
+    if not why:
+        return []
+    seeing = replace(candidate, ray_epsilon=0.0, shadow_epsilon=0.0, light_epsilon=0.0, edge_epsilon=0.0)
+    if too_little(case, seeing, replace(terms, candidate=seeing)):
+        return why
+    for check in checks:
+        if check.configuration != candidate.name or check.outcome is not Outcome.PASS or check.stage in ALWAYS:
+            continue
+        interior, share = _judged(terms, check.stage)
+        if interior < max(case.least_interior, 1) or share > case.most_edge:
+            check.outcome = Outcome.UNDECIDED
+            check.reason = f"{why[0]}; {candidate.name} declares that it does not see there"
+    return []
+
+
+def leave_undecided(case: Case, check: Check, terms: Terms) -> None:
+    """Turn a check that passed into `undecided` where so little could be judged strictly that it says nothing.
+
+    If that is by what a candidate declares not to see, far beyond what rounding needs, it is an error: nobody chooses
+    what is decidable of him. If it is by what the reference declares, the reference abstains.
+    """
+    if check.outcome is not Outcome.PASS or check.stage in ALWAYS:
+        return
+    why = _nothing_to_tell(case, terms, check.stage)
+    if why is None:
+        return
+    check.outcome, check.reason = Outcome.UNDECIDED, why
+    candidate = terms.candidate
+    blind = np.any(np.asarray(candidate.shadow_epsilon) > 0) or candidate.ray_epsilon > 0
+    if blind and not case.tuned:
+        needed = NEEDED * terms.limits.position
+        honest = replace(
+            candidate, ray_epsilon=0.0, shadow_epsilon=np.minimum(np.asarray(candidate.shadow_epsilon), needed)
+        )
+        if _nothing_to_tell(case, replace(terms, candidate=honest), check.stage) is None:
+            check.outcome = Outcome.ERROR
+            check.reason = f"{why}, for {candidate.name} declares that it does not see there"
+            return
+    seeing = replace(terms.witness, ray_epsilon=0.0, shadow_epsilon=0.0, light_epsilon=0.0, edge_epsilon=0.0)
+    if _nothing_to_tell(case, replace(terms, witness=seeing), check.stage) is None:
+        check.abstains = True
+        check.reason = f"{why}, for {terms.witness.name} declares that it does not see there"
+
+
+def _nothing_to_tell(case: Case, terms: Terms, stage: Stage) -> str | None:
+    """Return why a check of a stage says nothing, or None. Where nothing is hit, misses tell."""
+    interior, share = _judged(terms, stage)
+    if not interior and np.any(terms.conditioning.hit):
+        return "no pixel that hits something lies clear of every edge"
+    if share > case.most_edge:
+        return f"{share:.4f} of the pixels are edge, and more than {case.most_edge} tell nothing"
+    return None
+
+
+def _judged(terms: Terms, stage: Stage) -> tuple[int, float]:
+    """Return how many pixels that hit something are judged strictly at a stage, and the share of edge pixels."""
+    # What a renderer says that it does not see before the eye is excused as an edge is, and counts as one.
+    inner = terms.scene.camera.inner
+    edge = (terms.classes.edge(stage) | terms.near)[inner]
+    return int(np.count_nonzero(terms.conditioning.hit[inner] & ~edge)), float(np.count_nonzero(edge) / edge.size)
+
+
+def crowded(case: Case, terms: Terms) -> bool:
+    """Say whether outlines reach more pixels than the case allows: what a side is, such pixels cannot tell.
+
+    By the scene's own conditioning alone, so that no renderer under test can bring it about.
+    """
+    return float(np.mean(terms.classes.outline)) > case.most_edge
+
+
+def only_at_edges(check: Check, checks: Sequence[Check]) -> bool:
+    """Say whether a failed check has nothing against it but edge pixels with the value of neither side.
+
+    Of a stage of light also that each such pixel shows a surface of neither side, as the same two's `checks` of
+    objects say: its light is that surface's, and right if it follows from it.
+    """
+    measured = [one for one in (check.end_to_end, check.continued) if one is not None]
+    # A miss at an edge is infinitely far away; one away from edges is worse than any limit.
+    missed = check.stage is Stage.DISTANCE
+    if not measured or not all(one.worst_inside <= 1 and not one.nan and (missed or not one.inf) for one in measured):
+        return False
+    if check.stage in GEOMETRY:
+        return True
+    if check.end_to_end is None or (check.continued is not None and not check.continued.worst_ratio <= 1):
+        return False
+    wrong = check.end_to_end.kinds == Kind.WRONG
+    return any(
+        bool(np.all(one.end_to_end.kinds[wrong] == Kind.WRONG))
+        for one in checks
+        if one.stage is Stage.OBJECT and one.end_to_end is not None
+        if (one.configuration, one.reference) == (check.configuration, check.reference)
+    )

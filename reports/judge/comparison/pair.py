@@ -1,0 +1,232 @@
+"""The bench at which one candidate is judged against one witness: each stage measured once, on the pair's terms."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from rayproof.cases.answers import Answers
+from rayproof.cases.stages import Stage, upto
+from rayproof.reports.judge.comparison.examined import Kind
+from rayproof.reports.judge.comparison.measurement import Measurement, held_to, measure, ratios
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.tolerance.channels import all_of
+from rayproof.reports.judge.tolerance.edge_light import Held, Seen, held
+from rayproof.reports.judge.tolerance.edge_sides import (
+    Sides,
+    excused,
+    excused_anyhow,
+    sides,
+    with_twins,
+    with_what_is_behind,
+)
+from rayproof.reports.judge.tolerance.pair_limits import LIGHT, Terms
+from rayproof.reports.judge.tolerance.scene_context import Ground
+
+GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """One candidate before one witness, on the ground of the oracle's truth, whoever the witness is."""
+
+    ground: Ground
+    candidate: Candidate
+    witness: Witness
+
+    @cached_property
+    def terms(self) -> Terms:
+        """Return the limits and pixel classes of the two."""
+        return Terms(ground=self.ground, candidate=self.candidate, witness=self.witness)
+
+    @cached_property
+    def _sides(self) -> Sides:
+        """Return the oracle's answers around every edge pixel."""
+        assert self.candidate.answers is not None
+        scene, truth, oracle, classes = self.ground.scene, self.ground.truth, self.ground.oracle, self.terms.classes
+        twins = self.terms.twins
+        around = self.ground.once(
+            ("sides",),
+            (classes.outline, classes.reach),
+            # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
+            lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, np.where(twins, 0.0, classes.reach)),
+        )
+        close = self.ground.edges.gap <= classes.depth
+        if Stage.OBJECT not in self.candidate.answers:
+            return self.ground.once(
+                ("behind",), (around, classes.depth), lambda: with_what_is_behind(around, oracle, scene, truth, close)
+            )
+        return with_twins(around, oracle, scene, truth, self.candidate.answers, classes.depth)
+
+    def _excused(
+        self, stage: Stage, ratio: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
+    ) -> Held:
+        """Return the edge pixels that have a side's value; the oracle is asked only if an edge pixel differs at all."""
+        assert self.candidate.answers is not None
+        differ = edge & ~(ratio <= 1)
+        none = np.zeros(edge.shape, dtype=bool)
+        if not np.any(differ):
+            return Held(good=none, interval=none)
+        if stage in LIGHT:
+            return self._lit(stage, differ)
+        find = excused_anyhow if Stage.OBJECT not in self.candidate.answers else excused
+        objects = self.ground.truth[Stage.OBJECT][..., 0]
+        if stage in (Stage.DISTANCE, Stage.POSITION):
+            # Either of two faces of one shape: as far from one another as they are not told apart.
+            apart = np.where(self.terms.twins, self.terms.classes.depth, 0.0)
+            limit = limit + (apart[..., np.newaxis] if limit.ndim == 3 else apart)
+        good = find(stage, self.candidate.answers, self._sides, limit, objects, continued=continued)
+        return Held(good=good, interval=none)
+
+    def _lit(self, stage: Stage, where: np.ndarray) -> Held:
+        """Return which pixels of `where` have a value of light that some object and some choice of lights gives."""
+        good, interval = np.zeros(where.shape, dtype=bool), np.zeros(where.shape, dtype=bool)
+        outline, truth = self.terms.classes.outline, self.ground.truth
+        rows, columns = np.nonzero(where & ~outline)
+        kinds = (Stage.RAY, Stage.OBJECT, Stage.POSITION, Stage.NORMAL)
+        # Away from outlines one surface is seen, and its place is known as well as the limits say.
+        parts = [(rows, columns, [truth[one][rows, columns][:, np.newaxis] for one in kinds])]
+        if np.any(where & outline):
+            around = self._sides
+            asked = where[around.rows, around.columns]
+            samples = [around.answers[one][asked] for one in kinds]
+            parts.append((around.rows[asked], around.columns[asked], samples))
+        for rows, columns, (rays, objects, positions, normals) in parts:
+            seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals)
+            values = self._ours(stage)[rows, columns]
+            found = held(self.ground.scene, stage, values, seen, self.terms.lights(stage, rows, columns, values))
+            good[rows, columns], interval[rows, columns] = found.good, found.interval
+        return Held(good=good, interval=interval)
+
+    def end_to_end(self, stage: Stage) -> Measurement:
+        """Measure the candidate's stage against the witness's own; once for candidates that are equal in it."""
+        ours, theirs = self.candidate.answers, self.witness.answers[stage]
+        assert ours is not None
+        # At an edge what the candidate sees there decides which sides its value may be.
+        seen = tuple(ours.get(one) for one in (Stage.RAY, *GEOMETRY))
+        return self.ground.once(
+            ("end to end", stage, self.terms.rules), (ours[stage], theirs, *seen), lambda: self._end_to_end(stage)
+        )
+
+    def _end_to_end(self, stage: Stage) -> Measurement:
+        assert self.candidate.answers is not None
+        classes = self.terms.classes
+        shape = classes.outline.shape
+        limit = self.terms.limits.end_to_end.get(stage, np.zeros(shape))
+        edge = classes.edge(stage)
+        theirs = np.asarray(self.witness.answers[stage], dtype=np.float64)
+        return self._against(stage, theirs, limit, edge, continued=False)
+
+    def _against(
+        self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
+    ) -> Measurement:
+        if stage is Stage.VISIBILITY:
+            return self._visibility(theirs, limit, edge)
+        compared = ratios(stage, self._ours(stage), theirs, limit)
+        return self._measure(
+            stage, theirs, limit, edge, self._excused(stage, compared[0], limit, edge, continued=continued), compared
+        )
+
+    def _visibility(self, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray) -> Measurement:
+        """Measure visibility, where edges are a matter of each light: of an undecided one both 0 and 1 are right."""
+        ours, classes = self._ours(Stage.VISIBILITY), self.terms.classes
+        if ours.shape == theirs.shape:
+            either = (classes.light | classes.outline[..., np.newaxis]) & np.isin(ours, (0.0, 1.0))
+            theirs = np.where(either, ours, theirs)
+            edge = edge | classes.edge(Stage.VISIBILITY)
+        good = all_of(ours == theirs)
+        compared = ratios(Stage.VISIBILITY, ours, theirs, limit)
+        return self._measure(
+            Stage.VISIBILITY, theirs, limit, edge, Held(good=good, interval=np.zeros_like(good)), compared
+        )
+
+    def _ours(self, stage: Stage) -> np.ndarray:
+        assert self.candidate.answers is not None
+        return self.candidate.answers[stage]
+
+    def _finite(self, stage: Stage) -> bool:
+        """Say whether all of the candidate's stage is finite; asked once of an image, whoever it is held against."""
+        ours = self._ours(stage)
+        return self.ground.once(("finite",), (ours,), lambda: bool(np.isfinite(ours).all()))
+
+    def inside(self, stage: Stage) -> np.ndarray:
+        """Return error over limit end to end, (height, width), 0 at edges: what is judged strictly."""
+        classes = self.terms.classes
+        limit = self.terms.limits.end_to_end.get(stage, np.zeros(classes.outline.shape))
+        theirs = np.asarray(self.witness.answers[stage], dtype=np.float64)
+        ratio = ratios(stage, self._ours(stage), theirs, limit)[0]
+        return np.where(classes.edge(stage) | self.terms.near, 0.0, ratio)
+
+    def continued(self, stage: Stage, value: np.ndarray) -> Measurement:
+        """Measure the candidate's stage against `value`, which the oracle made from the candidate's own stages."""
+        assert self.candidate.answers is not None
+        ours = tuple(self.candidate.answers.get(one) for one in upto(stage) if one is not Stage.CAMERA)
+        return self.ground.once(
+            ("continued", stage, self.terms.rules), (value, *ours), lambda: self._continued(stage, value)
+        )
+
+    def _continued(self, stage: Stage, value: np.ndarray) -> Measurement:
+        limit, edge = self.terms.continued(stage, value)
+        return self._against(stage, np.asarray(value, dtype=np.float64), limit, edge, continued=True)
+
+    def _near_or_beyond(self, stage: Stage, differ: np.ndarray) -> np.ndarray:
+        """Return which of the pixels nearer than a party sees show what is there, or what lies beyond the epsilon."""
+        mine = replace(self.candidate, ray_epsilon=0.0)
+        good = np.zeros_like(differ)
+        bases = [self.ground]
+        if self.candidate.ray_epsilon:
+            bases.append(self.ground.beyond(self.candidate.ray_epsilon))
+        for base in bases:
+            truth = base.once(("oracle",), (), lambda answers=base.truth: _oracle(answers))
+            kinds = Bench(ground=base, candidate=mine, witness=truth).end_to_end(stage).kinds
+            inner = base.scene.camera.inner
+            good[inner] |= differ[inner] & (kinds != Kind.WRONG) & (kinds != Kind.UNEXAMINED)
+        return good
+
+    def _measure(
+        self,
+        stage: Stage,
+        theirs: np.ndarray,
+        limit: np.ndarray,
+        edge: np.ndarray,
+        side: Held,
+        compared: tuple[np.ndarray, np.ndarray],
+    ) -> Measurement:
+        near, good = self.terms.near, side.good
+        if stage is not Stage.RAY and near.any():
+            edge = edge | near
+            differ = near & ~good & ~(compared[0] <= 1)
+            good = good | (self._near_or_beyond(stage, differ) if differ.any() else differ)
+        # A position's error is a share of how far away it is, wherever the world's origin lies.
+        size = self.ground.conditioning.distance if stage is Stage.POSITION else None
+        if limit is self.terms.limits.end_to_end.get(stage):
+            held = self.ground.once(("held", stage), (limit, theirs), lambda: held_to(stage, limit, theirs, size))
+        else:
+            held = held_to(stage, limit, theirs, size)
+        camera = self.ground.scene.camera
+        inner = camera.inner
+        found = measure(
+            stage,
+            self._ours(stage)[inner],
+            theirs[inner],
+            limit[inner],
+            edge=edge[inner],
+            hit=self.ground.conditioning.hit[inner],
+            flagged=self.terms.classes.flagged[inner],
+            excused=good[inner],
+            interval=side.interval[inner],
+            window=self.terms.window[inner],
+            held=(held[0][inner], held[1][inner]),
+            precision=self.candidate.precision,
+            finite=self._finite(stage),
+            compared=(compared[0][inner], compared[1][inner]),
+        )
+        if camera.rows is None or found.pixel is None:
+            return found
+        return replace(found, pixel=(found.pixel[0], found.pixel[1] + camera.rows[0]))
+
+
+def _oracle(truth: Answers) -> Witness:
+    """Return the oracle's answers as a witness."""
+    return Witness(name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=truth)

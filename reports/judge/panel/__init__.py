@@ -1,0 +1,1 @@
+"""Several renderers' answers together: who stands alone, whose defects are known, and whom the others outvote."""

@@ -1,0 +1,49 @@
+"""Circumstances under which a finding about a reference holds: properties of a scene, pixel by pixel.
+
+To add one: a function (scene, the oracle's answers) -> (height, width) and its line in `CIRCUMSTANCES`, whose name a
+finding gives with a threshold. Its docstring derives why the defect grows with the number.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.tolerance.channels import length
+
+
+def distance_over_radius(scene: Scene, truth: Answers) -> np.ndarray:
+    """Return of the sphere that is seen the eye's distance over the radius, both in object space; 0 elsewhere.
+
+    A difference of squares as long as that distance keeps (distance / radius)^2 roundings of the radius' square, and a
+    squeeze is distance in object space.
+    """
+    objects, found = truth[Stage.OBJECT][..., 0], np.zeros(truth[Stage.OBJECT].shape[:2])
+    for index, shape in enumerate(scene.shapes):
+        if isinstance(shape, Sphere):
+            matrix = np.asarray(shape.to_world, dtype=np.float64)
+            eye = np.linalg.solve(matrix[:3, :3], np.asarray(scene.camera.eye) - matrix[:3, 3])
+            found[objects == index] = np.linalg.norm(eye - shape.center) / shape.radius
+    return found
+
+
+def light_nearness(scene: Scene, truth: Answers) -> np.ndarray:
+    """Return the size of its coordinates over the distance of what is seen from the nearest light, 0 on a miss.
+
+    From 2^22 on the distance is lost in float32's rounding of the coordinates, and may come out as 0.
+    """
+    position, found = truth[Stage.POSITION], np.zeros(truth[Stage.OBJECT].shape[:2])
+    for light in scene.lights:
+        place = np.asarray(light.position, dtype=np.float64)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            near = (np.linalg.norm(place) + length(position)) / length(place - position)
+        found = np.maximum(found, np.nan_to_num(near, nan=0.0))
+    return np.where(truth[Stage.OBJECT][..., 0] >= 0, found, 0.0)
+
+
+CIRCUMSTANCES: dict[str, Callable[[Scene, Answers], np.ndarray]] = {
+    "distance_over_radius": distance_over_radius,
+    "light_nearness": light_nearness,
+}

@@ -1,0 +1,117 @@
+"""The parties to a case: the renderers under test and the references, with what they answered."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rayproof.cases.answers import Answers, Resolution
+from rayproof.cases.stages import Stage
+from rayproof.reports.results.outcomes import Outcome
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """A renderer under test, or the error that it ended in: a tracer configuration, a panel's renderer, a stranger."""
+
+    name: str
+    precision: str
+    items: frozenset[str]  # specification items whose formulas it ran
+    # m, one for all or per pixel: how far it admits to move or ignore things at a feeler's start
+    shadow_epsilon: float | np.ndarray
+    answers: Answers | None
+    error: str | None = None
+    fine: Answers | None = None  # at the resolution of a case's samples: the tracer's own answers there
+    mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered by its own means, instead of `fine`
+    unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
+    resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
+    ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
+    light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
+    edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
+    chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
+
+    @property
+    def by_matrices(self) -> bool:
+        """Say whether its rays come by the inverse matrices (CAM-5)."""
+        return "CAM-5" in self.items
+
+
+@dataclass(frozen=True, kw_only=True)
+class Witness:
+    """A reference and its answers, with what it declared that it cannot do."""
+
+    name: str
+    precision: str
+    independent: bool  # shares neither code nor Dr.Jit's compiler with the tracer
+    shadow_epsilon: float | np.ndarray  # m, one for all or per pixel
+    answers: Answers
+    unsupported: Mapping[Stage, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()  # where it answers another question than the one asked, in sentences
+    mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences
+    mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered over a case's samples
+    error: str | None = None
+    settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
+    resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarse
+    ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
+    light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
+    edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
+    cached: bool = False  # its images are those of an earlier run, kept by content
+    by_matrices: bool = False  # its rays come by the inverse matrices (CAM-5)
+
+    def answers_at(self, stage: Stage) -> bool:
+        """Say whether it is asked about this stage: everything that it did not declare unsupported."""
+        return stage not in self.unsupported
+
+
+LOST = "it was announced and nothing came of it"
+
+
+def lost(panel: Collection[str], witnesses: Collection[Witness]) -> list[Witness]:
+    """Return those of an announced panel of whom nothing came: they were planned, and are missing."""
+    heard = {witness.name for witness in witnesses}
+    return [
+        Witness(name=name, precision="float32", independent=False, shadow_epsilon=0.0, answers={}, error=LOST)
+        for name in panel
+        if name not in heard
+    ]
+
+
+def abstention(witness: Witness) -> Outcome:
+    """Return what becomes of checks against a reference of which there is no answer: it has no say, or was lost."""
+    return Outcome.MISSING if witness.error == LOST else Outcome.UNDECIDED
+
+
+def as_candidate(witness: Witness) -> Candidate:
+    """Return a reference as the one under test: what the panel says of it is judged by the same rules."""
+    return Candidate(
+        name=witness.name,
+        precision=witness.precision,
+        items=frozenset(),
+        shadow_epsilon=witness.shadow_epsilon,
+        answers=None if witness.error is not None else witness.answers,
+        error=witness.error,
+        mean=witness.mean,
+        unsupported=witness.unsupported,
+        resolutions=witness.resolutions,
+        ray_epsilon=witness.ray_epsilon,
+        light_epsilon=witness.light_epsilon,
+        edge_epsilon=witness.edge_epsilon,
+    )
+
+
+def as_witness(candidate: Candidate) -> Witness:
+    """Return the one under test as a baseline for others; its word is no evidence for itself."""
+    return Witness(
+        name=candidate.name,
+        precision=candidate.precision,
+        independent=False,
+        shadow_epsilon=candidate.shadow_epsilon,
+        answers=candidate.answers or {},
+        unsupported=candidate.unsupported,
+        error=candidate.error,
+        resolutions=candidate.resolutions,
+        ray_epsilon=candidate.ray_epsilon,
+        light_epsilon=candidate.light_epsilon,
+        edge_epsilon=candidate.edge_epsilon,
+        by_matrices=candidate.by_matrices,
+    )

@@ -1,0 +1,1 @@
+"""How far two right answers may differ at each pixel, derived from rounding and conditioning."""

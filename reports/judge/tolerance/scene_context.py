@@ -1,0 +1,133 @@
+"""The ground that all judging of a scene stands on: the oracle's truth, its edges, the scene's conditioning."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.oracle import FullOracle
+from rayproof.reports.judge.tolerance.before_rounding import Unrounded
+from rayproof.reports.judge.tolerance.conditioning import Conditioning, condition
+from rayproof.reports.judge.tolerance.edges import Edges
+from rayproof.reports.judge.tolerance.limits import Limits, Roundoff, limits
+from rayproof.reports.judge.tolerance.pixel_classes import Classes, Unlit, classify, farther, unlit
+
+T = TypeVar("T")
+FARTHEST = 1e30  # m: as good as no far end, and its square is finite
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ground:
+    """What does not depend on who is judged. Limits are kept, since few kinds of rounding meet in a case."""
+
+    scene: Scene
+    truth: Answers
+    edges: Edges
+    conditioning: Conditioning
+    oracle: FullOracle
+    _limits: dict[tuple, Limits] = field(default_factory=dict)
+    _classes: dict[tuple, Classes] = field(default_factory=dict)
+    _unlit: dict[tuple, Unlit] = field(default_factory=dict)
+    _known: dict[tuple, tuple[tuple, Any]] = field(default_factory=dict)
+
+    @cached_property
+    def _unrounded(self) -> Unrounded:
+        return Unrounded(scene=self.scene, truth=self.truth, edges=self.edges, conditioning=self.conditioning)
+
+    def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
+        """Return the limits of one kind of rounding."""
+        key = (g.key, by_matrices)
+        if key not in self._limits:
+            self._limits[key] = limits(self.scene, self.truth, self.conditioning, g, by_matrices=by_matrices)
+        return self._limits[key]
+
+    def together(self, one: Roundoff, other: Roundoff, *, by_matrices: tuple[bool, bool]) -> Limits:
+        """Return the limits of two kinds of rounding added: what a difference of two parties' answers may be."""
+        key = (one.key, other.key, by_matrices)
+        if key not in self._limits:
+            mine, theirs = (self.limits(g, by_matrices=own) for g, own in zip((one, other), by_matrices, strict=True))
+            self._limits[key] = Limits(
+                continued={stage: mine.continued[stage] + theirs.continued[stage] for stage in mine.continued},
+                end_to_end={stage: mine.end_to_end[stage] + theirs.end_to_end[stage] for stage in mine.end_to_end},
+                cosine=mine.cosine + theirs.cosine,
+                relative=mine.relative + theirs.relative,
+                position=mine.position + theirs.position,
+                aimed=mine.aimed + theirs.aimed,
+                lifted=mine.lifted + theirs.lifted,
+            )
+        return self._limits[key]
+
+    def continued_limits(
+        self, ours: Answers, roundoffs: Sequence[Roundoff], *, by_matrices: Sequence[bool]
+    ) -> dict[Stage, np.ndarray]:
+        """Return the limits of stages up to the normal, each by itself, for what a candidate's own ray and object meet.
+
+        Its own conditioning counts there, not that of what the oracle sees in the same pixel, which may be nothing.
+        """
+        objects = ours[Stage.OBJECT]
+        named = (objects[..., :1] >= 0) & (objects[..., :1] < len(self.scene.shapes))  # nor is NaN
+        met = {Stage.RAY: ours[Stage.RAY], Stage.OBJECT: np.where(named, objects, -1.0)}
+        for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
+            met[stage] = self.oracle.continue_from(self.scene, stage, met)
+        met[Stage.OBJECT] = np.where(np.isfinite(met[Stage.DISTANCE]), met[Stage.OBJECT], -1.0)
+        about = self.scene, met, condition(self.scene, met)
+        each = [limits(*about, g, by_matrices=own).continued for g, own in zip(roundoffs, by_matrices, strict=True)]
+        return {stage: np.sum([one[stage] for one in each], axis=0) for stage in each[0]}
+
+    def once(self, key: tuple, objects: tuple, found: Callable[[], T]) -> T:
+        """Return what `found` returns, computed once for `key` and the same `objects`, which are told by identity.
+
+        The objects are held, so that no other can take their identity.
+        """
+        whole = (*key, *map(id, objects))
+        if whole not in self._known:
+            self._known[whole] = (objects, found())
+        return self._known[whole][1]
+
+    def beyond(self, distance: float) -> "Ground":
+        """Return the ground of what is seen if nothing nearer to the eye than a distance [m] is."""
+        scene = _seen_beyond(self.scene, distance)
+        stages = tuple(self.truth)
+        return self.once(("beyond", distance), (), lambda: ground(scene, stages, self.oracle, known={}))
+
+    def outlined(self, classes: Classes, edge_epsilon: float) -> Classes:
+        """Return the classes for parties whose outlines may lie so much [m] farther out."""
+        return farther(classes, self.edges, self.conditioning, edge_epsilon)
+
+    def classes(
+        self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, light_epsilon: float = 0.0, *, key: tuple
+    ) -> Classes:
+        """Return the pixel classes under limits; `key` says which ones these are."""
+        whole = (*key, np.asarray(shadow_epsilon, dtype=np.float64).tobytes(), light_epsilon)
+        if whole not in self._classes:
+            if key not in self._unlit:
+                self._unlit[key] = unlit(self._unrounded, limits, g)
+            about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
+            self._classes[whole] = classify(
+                *about, shadow_epsilon=shadow_epsilon, light_epsilon=light_epsilon, before=self._unlit[key]
+            )
+        return self._classes[whole]
+
+
+def _seen_beyond(scene: Scene, distance: float) -> Scene:
+    """Return the scene of which nothing nearer to the eye than a distance [m] is seen."""
+    camera = scene.camera
+    aside = math.tan(camera.alpha) * math.hypot(1.0, camera.aspect)
+    # Planes of constant depth and spheres about the eye: a corner's ray meets the far plane the farthest out.
+    far = {"depth": camera.far * math.hypot(1.0, aside), "shell": camera.far, "none": FARTHEST}[scene.clip]
+    seen = replace(camera, near=distance, far=max(far, distance * (1 + 1e-9)))
+    return replace(scene, camera=seen, clip="shell")
+
+
+def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known: Answers | None = None) -> Ground:
+    """Return the ground of a scene; `known` are the oracle's answers as far as they were given already."""
+    truth = known if known is not None and set(stages) <= set(known) else oracle.render(scene, stages)
+    return Ground(
+        scene=scene, truth=truth, edges=oracle.edges(scene), conditioning=condition(scene, truth), oracle=oracle
+    )

@@ -1,0 +1,227 @@
+"""The pool: worker processes by kind, at most `jobs` busy at once, each task with a deadline.
+
+A worker that dies or overruns its deadline costs the task that it had, if it had one; it is replaced when the next task
+of its kind comes. What it left in its folder for temporary files goes with it. The deadline is that of handing over the
+task and of taking back the reply as well: nobody waits for a worker that was stopped in the middle of either.
+
+A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
+"""
+
+import contextlib
+import select
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rayproof.reports.processes.worker import PREPARE, Reply, serve
+from rayproof.reports.processes.worker_process import WorkerProcess, started
+
+GLANCE = 1.0  # s, the longest wait at a time
+ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its machine asleep: no worker is to blame
+
+
+@dataclass(kw_only=True)
+class _Worker:
+    process: WorkerProcess
+    done: Callable[[Reply], None] | None = None
+    limit: float = 0.0  # s that its task may take
+    deadline: float = 0.0
+    started: float = 0.0
+    large: bool = False  # whether its task is
+
+
+@dataclass(kw_only=True)
+class _Waiting:
+    """A task that no worker has yet."""
+
+    kind: str
+    task: Any
+    done: Callable[[Reply], None]  # who gets the reply
+    seconds: float | None
+    large: bool
+
+
+class Pool:
+    """Run tasks in workers by kind; `step` waits for something to happen and calls back.
+
+    A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one. Its tasks
+    have `timeout` seconds each, or as many as `timeouts` says.
+    """
+
+    def __init__(
+        self,
+        *,
+        jobs: int,
+        timeout: float,
+        copies: Mapping[str, int] | None = None,
+        timeouts: Mapping[str, float] | None = None,
+        target: Callable[[str, Any], None] = serve,
+    ) -> None:
+        self._copies = copies or {}
+        self._jobs = jobs
+        self._timeout = timeout
+        self._timeouts = timeouts or {}
+        self._target = target
+        self._workers: dict[tuple[str, int], _Worker] = {}
+        self._urgent: deque[_Waiting] = deque()
+        self._waiting: deque[_Waiting] = deque()
+
+    def submit(
+        self,
+        kind: str,
+        task: Any,
+        done: Callable[[Reply], None],
+        *,
+        first: bool = False,
+        seconds: float | None = None,
+        large: bool = False,
+    ) -> None:
+        """Queue a task for a worker of `kind`; `done` gets its reply. All `first` ones go, in turn, before others.
+
+        It may take `seconds`, if that is more than the pool's limit. A `large` one waits until no other large one runs.
+        """
+        queue = self._urgent if first else self._waiting
+        queue.append(_Waiting(kind=kind, task=task, done=done, seconds=seconds, large=large))
+
+    @property
+    def busy(self) -> dict[str, float]:
+        """Return the kinds of the workers that have a task, and for how long [s] they have had it."""
+        now = time.monotonic()
+        return {kind: now - worker.started for (kind, _), worker in self._busy().items()}
+
+    def prepare(self, kind: str, task: Any = None) -> None:
+        """Start a worker of `kind` before its first task, which then finds its imports made.
+
+        So is `task` done, if there is one, before whatever is not first; nobody hears its reply.
+        """
+        place = (kind, 0)
+        if place in self._workers:
+            return
+        with contextlib.suppress(OSError):  # it died; its first task will tell
+            self._spawn(place).process.connection.post(PREPARE)
+        if task is not None:
+            self.submit(kind, task, lambda _: None, first=True)
+
+    @property
+    def idle(self) -> bool:
+        """Say whether nothing runs and nothing waits."""
+        return not self._urgent and not self._waiting and not self._busy()
+
+    def step(self) -> None:
+        """Start what can start, then wait a little for a worker to answer, die or overrun."""
+        self.start()
+        busy = self._busy()
+        if not busy:
+            return
+        ready = self._ready(busy)
+        for place, worker in busy.items():
+            if worker.process.connection.fileno() in ready:
+                self._exchange(place, worker)
+            if worker.done is not None and time.monotonic() >= worker.deadline:
+                self._lose(place, worker, f"no answer within {worker.limit:g} s; stopped")
+
+    @staticmethod
+    def _ready(busy: Mapping[tuple[str, int], _Worker]) -> set[int]:
+        """Return the descriptors of workers that give or take something, once there is one or a deadline is near."""
+        poll = select.poll()
+        for worker in busy.values():
+            channel = worker.process.connection
+            poll.register(channel, select.POLLIN | (select.POLLOUT if channel.unsent else 0))
+        start = time.monotonic()
+        rest = min(GLANCE, max(0.0, min(worker.deadline for worker in busy.values()) - start))
+        ready = {descriptor for descriptor, _ in poll.poll(1000 * rest)}
+        asleep = time.monotonic() - start - rest
+        if asleep > ASLEEP:
+            for worker in busy.values():
+                worker.deadline += asleep
+        return ready
+
+    def close(self) -> None:
+        """Stop every worker, now."""
+        for worker in self._workers.values():
+            worker.process.end()
+        for worker in self._workers.values():
+            worker.process.clean_up()
+        self._workers.clear()
+
+    def _limit(self, kind: str) -> float:
+        return self._timeouts.get(kind, self._timeout)
+
+    def _busy(self) -> dict[tuple[str, int], _Worker]:
+        return {place: worker for place, worker in self._workers.items() if worker.done is not None}
+
+    def start(self) -> None:
+        """Give waiting tasks, in order, to idle workers of their kind, and wait for nobody."""
+        for queue in (self._urgent, self._waiting):
+            self._start_from(queue)
+
+    def _start_from(self, queue: deque[_Waiting]) -> None:
+        postponed: list[_Waiting] = []
+        full: set[str] = set()  # kinds whose workers all have a task
+        busy = len(self._busy())
+        while queue and busy < self._jobs:
+            one = queue.popleft()
+            place = None if one.kind in full else self._free_place(one.kind)
+            if place is None:
+                full.add(one.kind)
+            if place is None or (one.large and any(worker.large for worker in self._busy().values())):
+                postponed.append(one)
+                continue
+            self._bury(place)
+            worker = self._workers.get(place) or self._spawn(place)
+            worker.done = one.done
+            worker.large = one.large
+            worker.limit = max(self._limit(one.kind), one.seconds or 0.0)
+            worker.started = time.monotonic()
+            worker.deadline = worker.started + worker.limit
+            try:
+                worker.process.connection.post(one.task)
+            except OSError:
+                self._lose(place, worker, "the worker had died")
+            busy = len(self._busy())
+        queue.extendleft(reversed(postponed))
+
+    def _free_place(self, kind: str) -> tuple[str, int] | None:
+        """Return where a task of `kind` can go now: to an idle worker, else to a new one, else nowhere."""
+        places = [(kind, copy) for copy in range(self._copies.get(kind, 1))]
+        free = [place for place in places if place not in self._workers or self._workers[place].done is None]
+        return min(free, key=lambda place: place not in self._workers, default=None)
+
+    def _spawn(self, place: tuple[str, int]) -> _Worker:
+        self._workers[place] = worker = _Worker(process=started(place[0], self._target))
+        return worker
+
+    def _exchange(self, place: tuple[str, int], worker: _Worker) -> None:
+        """Hand over what is left of a task, and take what there is of its reply."""
+        try:
+            with contextlib.suppress(BrokenPipeError):  # its last words may lie there still
+                worker.process.connection.flush()
+            whole, reply = worker.process.connection.receive()
+        except (EOFError, OSError):
+            self._lose(place, worker, f"the worker died ({worker.process.how_it_ended()})")
+            return
+        if whole and worker.done is not None:
+            done, worker.done = worker.done, None
+            if worker.large:  # what it has learnt and freed is of no use to anybody, and stays in its memory
+                self._forget(place, worker)
+            done(reply)
+
+    def _bury(self, place: tuple[str, int]) -> None:
+        """Forget a worker that died while it had nothing to do: the next task is not to blame."""
+        worker = self._workers.get(place)
+        if worker is not None and not worker.process.alive:
+            self._lose(place, worker, "the worker had died")
+
+    def _lose(self, place: tuple[str, int], worker: _Worker, why: str) -> None:
+        """Answer a lost worker's task with an error and forget the worker."""
+        self._forget(place, worker)
+        done, worker.done = worker.done, None
+        if done is not None:
+            done(Reply(value=None, error=why, trace=None, seconds=time.monotonic() - worker.started))
+
+    def _forget(self, place: tuple[str, int], worker: _Worker) -> None:
+        del self._workers[place]
+        worker.process.end()
+        worker.process.clean_up()

@@ -1,0 +1,49 @@
+"""annotations.txt: GitHub's workflow commands for the worst ten cases, which a CI job prints to annotate its run.
+
+Source: GitHub Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon and comma.
+GitHub shows ten errors a step.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.headline import BAD, blame, cause_of, headline, shouts, worst_first, worst_ratio
+from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.outcomes import Outcome
+
+MOST = 10
+_LONGEST = 1000  # characters of one message
+_ESCAPES = {"%": "%25", "\r": "%0D", "\n": "%0A"}
+_IN_PROPERTIES = {":": "%3A", ",": "%2C"}
+
+
+def message(text: object) -> str:
+    """Return `text` as a workflow command's message: one line, in which nothing begins a second command."""
+    line = legible(text)[:_LONGEST]
+    return "".join(_ESCAPES.get(character, character) for character in line)
+
+
+def prop(text: object) -> str:
+    """Return `text` as a property's value."""
+    return "".join(_IN_PROPERTIES.get(character, character) for character in message(text))
+
+
+@PUBLISHERS.register("annotations")
+def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+    """Write annotations.txt; of a run that passed, one notice."""
+    lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
+    told = results.get("gate", {"cases": (), "red": False})
+    expected = set(told["cases"])  # what a gate let through annotates nothing
+    bad = [case for case in worst_first(results["cases"]) if Outcome(case["verdict"]) in BAD]
+    bad = [case for case in bad if case["name"] not in expected]
+    for case in bad[:MOST]:
+        ratio = worst_ratio(case)
+        size = "" if ratio is None else f" (error / limit {ratio:.3g})"
+        what = cause_of(results, case) or blame(case)
+        said = ": ".join(filter(None, [f"{case['verdict']}{size}", what, str(case.get("reason") or "")]))
+        lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
+    left = f" The worst {MOST} of {len(bad)} are annotated." if len(bad) > MOST else ""
+    lines.append(f"::{'error' if bad or told['red'] else 'notice'} title=rayproof::{message(headline(results) + left)}")
+    return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]

@@ -1,0 +1,87 @@
+"""ctrf.json: the Common Test Report Format (ctrf.io, specification 0.0.0), one test per case."""
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.headline import blame, cause_of, headline, shouts, worst_ratio
+from rayproof.reports.results.json_numbers import as_json, legible, legible_json
+from rayproof.reports.results.outcomes import Outcome
+
+_STATUSES = {
+    Outcome.PASS: "passed",
+    Outcome.WARN: "passed",
+    Outcome.FAIL: "failed",
+    Outcome.REFERENCE_SUSPECT: "failed",
+    Outcome.UNDECIDED: "skipped",
+    Outcome.UNSUPPORTED: "skipped",
+    Outcome.ERROR: "other",
+    Outcome.MISSING: "other",
+}
+
+
+@PUBLISHERS.register("ctrf")
+def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+    """Write ctrf.json; what must be shouted is its first field and its report name."""
+    loud = shouts(results)
+    tests = [_test(case, cause_of(results, case)) for case in results["cases"]]
+    counts = dict.fromkeys(("passed", "failed", "skipped", "pending", "other"), 0)
+    for test in tests:
+        counts[test["status"]] += 1
+    start, seconds = _milliseconds(results.get("started")), float(results.get("seconds") or 0)
+    document = {
+        "extra": {"shouts": loud, "verdict": headline(results), "checks": results["checks"]},
+        "reportFormat": "CTRF",
+        "specVersion": "0.0.0",
+        "generatedBy": f"rayproof {results.get('rayproof', '')}".strip(),
+        "results": {
+            "tool": {"name": "rayproof", "version": str(results.get("rayproof", ""))},
+            "summary": {
+                "tests": len(tests),
+                **counts,
+                "suites": len({case["family"] for case in results["cases"]}),
+                "start": start,
+                "stop": start + round(seconds * 1000),
+            },
+            "tests": tests,
+            "environment": {
+                "reportName": " ".join([*loud, "rayproof"]),
+                "appName": "rayproof",
+                "extra": dict(results.get("environment", {})),
+            },
+        },
+    }
+    # No indentation: the first line is the whole document, and the shout its beginning.
+    return [write_text(folder / "ctrf.json", legible_json(as_json(document)) + "\n")]
+
+
+def _test(case: dict[str, Any], cause: str) -> dict[str, Any]:
+    message = ": ".join(filter(None, [cause or blame(case), legible(case.get("reason") or "")]))
+    picture = case.get("picture")
+    attachment = {"name": "picture of the scene", "contentType": "image/png", "path": picture}
+    return {
+        "name": legible(case["name"]),
+        "status": _STATUSES[Outcome(case["verdict"])],
+        "rawStatus": case["verdict"],
+        "duration": round(float(case.get("seconds") or 0) * 1000),
+        "suite": [legible(case["family"])],
+        "tags": [legible(item) for item in case.get("covers", [])],
+        **({"message": message} if message else {}),
+        **({"attachments": [attachment]} if picture else {}),
+        "extra": {
+            "stage": case.get("stage"),
+            "item": case.get("item"),
+            "blamed_items": case.get("blamed_items") or [],
+            "worst_ratio": worst_ratio(case),
+            "reproduce": case.get("reproduce"),
+        },
+    }
+
+
+def _milliseconds(started: Any) -> int:
+    try:
+        return round(datetime.fromisoformat(str(started)).timestamp() * 1000)
+    except ValueError:
+        return 0

@@ -1,0 +1,1 @@
+"""The report that opens in a browser: its data, its pages, and the scripts that show them."""

@@ -1,0 +1,54 @@
+// What an image's floats are foretold to be: reports/results/prediction.py in JavaScript, rounding for rounding.
+(function (rayproof) {
+  "use strict";
+
+  const finite = (value) => (Number.isFinite(value) ? value : 0);
+
+  // A stage that is an earlier one times a constant per object.
+  function times(source, objects, table) {
+    const { values, channels } = source;
+    const result = new Float32Array(values.length);
+    const none = new Array(channels).fill(0);
+    for (let pixel = 0; pixel * channels < values.length; pixel += 1) {
+      const index = objects.values[pixel * objects.channels];
+      const key = Number.isInteger(index) ? String(index) : "other";
+      const scale = Object.hasOwn(table, key) ? table[key] : none;
+      for (let c = 0; c < channels; c += 1) {
+        result[pixel * channels + c] = finite(Math.fround(values[pixel * channels + c] * scale[c]));
+      }
+    }
+    return result;
+  }
+
+  function along(ray, distance, eye) {
+    const result = new Float32Array(ray.values.length);
+    for (let i = 0; i < result.length; i += 1) {
+      result[i] = finite(Math.fround(eye[i % 3] + distance.values[Math.floor(i / 3)] * ray.values[i]));
+    }
+    return result;
+  }
+
+  function through([corner, across, down], width, height) {
+    const result = new Float32Array(3 * width * height);
+    for (let row = 0, at = 0; row < height; row += 1) {
+      for (let column = 0; column < width; column += 1, at += 3) {
+        const [x, y] = [column + 0.5, row + 0.5];
+        const d = [0, 1, 2].map((i) => (corner[i] + x * across[i]) + y * down[i]);
+        const length = Math.sqrt((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2]);
+        for (let i = 0; i < 3; i += 1) result[at + i] = finite(Math.fround(d[i] / length));
+      }
+    }
+    return result;
+  }
+
+  // -> Float32Array, or null where 0 is foretold; `get(renderer, stage)` promises a decoded image.
+  rayproof.predict = async function (stored, stage, renderer, base, get) {
+    if (stored.by === "base") return (await get(base, stage)).values;
+    if (stored.by === "factors") {
+      return times(await get(renderer, stored.of), await get(renderer, "object"), stored.factors);
+    }
+    if (stored.by === "pinhole") return through(stored.rays, stored.width, stored.height);
+    if (stored.by === "ray") return along(await get(renderer, "ray"), await get(renderer, "distance"), stored.eye);
+    return null;
+  };
+})(window.rayproof);

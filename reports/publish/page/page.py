@@ -1,0 +1,157 @@
+"""index.html: the report to open from disk. Totals and coverage inline; each case's pixels in a script of its own.
+
+Browsers refuse fetch() and module scripts on file://, so the page's scripts are inlined in order and a case's data is
+a script that the page adds when the case is opened. The content-security policy names the inlined script and style by
+hash: no request leaves the folder, and markup smuggled in by a scene's name could not run even if it got through.
+"""
+
+import base64
+import hashlib
+import html
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.page.audit import front, load_audit
+from rayproof.reports.publish.page.case_data import write_case_data
+from rayproof.reports.publish.page.formula_comparison import contest
+from rayproof.reports.publish.page.front_data import case_row, front_data
+from rayproof.reports.publish.page.history import history_front
+from rayproof.reports.publish.page.panel_data import findings, panel
+from rayproof.reports.publish.page.plots import pages
+from rayproof.reports.publish.page.run_comparison import comparison_front
+from rayproof.reports.publish.page.tradeoff import diagrams
+from rayproof.reports.publish.parallel import all_of
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.headline import cause_of, headline, shouts, worst_first
+from rayproof.reports.results.image_script import inert
+
+# In the order in which they build on each other.
+SCRIPTS = (
+    "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "expand", "load",
+    "colors", "paint", "convolve", "ssim", "perceived", "flip", "errors", "edges", "histogram",
+    "transform", "keys", "command", "navigation", "front", "plot", "ladders", "stability", "tradeoff", "intervals",
+    "bench", "audit", "references", "series", "history", "coverage", "comparison", "contest",
+    "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",
+    "checks", "adjudication", "scene", "case", "start",
+)  # fmt: skip
+
+STYLES = ("style", "cases", "viewer", "scene", "pages", "history", "comparison")
+
+_HEAD = """<!doctype html><!--{shout}-->
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta name="referrer" content="no-referrer">
+<link rel="icon" href="data:,">
+<title>{title}</title>
+<style>{style}</style>
+</head>
+<body>
+<noscript><p>{shout}</p><p>{headline}</p><p>The report needs JavaScript; summary.md has the totals.</p></noscript>
+<div id="app"></div>
+<script type="application/json" id="results">{data}</script>
+"""
+
+_TAIL = """<script>{script}</script>
+</body>
+</html>
+"""
+
+
+@PUBLISHERS.register("html")
+def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+    """Write index.html and data/*.js."""
+    ordered = worst_first(results["cases"])
+    written = _write_all(folder, ordered)
+    # Data of an earlier publication of the same folder, when it had more cases.
+    for stale in set((folder / "data").glob("[0-9][0-9][0-9][0-9]*.js")) - set(written):
+        stale.unlink()
+    head, tail = page_parts(results, page_data(folder, results, ordered))
+    return [write_text(folder / "index.html", head + tail), *written]
+
+
+def page_data(folder: Path, results: dict[str, Any], ordered: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return what the page holds of a run from the beginning; `ordered` are its cases, the worst first."""
+    rows = [
+        case_row(folder, data_file(place), case, cause_of(results, case)) for place, case in enumerate(ordered, start=1)
+    ]
+    return front_data(results, rows) | {
+        "audit": front(load_audit(folder)),
+        "tradeoff": diagrams(folder),
+        "plots": pages(folder),
+        "panel": panel(results["cases"]),
+        "findings": findings(results),
+        "history": history_front(results),
+        "comparison": comparison_front(results),
+        "contest": contest(folder),
+    }
+
+
+def page_parts(
+    results: dict[str, Any], data: dict[str, Any], *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
+) -> tuple[str, str]:
+    """Return the page up to and from where a page that is `alone` holds what otherwise lies beside it.
+
+    `digests` are the hashes of scripts and of styles that it runs beside its own.
+    """
+    style = "\n".join(_asset(f"{name}.css") for name in STYLES)
+    script = "\n".join(_asset(f"{name}.js") for name in SCRIPTS)
+    loud = " ".join(shouts(results))
+    head = _HEAD.format(
+        shout=html.escape(loud).replace("--", "&#45;&#45;"),
+        policy=html.escape(policy([digest(script), *digests[0]], [digest(style), *digests[1]], alone=alone)),
+        title=html.escape(f"{'! ' if loud else ''}rayproof: {results.get('verdict') or 'report'}"),
+        headline=html.escape(headline(results)),
+        style=style,
+        data=script_safe(data),
+    )
+    return head, _TAIL.format(script=script)
+
+
+def data_file(number: int) -> str:
+    """Return where the record of the case at a place of the list is, from 1, below the results folder."""
+    return f"data/{number:04}.js"
+
+
+def _write_all(folder: Path, ordered: list[dict[str, Any]]) -> list[Path]:
+    """Write every case's data; the images are there already of cases whose `pixels` the run wrote."""
+    jobs = [(folder, folder / data_file(place), case) for place, case in enumerate(ordered, start=1)]
+    heavy = sum(1 for *_, case in jobs if not case.get("pixels"))
+    return [path for paths in all_of(write_case_data, jobs, heavy=heavy) for path in paths]
+
+
+def policy(scripts: Sequence[str], styles: Sequence[str], *, alone: bool = False) -> str:
+    """Return a content-security policy that lets in the texts with these hashes and, if not `alone`, this folder.
+
+    Plotly makes an empty style sheet and fills it rule by rule, which needs the hash of nothing at all.
+    """
+    beside = "" if alone else " 'self' file:"
+    frames = beside or " 'none'"
+    return (
+        f"default-src 'none'; script-src{beside} {_quoted(scripts)}; style-src {_quoted([*styles, digest('')])}; "
+        f"img-src{beside} data: blob:; frame-src{frames}; base-uri 'none'; form-action 'none'"
+    )
+
+
+def script_safe(data: Any) -> str:
+    """Return JSON that can stand inside a script element whatever strings it holds."""
+    return inert(data)
+
+
+def digest(text: str) -> str:
+    """Return a script's or a style's hash as a policy names it."""
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _quoted(digests: Sequence[str]) -> str:
+    return " ".join(f"'{one}'" for one in digests)
+
+
+def _asset(name: str) -> str:
+    return files("rayproof.reports.publish").joinpath("html", name).read_text(encoding="utf-8")

@@ -1,0 +1,41 @@
+"""What the front page shows of the tracer's routes: each other one of a run beside the judged one, over all cases."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from rayproof.reports.results.json_numbers import number
+from rayproof.reports.results.outcomes import Outcome
+
+
+def routes_of_run(cases: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return a row a route and configuration, what differs first: in how many cases and pixels it was compared.
+
+    `worst` is the largest difference over its limit and `where` its case; `failed` names the cases in which it differs.
+    """
+    rows: dict[tuple[str, str], dict[str, Any]] = {}
+    for case in cases:
+        for entry in case.get("consistency", ()):
+            key = str(entry.get("path")), str(entry.get("configuration"))
+            row = rows.setdefault(
+                key,
+                {
+                    "path": key[0],
+                    "configuration": key[1],
+                    "with": entry.get("with"),
+                    "how": entry.get("how"),
+                    "cases": 0,
+                    "pixels": 0,
+                    "worst": None,
+                    "where": None,
+                    "failed": [],
+                },
+            )
+            row["cases"] += 1
+            pixels = entry.get("pixels")
+            row["pixels"] += pixels if isinstance(pixels, int) else 0
+            if entry.get("verdict") == Outcome.FAIL:
+                row["failed"].append(case.get("name"))
+            ratio = number(entry.get("worst"))
+            if ratio is not None and (row["worst"] is None or ratio > row["worst"]):
+                row |= {"worst": ratio, "where": case.get("name")}
+    return sorted(rows.values(), key=lambda row: (not row["failed"], row["path"], row["configuration"]))

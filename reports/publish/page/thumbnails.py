@@ -1,0 +1,98 @@
+"""Small pictures of the worst cases: ours, the reference's and their difference at the blamed stage, side by side."""
+
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.results.atomic import replacing
+from rayproof.reports.results.headline import BAD, ratio_of, worst_first
+from rayproof.reports.results.images import kept_images
+from rayproof.reports.results.json_numbers import at_worst, number
+from rayproof.reports.results.outcomes import Outcome
+
+MOST = 10
+WIDTH = 160  # px of one of the three panels, at most
+GAP = 4  # px between panels
+BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
+
+
+def draw_thumbnails(folder: Path, results: dict[str, Any]) -> list[Path]:
+    """Draw the worst cases that did not pass and have images, tell each its `thumbnail`; return the paths written."""
+    drawn: list[Path] = []
+    for index, case in enumerate(worst_first(results["cases"])):
+        if Outcome(case["verdict"]) not in BAD or len(drawn) == MOST:
+            break
+        drawing = picture(folder, case)
+        if drawing is not None:
+            path = Path("thumbnails", f"{index + 1:02}.png")  # by rank: names are hostile
+            with replacing(folder / path) as draft:
+                draft.write_bytes(drawing)
+            case["thumbnail"] = path.as_posix()
+            drawn.append(folder / path)
+    # Of an earlier publication, when other cases were the worst.
+    for stale in set((folder / "thumbnails").glob("[0-9][0-9]*.png")) - set(drawn):
+        stale.unlink()
+    return drawn
+
+
+def _panels(folder: Path, case: dict[str, Any]) -> list[np.ndarray] | None:
+    """Return three images, (height, width, 3) in [0, 1], or None where the case kept no two to compare."""
+    order = [outcome.value for outcome in Outcome]
+    checks = [check for check in case.get("checks", []) if check.get("stage") in IMAGE_STAGES]
+
+    def rank(check: dict[str, Any]) -> tuple[bool, int, float]:
+        ratio = number(ratio_of(check))
+        worst = 0.0 if ratio is None else at_worst(ratio)
+        return check["stage"] != case.get("stage"), -order.index(check["verdict"]), -worst
+
+    checks.sort(key=rank)
+    renders, _ = kept_images(folder, case) if checks else ({}, [])
+    for check in checks:
+        own = str(check.get("configuration"))
+        ours, theirs = renders.get(f"tracer-{own}", renders.get(own, {})), renders.get(str(check.get("reference")), {})
+        stage = Stage(check["stage"])
+        if stage in ours and stage in theirs and ours[stage].shape == theirs[stage].shape:
+            return _shown(np.asarray(ours[stage], np.float64), np.asarray(theirs[stage], np.float64))
+    return None
+
+
+def _shown(ours: np.ndarray, theirs: np.ndarray) -> list[np.ndarray]:
+    """Return both images on one scale, and their absolute difference on its own."""
+    finite = np.concatenate([image[np.isfinite(image)] for image in (ours, theirs)])
+    low, high = (float(np.quantile(finite, q)) for q in (0.0, 0.99)) if len(finite) else (0.0, 1.0)
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(ours - theirs)
+    # Equal infinities do not differ.
+    difference[(ours == theirs) | (np.isnan(ours) & np.isnan(theirs))] = 0.0
+    known = difference[np.isfinite(difference)]
+    most = float(known.max(initial=0.0))
+    return [_scaled(ours, low, high), _scaled(theirs, low, high), _scaled(difference, 0.0, most)]
+
+
+def _scaled(image: np.ndarray, low: float, high: float) -> np.ndarray:
+    # A range that spans more than the floats is halved first.
+    span = (high / 2 - low / 2) or 0.5
+    three = image[..., :3] if image.shape[-1] >= 3 else np.repeat(image[..., :1], 3, axis=-1)
+    broken = ~np.isfinite(three).all(axis=-1)
+    with np.errstate(invalid="ignore", over="ignore"):
+        shown = np.clip(np.nan_to_num((three / 2 - low / 2) / span), 0, 1)
+    shown[broken] = BROKEN
+    return shown
+
+
+def picture(folder: Path, case: dict[str, Any]) -> bytes | None:
+    """Return ours, the reference's and their difference at a case's worst check side by side, as PNG; None without."""
+    from matplotlib.image import imsave
+
+    panels = _panels(folder, case)
+    if panels is None:
+        return None
+    step = max(1, -(-panels[0].shape[1] // WIDTH))
+    small = [panel[::step, ::step] for panel in panels]
+    gap = np.ones((small[0].shape[0], GAP, 3))
+    file = BytesIO()
+    imsave(file, np.concatenate([small[0], gap, small[1], gap, small[2]], axis=1), format="png")
+    return file.getvalue()

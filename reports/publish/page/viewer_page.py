@@ -1,0 +1,78 @@
+"""viewer/: one page for the 3-D views of all cases, with vtk.js's viewer beside it, opened in a frame of the report.
+
+It has a policy of its own: its script and style by hash, the vendored viewer from its own folder, and nothing else.
+"""
+
+import base64
+import hashlib
+import html
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.page.case_data import view_of
+from rayproof.reports.results.atomic import write_text
+
+# In the order in which they build on each other; the first is the report's own.
+SCRIPTS = ("unpack", "messages", "layers", "values", "pick", "pixel", "controls", "start")
+LIBRARY = "vtk-viewer.js"
+
+
+@PUBLISHERS.register("viewer")
+def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+    """Write viewer/index.html and the library, where any case has a view."""
+    if not any(view_of(folder, case) for case in results["cases"]):
+        return []
+    return [
+        write_text(folder / "viewer" / "index.html", page()),
+        write_text(folder / "viewer" / LIBRARY, vendored(LIBRARY)),
+    ]
+
+
+def page() -> str:
+    """Return the page, which expects the library beside itself."""
+    return _page(f'<script src="{LIBRARY}"></script>', "'self' file:")
+
+
+def page_in_one() -> str:
+    """Return the page with the library in it, for a frame of a report that is a single file.
+
+    Such a frame is under the report's policy, too, which must name `digests_in_one`.
+    """
+    library = vendored(LIBRARY)
+    return _page(f"<script>{library}</script>", f"'{_digest(library)}'")
+
+
+def digests_in_one() -> tuple[list[str], list[str]]:
+    """Return the hashes of the scripts and of the styles of `page_in_one`, as a policy names them."""
+    return [_digest(vendored(LIBRARY)), _digest(viewer_script())], [_digest(_text("viewer", "style.css"))]
+
+
+def _page(library: str, sources: str) -> str:
+    script, style = viewer_script(), _text("viewer", "style.css")
+    policy = (
+        f"default-src 'none'; script-src {sources} '{_digest(script)}'; style-src '{_digest(style)}'; "
+        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+    )
+    template = _text("viewer", "page.html")
+    return template.format(policy=html.escape(policy), style=style, library=library, script=script)
+
+
+def viewer_script() -> str:
+    """Return the page's own script."""
+    own = (_text("viewer", f"{name}.js") for name in SCRIPTS)
+    return "\n".join([_text("html", "elements.js"), *own])
+
+
+def vendored(name: str) -> str:
+    """Return a vendored library's text."""
+    return _text("vendor", name)
+
+
+def _digest(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _text(*path: str) -> str:
+    return files("rayproof.reports.publish").joinpath(*path).read_text(encoding="utf-8")

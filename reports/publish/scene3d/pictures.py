@@ -1,0 +1,190 @@
+"""A PyVista picture of every case's scene and its 3-D view, all made in child processes that may die without harm.
+
+Pictures need OpenGL; views do not, and are made without, too.
+"""
+
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from rayproof.reports.cache import pictures
+from rayproof.reports.cache.store import Store
+from rayproof.reports.publish.scene3d import gl
+from rayproof.reports.publish.scene3d.drawing_child import DrawingChild
+from rayproof.reports.results.images import inside
+
+OURS, THEIRS = "tracer-float32", "analytic"
+# A second process takes a second and a third of a gigabyte to begin with; where this many cases wait, it pays.
+BACKLOG = 16
+MOST = min(4, os.cpu_count() or 1)  # processes
+PATIENCE = 120.0  # s for one picture, where nobody says how long it may take
+
+
+def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str], None] | None = None) -> str | None:
+    """Draw DIR/pictures/<case>.png and write its view for each case; return why any pictures were left out, or None.
+
+    `progress` is told the name of each case drawn. `results` is changed in place (`picture` and `view` of each case);
+    the caller writes it.
+    """
+    with Drawing(folder, progress) as drawing:
+        for case in results["cases"]:
+            drawing.submit(case)
+    return drawing.reason
+
+
+class Drawing:
+    """Pictures and views made in child processes while other work goes on: submit cases, leave the block, ask why.
+
+    Whether the machine can draw is asked when the block is entered: the answer takes seconds, the first time, and only
+    the end of the block waits for it. A child starts with the first case that can be drawn, another where cases wait
+    for it. What `store` has of the very same images is taken from there. One picture may take `seconds`.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        progress: Callable[[str], None] | None = None,
+        *,
+        store: Store | None = None,
+        seconds: float = PATIENCE,
+    ) -> None:
+        self.reason: str | None = None  # why pictures were left out; complete when the block is left
+        self._folder, self._progress, self._store, self._seconds = folder, progress, store, seconds
+        self._held: list[tuple[dict[str, Any], dict[str, Any]]] = []  # cases and jobs, until it is known who draws
+        self._jobs: dict[str, tuple[str, dict[str, Any]]] = {}  # what is to be kept when it is drawn, and its question
+        self._cases: dict[str, dict[str, Any]] = {}
+        self._drawn = 0
+        self._pictures = True  # whether the machine can draw
+        self._asked: Future[str | None] | None = None
+        self._failures: list[str] = []
+        self._children: list[DrawingChild] = []
+        self._one_at_a_time = threading.Lock()  # children answer whenever they like
+
+    def __enter__(self) -> "Drawing":
+        self._asked = gl.ask()
+        return self
+
+    def submit(self, case: dict[str, Any]) -> None:
+        """Have a case drawn; its `picture` and `view` are set when they are there."""
+        case["picture"] = case["view"] = None
+        job = _job(self._folder, case)
+        if job is not None:
+            self._held.append((case, job))
+            self._release(wait=False)
+
+    @property
+    def pending(self) -> bool:
+        """Say whether the end of the block has anything to wait for."""
+        return bool(self._held) or any(child.waiting for child in self._children)
+
+    def _release(self, *, wait: bool) -> None:
+        """Draw what is held, once it is known whether the machine can."""
+        if self._held and self._asked is not None and (wait or self._asked.done()):
+            self.reason, self._asked = self._asked.result(), None
+            self._pictures = self.reason is None
+        if self._asked is None:
+            held, self._held = self._held, []
+            for case, job in held:
+                self._draw(case, job)
+
+    def _draw(self, case: dict[str, Any], job: dict[str, Any]) -> None:
+        if not self._pictures:
+            job["picture"] = None
+        if self._store is not None:
+            key = pictures.question(job)
+            if pictures.recall(self._store, key, job):
+                self._set(case)
+                return
+            self._jobs[case["name"]] = (key, job)
+        self._cases[case["name"]] = case
+        self._child().submit(job)
+
+    def _child(self) -> DrawingChild:
+        """Return who has least to draw, or one more; where one died, who is left."""
+        alive = [child for child in self._children if child.alive]
+        # No other begins where all died: what killed them would kill it.
+        idlest = min(alive or self._children, key=lambda child: child.waiting, default=None)
+        if idlest is None or (alive and idlest.waiting >= BACKLOG and len(self._children) < MOST):
+            environment = gl.drawing_environment() if self._pictures else gl.recording_environment()
+            idlest = DrawingChild(environment, seconds=self._seconds, drawn=self._is_drawn, failed=self._failed)
+            self._children.append(idlest)
+        return idlest
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self._release(wait=True)
+        ends = [child.close(kill=kind is not None) for child in self._children]
+        self.reason = self._conclude([end for end in ends if end is not None]) or self.reason
+
+    def _is_drawn(self, name: str) -> None:
+        with self._one_at_a_time:
+            self._drawn += 1
+            self._set(self._cases[name])
+            if self._store is not None:
+                pictures.keep(self._store, *self._jobs.pop(name))
+
+    def _failed(self, name: str, why: str) -> None:
+        with self._one_at_a_time:
+            self._failures.append(f"{name}: {why}")
+
+    def _set(self, case: dict[str, Any]) -> None:
+        """Say of a case where its picture and view are."""
+        case["picture"] = picture_path(case) if self._pictures else None
+        case["view"] = view_path(case)
+        if self._progress is not None:
+            self._progress(case["name"])
+
+    def _conclude(self, ends: list[str]) -> str | None:
+        """Return why pictures were left out, given where and how children ended that did not end well."""
+        total = len(self._cases)
+        if ends:
+            return f"drawing ended at {', '.join(ends)}; {self._drawn} of {total} drawn"
+        if self._failures:
+            more = f" and {len(self._failures) - 1} more" if len(self._failures) > 1 else ""
+            return f"{self._drawn} of {total} drawn; {self._failures[0]}{more}"
+        return None
+
+
+def picture_path(case: dict[str, Any]) -> str | None:
+    """Return where a case's picture goes below the results folder: named as the run named its scene, or None."""
+    return _beside(case, ".png")
+
+
+def view_path(case: dict[str, Any]) -> str | None:
+    """Return where a case's 3-D view goes below the results folder, or None."""
+    return _beside(case, ".view.js")
+
+
+def _beside(case: dict[str, Any], suffix: str) -> str | None:
+    parts = PurePosixPath(case.get("scene") or "").parts
+    if len(parts) < 2 or parts[0] != "scenes" or ".." in parts:
+        return None
+    return PurePosixPath("pictures", *parts[1:]).with_suffix(suffix).as_posix()
+
+
+def _job(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
+    """Return what the child must know to draw a case, or None if the run kept no scene of it."""
+    scene = case.get("scene")
+    if not scene or not inside(folder, scene) or picture_path(case) is None:
+        return None
+    return {
+        "name": case["name"],
+        "scene": str((folder / scene).resolve()),
+        "folder": str(folder.resolve()),
+        "case": {key: case.get(key) for key in ("renders", "pixels")},
+        **_compared(case),
+        "stage": case.get("stage"),
+        "picture": str((folder / str(picture_path(case))).resolve()),
+        "view": view_path(case),
+    }
+
+
+def _compared(case: dict[str, Any]) -> dict[str, str | None]:
+    """Return whose answers are drawn: the tracer's, or whatever else was put under test, and a reference's."""
+    names = [str(render.get("renderer")) for render in case.get("renders", [])]
+    ours = OURS if OURS in names else next(iter(names), None)
+    others = [name for name in names if name != ours and not name.startswith("tracer-")]
+    return {"ours": ours, "theirs": THEIRS if THEIRS in others else next(iter(others), None)}

@@ -1,0 +1,202 @@
+"""The one sentence of a run, and what must be shouted before it."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.results.json_numbers import at_worst, legible, number
+from rayproof.reports.results.outcomes import Outcome
+
+AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
+THE_USUAL = "tracer"  # the subject that goes without saying
+
+
+def shouts(results: dict[str, Any]) -> list[str]:
+    """Return what no reader may overlook: planted faults, a run cut short, a ledger that does not add up."""
+    found = []
+    if results.get("faults"):
+        names = ", ".join(map(legible, results["faults"]))
+        found.append(f"PLANTED FAULTS IN USE: {names}. This run audits the harness; it says nothing about the tracer.")
+    if not results.get("finished", False):
+        found.append("UNFINISHED RUN: what is shown is what was done when it stopped; `--resume` continues it.")
+    for key, what in (("summary", "cases"), ("checks", "checks")):
+        ledger = results[key]
+        total = sum(ledger[outcome.value] for outcome in Outcome)
+        if total != ledger["planned"]:
+            found.append(f"LEDGER BROKEN: {ledger['planned']} {what} planned, {total} have a verdict.")
+    return found
+
+
+def headline(results: dict[str, Any]) -> str:
+    """Return the verdict of the run in one sentence, with who was under test if not the tracer, and what is blamed."""
+    summary = results["summary"]
+    subject = legible(results.get("subject", THE_USUAL))
+    total = f"{summary['planned']} case{'' if summary['planned'] == 1 else 's'}"
+    total = total if subject == THE_USUAL else f"{subject}: {total}"
+    worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
+    if not worst_first:
+        return "Nothing was measured."
+    shared = "".join(f" But {sentence}." for sentence in results.get("wrong_factors", []))
+    for name, cases in _abstained(results).items():
+        shared += f" {name} had no say in {len(cases)} case{'' if len(cases) == 1 else 's'}."
+    shared += f" {legible(results['gate']['sentence'])}" if "gate" in results else ""
+    if worst_first == [Outcome.PASS]:
+        every = "each passes" if results.get("wrong_factors") else "all pass"
+        return f"{total}: {every}, in {_checks(results['checks'])}.{shared}"
+    parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
+    # In the order of the light path: what goes wrong first is most likely what is wrong.
+    order = list(Stage)
+    guilty = sorted(
+        (case for case in results["cases"] if case["verdict"] in BAD and blame(case)),
+        key=lambda case: order.index(Stage(case["stage"])) if case.get("stage") in order else len(order),
+    )
+    named = ", ".join(list(dict.fromkeys(blame(case) for case in guilty))[:4])
+    if _named(results):
+        short = " ".join(f"{sentence.split(AS_WELL)[0].rstrip('.')}." for sentence in causes(results))
+        return f"{total}: {', '.join(parts)}. {short}{shared}"
+    return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "") + shared
+
+
+def causes(results: Mapping[str, Any]) -> list[str]:
+    """Return the sentences of the mistakes that explain a run's failures, or the one that none does."""
+    told = results.get("diagnosis")
+    entries = told if isinstance(told, list | tuple) else []
+    return [legible(one["sentence"]) for one in entries if isinstance(one, Mapping) and one.get("sentence")]
+
+
+def cause_of(results: Mapping[str, Any], case: Mapping[str, Any]) -> str:
+    """Return the sentences of the mistakes that explain a case's failure, or an empty string."""
+    told = results.get("diagnosis")
+    entries = told if isinstance(told, list | tuple) else []
+    return " ".join(
+        legible(one["sentence"])
+        for one in entries
+        if isinstance(one, Mapping)
+        and one.get("sentence")
+        and isinstance(one.get("cases"), list | tuple)
+        and case.get("name") in one["cases"]
+    )
+
+
+def _named(results: Mapping[str, Any]) -> bool:
+    """Say whether some mistake is named."""
+    told = results.get("diagnosis")
+    entries = told if isinstance(told, list | tuple) else []
+    return any(isinstance(one, Mapping) and one.get("mistake") for one in entries)
+
+
+def _checks(ledger: Mapping[str, int]) -> str:
+    """Return how many checks passed, of how many where they are not all."""
+    left = ", ".join(
+        f"{ledger[outcome.value]} {outcome.value.replace('_', ' ')}"
+        for outcome in Outcome
+        if outcome is not Outcome.PASS and ledger[outcome.value]
+    )
+    if not left:
+        return f"{ledger['planned']} checks"
+    return f"{ledger[Outcome.PASS.value]} of {ledger['planned']} checks ({left})"
+
+
+def no_say(results: Mapping[str, Any]) -> list[str]:
+    """Return in sentences which references of the announced panel answered nothing in some cases, and why."""
+    found = []
+    for name, cases in _abstained(results).items():
+        case, why = next(iter(cases.items()))
+        more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
+        found.append(f"{name} had no say in {case}{more}, where it was asked: {why}")
+    return found
+
+
+def _abstained(results: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """Return reference to case to why, of a record as far as it can be read."""
+    told = results.get("abstained")
+    if not isinstance(told, Mapping):
+        return {}
+    return {str(name): dict(cases) for name, cases in told.items() if isinstance(cases, Mapping) and cases}
+
+
+# What became of a pixel, as results.json names it, and what a reader is told of so many.
+KINDS = {
+    "strict": "strictly",
+    "wide": "by a limit over 1 % of the value",
+    "side": "at an edge by the value of a side",
+    "interval": "at an edge by what its sides span",
+    "epsilon": "excused by a declared epsilon",
+    "wrong": "wrong",
+    "unexamined": "not examined",
+}
+
+
+def examined_line(results: Mapping[str, Any]) -> str | None:
+    """Return what became of all pixels of all checks in one sentence; None where a run's record does not say."""
+    ledger = results.get("examined")
+    if (
+        not isinstance(ledger, Mapping)
+        or not all(isinstance(ledger.get(kind), int) for kind in ("pixels", *KINDS))
+        or not ledger["pixels"]
+    ):
+        return None
+    parts = [f"{ledger[kind]:,} {words}" for kind, words in KINDS.items() if ledger[kind] or kind == "unexamined"]
+    return f"{ledger['pixels']:,} pixels over all checks: {', '.join(parts)}."
+
+
+# Of these a check may have come to nothing; the camera's have no measurement though they were made.
+UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED, Outcome.UNSUPPORTED})
+BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING})
+
+
+FEW = 4  # items that are told by name
+
+
+def blame(case: Mapping[str, Any]) -> str:
+    """Return the blamed stage of a case and the specification ids that may be to blame, or an empty string."""
+    return " ".join(filter(None, (legible(case.get("stage") or ""), blamed_items(case))))
+
+
+def blamed_items(case: Mapping[str, Any]) -> str:
+    """Return the specification ids that may be to blame for a case, in words, or an empty string."""
+    told = case.get("blamed_items")
+    items = [legible(item) for item in told if item] if isinstance(told, list | tuple) else []
+    if len(items) <= 1:
+        return items[0] if items else legible(case.get("item") or "")
+    return f"{', '.join(items[:-1])} or {items[-1]}" if len(items) <= FEW else f"one of {len(items)} items"
+
+
+def excluded(case: Mapping[str, Any]) -> str:
+    """Return which items a case's evidence excludes, and by which checks, in words, or an empty string."""
+    told = case.get("excluded")
+    pairs = told.items() if isinstance(told, Mapping) else ()
+    return ", ".join(f"{legible(item)} (by {legible(check)})" for item, check in pairs)
+
+
+def worst_ratio(case: Mapping[str, Any]) -> float | None:
+    """Return the case's largest error over its limit, NaN counted as largest; None without any."""
+    return worst_of(case.get("checks", []))
+
+
+def worst_of(checks: Iterable[Mapping[str, Any]]) -> float | None:
+    """Return the largest error over its limit of some checks, NaN counted as largest; None without any."""
+    known = [at_worst(ratio) for check in checks if (ratio := number(ratio_of(check))) is not None]
+    return max(known, default=None)
+
+
+def ratio_of(check: Mapping[str, Any]) -> Any:
+    """Return a check's error over its limit as results.json has it: the larger one where it was judged twice.
+
+    None where nothing was measured, for which results.json has the ratio 0.
+    """
+    measured = check.get("end_to_end") or check.get("continued")
+    if not measured and check.get("verdict") in UNMEASURED:
+        return None
+    return check.get("ratio", (check.get("end_to_end") or {}).get("worst_ratio"))
+
+
+def worst_first(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the cases by verdict, then by error over limit, then by name; the worst first."""
+    order = [outcome.value for outcome in Outcome]
+
+    def key(case: dict[str, Any]) -> tuple[int, float, str]:
+        ratio = worst_ratio(case)
+        return (-order.index(case["verdict"]), -(ratio if ratio is not None else 0.0), case["name"])
+
+    return sorted(cases, key=key)

@@ -1,0 +1,129 @@
+"""What a run would do and about what it would take, without doing it: `rayproof run --dry-run`."""
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import psutil
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.paths.choice import asked
+from rayproof.reports.run.panel import panel
+from rayproof.reports.run.plan import PlannedCase, plan
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.size import (
+    BEGINNING,
+    BY_ANOTHER_ROUTE,
+    LARGE,
+    Estimate,
+    bands_of,
+    deadline,
+    estimate,
+    triangles_of,
+)
+from rayproof.reports.run.suite import cases_of
+from rayproof.reports.run.tasks.reference_task import unable
+from rayproof.reports.subjects import Subject
+
+GB = 1e9
+NOT_ENOUGH = ", which is not enough"
+PROCESS = 0.15e9  # bytes that a process of the panel takes to begin with
+
+
+def plan_in_words(request: RunRequest) -> list[str]:
+    """Return the lines that `--dry-run` prints.
+
+    Raises:
+        LookupError, ValueError, OSError: the request itself is wrong.
+
+    """
+    subject = request.subject
+    names = request.configurations if subject.is_tracer else (subject.name,)
+    planned = plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes)
+    heard = panel(request.require, subject)
+    each = [
+        estimate(one.case, candidates=len(one.configurations), references=len(heard.names), subject=subject)
+        for one in planned
+    ]
+    routes = sum(len(asked(one.routes, name)) for one in planned for name in one.configurations)
+    renders = sum(len(one.configurations) + len(heard.names) for one in planned)
+    checks = sum(_checks(one, heard.names, subject) for one in planned)
+    configurations = {name for one in planned for name in one.configurations}
+    largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
+    bands = bands_of(largest[0].case, subject)
+    counts = f"{len(planned)} cases, {len(configurations)} configurations, {len(heard.names)} references"
+    return [
+        f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks",
+        *([f"other routes of the tracer: at most {routes} renders"] if routes else []),
+        *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
+        f"largest case: {_about(largest[0])}",
+        *([f"judged in {len(bands)} bands of {bands[0][1]} rows"] if bands else []),
+        *_estimated(request, planned, each, references=len(heard.names), routes=routes),
+    ]
+
+
+def _about(planned: PlannedCase) -> str:
+    scene, samples = planned.case.scene, planned.case.samples
+    finer = f", {samples} x {samples} samples" if samples > 1 else ""
+    return (
+        f"{planned.case.name}, {scene.camera.width} x {scene.camera.height} px{finer}, {len(scene.shapes)} shapes, "
+        f"{triangles_of(scene)} triangles in meshes, {len(scene.lights)} lights"
+    )
+
+
+def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject) -> int:
+    """Return how many checks a case has: of every stage that a reference does not say it cannot."""
+    from rayproof.reference import REFERENCES
+
+    scene = planned.case.scene
+    bands = bands_of(planned.case, subject)
+    scene = replace(scene, camera=replace(scene.camera, rows=bands[0])) if bands else scene
+    answered = sum(
+        unable(REFERENCES[name](), scene, stage) is None for name in references for stage in stages_of(scene)
+    )
+    means = [name for name in references if REFERENCES[name]().unsupported(scene, Stage.RADIANCE) is None]
+    finer = len(means) if planned.case.samples > 1 and scene.lights else 0
+    return len(planned.configurations) * (answered + finer)
+
+
+def _estimated(
+    request: RunRequest, planned: tuple[PlannedCase, ...], each: list[Estimate], *, references: int, routes: int
+) -> Iterator[str]:
+    """Yield time, memory, disk and deadlines."""
+    seconds = (sum(one.seconds for one in each) + routes * BY_ANOTHER_ROUTE) / request.jobs
+    worst = max(one.memory for one in each)
+    at_once = 1 if max(one.memory for one in each) > LARGE else request.jobs
+    together = at_once * worst + (worst - BEGINNING) + (references + 3) * PROCESS
+    disk = sum(one.disk for one in each)
+    memory_there, disk_there = psutil.virtual_memory().total, shutil.disk_usage(_existing(request.out)).free
+    yield f"estimated time: {in_words(seconds)} on {request.jobs} processors, with nothing taken from the cache"
+    memory = f"{worst / GB:.1f} GB in the largest process, {together / GB:.1f} GB in all"
+    lacking = NOT_ENOUGH if together > memory_there else ""
+    yield f"estimated memory: {memory}; this machine has {memory_there / GB:.1f} GB{lacking}"
+    lacking = NOT_ENOUGH if disk > disk_there else ""
+    yield f"estimated disk: at most {disk / GB:.2g} GB in {request.out}; {disk_there / GB:.1f} GB are free{lacking}"
+    limit = request.timeout
+    if request.patient:
+        limit = max(
+            deadline(one.case, candidates=len(one.configurations), references=references, subject=request.subject)
+            for one in planned
+        )
+    yield f"deadline: {limit:.0f} s for one render or one judgement" + (
+        " of the largest case" * (limit > request.timeout)
+    )
+
+
+def in_words(seconds: float) -> str:
+    """Return a duration as one reads it."""
+    for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 2 * size:
+            return f"about {seconds / size:.0f} {unit}"
+    return f"about {max(1, round(seconds))} s"
+
+
+def _existing(folder: Path) -> Path:
+    """Return the folder, or the nearest one above it that is there."""
+    folder = folder.absolute()
+    return next(path for path in (folder, *folder.parents) if path.exists())

@@ -1,0 +1,85 @@
+"""What workers are told to do, as plain data that travels between processes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Scene
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.subjects import THE_TRACER, Subject
+from rayproof.reports.subjects.keeping import Keep
+
+
+@dataclass(frozen=True, kw_only=True)
+class TracerTask:
+    """Render a scene by one configuration; the answer is what `reports.run.trace_task.trace` returns."""
+
+    scene: Scene
+    configuration: str
+    samples: int
+    routes: tuple[str, ...] = ()  # other ways in which to render it, to be held against the answer
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferenceTask:
+    """Render a scene by the worker's reference; the answer is a Witness with its version."""
+
+    scene: Scene
+    samples: int
+    cached: bool = False  # what was rendered before may be taken from the cache
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecallTask:
+    """Ask the cache what references answered before.
+
+    The answer is name -> (Witness, its version) of those found, and name -> a sentence of each entry that was damaged.
+    """
+
+    names: tuple[str, ...]
+    task: ReferenceTask
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubjectTask:
+    """Render a scene by the subject; the answer is a Candidate with its version and notes."""
+
+    scene: Scene
+    samples: int
+    case: str
+    subject: Subject
+    keep: Keep | None = None  # where a program's call itself is left
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuestionTask:
+    """Put `--capabilities` to a program; the answer is its Capabilities, or the sentence that says what is wrong."""
+
+    subject: Subject
+    seconds: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class GuardTask:
+    """Judge the sentinels; who judges a case does so first, if nobody did."""
+
+    cached: bool  # that they were judged well may be kept, and taken from the cache
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgeTask:
+    """Judge a case and write its images and scene below `folder`; the answer is the case's record."""
+
+    case: Case
+    candidates: tuple[Candidate, ...]
+    witnesses: tuple[Witness, ...]
+    versions: dict[str, str]
+    folder: Path
+    require: tuple[str, ...]
+    panel: tuple[str, ...] = ()  # the references that the run announced: of one that is not among `witnesses` we say so
+    subject: Subject = THE_TRACER
+    notes: tuple[str, ...] = ()  # what the subject says of its answers
+    full: bool = False  # keep every image of every case
+    cached: bool = False  # the oracle's edges may be taken from the cache
+    certified: bool = False  # the verdict itself is held against certified arithmetic
+    trials: tuple[Candidate, ...] = ()  # others that are judged on the same case, one by one, and have no images kept

@@ -1,0 +1,81 @@
+"""Factors that a whole run shares: pi, 4, every flux. Pooled over the cases' groups, they show below any one's limit.
+
+Each case's word is the middle one of its groups' factors. Of a correct renderer it is off by constants, which all cases
+may share and `allowance` bounds, and by roundings of the case's own camera, lights and shapes. Cases that share a
+camera and lights share roundings too, so that they have one word together; of words of different cameras or lights the
+sign is as likely one as the other, and the sign test of `reports/judge/comparison/common_factors.py` is asked of them in turn.
+"""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from statistics import median
+from typing import Any
+
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.comparison.common_factors import least_share
+from rayproof.reports.judge.tolerance.common_factor_bounds import LEAST_DISTINCT
+from rayproof.reports.results.outcomes import Outcome
+
+
+def camera_and_lights(scene: Scene) -> str:
+    """Return a digest of where a scene is seen and lit from: cases that share it share the roundings of both."""
+    places = (scene.camera.eye, scene.camera.target, *(light.position for light in scene.lights))
+    return hashlib.blake2b(repr(places).encode(), digest_size=6).hexdigest()
+
+
+def common_factors(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return for each configuration and stage of light what all cases' factors have in common, as plain JSON data."""
+    words: dict[tuple[str, str], dict[str, list[tuple[float, float]]]] = {}
+    for record in records:
+        for check in record["checks"]:
+            bias = check.get("bias")
+            if bias is not None and bias["common"] is not None:
+                voices = words.setdefault((check["configuration"], check["stage"]), {})
+                voices.setdefault(record.get("camera_and_lights", record["name"]), []).append(
+                    (bias["common"], bias["allowance"])
+                )
+    order = list(Stage)
+    return [
+        _pooled(configuration, stage, voices)
+        for (configuration, stage), voices in sorted(
+            words.items(), key=lambda entry: (entry[0][0], order.index(Stage(entry[0][1])))
+        )
+    ]
+
+
+def _pooled(configuration: str, stage: str, voices: Mapping[str, Sequence[tuple[float, float]]]) -> dict[str, Any]:
+    """Return one configuration's factor at one stage; too few voices decide nothing."""
+    said = [(median(off for off, _ in each), max(allowed for _, allowed in each)) for each in voices.values()]
+    off = float(f"{median(value for value, _ in said):.4g}")
+    sign = 1 if off >= 0 else -1
+    sees, verdict = None, Outcome.UNDECIDED
+    if len(said) >= LEAST_DISTINCT:
+        beyond = sorted(sign * value - allowed for value, allowed in said)
+        sees = float(f"{abs(off) - beyond[int(len(said) * least_share(len(said)))]:.4g}")
+        verdict = Outcome.PASS if abs(off) <= sees else Outcome.FAIL
+    return {
+        "configuration": configuration,
+        "stage": stage,
+        "cases": sum(len(each) for each in voices.values()),
+        "voices": len(said),
+        "off": off,
+        "sees": sees,
+        "verdict": verdict.value,
+    }
+
+
+def wrong(pooled: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return in sentences which configurations multiply all of a run by a wrong factor, from their first stage on."""
+    first: dict[str, str] = {}
+    for entry in pooled:
+        if entry["verdict"] == Outcome.FAIL:
+            first.setdefault(entry["configuration"], _sentence(entry))
+    return list(first.values())
+
+
+def _sentence(entry: Mapping[str, Any]) -> str:
+    return (
+        f"{entry['stage']} of {entry['configuration']} is {1 + entry['off']:.9g} times what it should be in the whole "
+        f"run ({entry['cases']} cases of {entry['voices']} different cameras and lights; limit {entry['sees']:.3g})"
+    )

@@ -1,0 +1,114 @@
+"""What a run keeps of a case to look at: its images, and which of its pixels are near an edge."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Camera
+from rayproof.cases.stages import IMAGE_STAGES
+from rayproof.reports.judge.comparison.image_shapes import well_shaped
+from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.tolerance.edge_mask import mask
+from rayproof.reports.judge.tolerance.pair_limits import Terms
+from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.results.exr import write_answers
+from rayproof.reports.results.float_codec import pack
+from rayproof.reports.results.image_script import write_pixels
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.messages import JudgeTask
+from rayproof.reports.subjects import TRACER, Subject
+
+MOST_KEPT = 2**17  # pixels of an image that is judged in bands, to look at
+
+
+def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str | None]:
+    """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
+
+    Of a case that passed the first configuration and the independent witnesses are enough to look at, in one file an
+    eighth of the size. Of any other every renderer may be the one to look at, and where it did not merely warn with
+    whatever reads EXR. `full` keeps everything of all.
+    """
+    banded = task.case.scene.camera.rows is not None
+    everyone = task.full or outcome is not Outcome.PASS or banded
+    scene, candidates = task.case.scene, task.candidates if everyone else task.candidates[:1]
+    witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
+    parties = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in candidates]
+    parties += [(one.name, well_shaped(scene, one).answers) for one in witnesses]
+    renders = {
+        name: images
+        for name, answers in parties
+        if (images := {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES})
+    }
+    if banded:
+        renders = {name: thinned(images, task.case.scene.camera) for name, images in renders.items()}
+    elif task.full or outcome not in (Outcome.PASS, Outcome.WARN):
+        return _write_files(task, renders), None
+    if not renders:
+        return {}, None
+    path = Path("images", f"{task.case.name}.js")
+    write_pixels(task.folder / path, path.as_posix(), renders, None if banded else asdict(task.case.scene.camera))
+    return {}, path.as_posix()
+
+
+def masks(task: JudgeTask, oracle: FullOracle) -> dict[str, Any] | None:
+    """Return which pixels may differ, for the first configuration before the oracle, as plain JSON data."""
+    truth = next((witness for witness in task.witnesses if witness.name == ORACLE), None)
+    candidate = next((one for one in task.candidates if one.answers is not None), None)
+    if truth is None or truth.error is not None or candidate is None:
+        return None
+    scene = task.case.scene
+    base = ground(scene, stages_of(scene), oracle, known=truth.answers)
+    found = mask(Terms(ground=base, candidate=candidate, witness=truth).classes, base.edges)
+    if scene.camera.rows is not None:
+        found = lattice(found, scene.camera)
+    return {
+        "configuration": candidate.name,
+        "height": found.shape[0],
+        "width": found.shape[1],
+        "data": pack(found.tobytes()),
+    }
+
+
+def thinned(images: Answers, camera: Camera) -> Answers:
+    """Return what is kept of a band's images."""
+    return {stage: lattice(image, camera) for stage, image in images.items()}
+
+
+def lattice(image: np.ndarray, camera: Camera) -> np.ndarray:
+    """Return every n-th pixel of every n-th row of a band, counted from the whole image's corner."""
+    step, inner = step_of(camera), image[camera.inner]
+    first = camera.first_row + camera.inner.start
+    return np.ascontiguousarray(inner[-first % step :: step, ::step])
+
+
+def step_of(camera: Camera) -> int:
+    """Return which pixels and rows of an image that is judged in bands are kept to look at: every n-th."""
+    return max(1, math.ceil(math.sqrt(camera.width * camera.height / MOST_KEPT)))
+
+
+def _write_files(task: JudgeTask, renders: Mapping[str, Answers]) -> dict[str, str]:
+    """Write one EXR per renderer; return renderer -> relative path."""
+    written: dict[str, str] = {}
+    lights = len(task.case.scene.lights)
+    for name, images in renders.items():
+        path = Path("images", task.case.name, f"{name.replace('/', '+')}.exr")
+        (task.folder / path).parent.mkdir(parents=True, exist_ok=True)
+        write_answers(task.folder / path, images, lights=lights, comments=_comments(name, task.subject))
+        written[name] = path.as_posix()
+    return written
+
+
+def _comments(renderer: str, subject: Subject) -> str:
+    """Return what an image's header must say of who made it: a wrong formula shouts here too."""
+    if not subject.is_tracer or not renderer.startswith(f"{TRACER}-"):
+        return renderer
+    from rayproof.tracer.configuration import Configuration  # and with it Dr.Jit, which no other judgement needs
+
+    configuration = Configuration.parse(renderer.removeprefix(f"{TRACER}-"))
+    wrong = (*configuration.faults, *configuration.controls)
+    return f"PLANTED FAULT: {', '.join(wrong)}; {renderer}" if wrong else renderer

@@ -1,0 +1,26 @@
+"""How far the tracer admits to move a feeler's start, pixel by pixel, from the hit that each pixel made."""
+
+import numpy as np
+
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Mesh, Scene, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.shapes.error_bounds import spread
+from rayproof.tracer.shapes.triangles import slenderness
+from rayproof.tracer.stages.shadow_epsilon import shadow_epsilon
+
+
+def shadow_epsilons(scene: Scene, answers: Answers, configuration: Configuration) -> np.ndarray:
+    """Return the configuration's shadow epsilon [m], (height, width).
+
+    It goes by the coordinates at hand and by how the shape hit magnifies rounding: a sliver's own face counts, not the
+    worst face of its mesh.
+    """
+    coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(scene.camera.eye).max())
+    spreads = np.ones(coordinates.shape)
+    objects, faces = answers[Stage.OBJECT][..., 0], answers[Stage.OBJECT][..., 1].astype(int)
+    for index, shape in enumerate(scene.shapes):
+        seen = objects == index
+        spreads[seen] = slenderness(shape)[faces[seen]] if isinstance(shape, Triangle | Mesh) else spread(shape)
+    return shadow_epsilon(configuration, scale=coordinates, spread=spreads)

@@ -1,0 +1,1 @@
+"""The tasks that a run's workers carry out: ask a reference, trace, judge."""

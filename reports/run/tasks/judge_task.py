@@ -1,0 +1,127 @@
+"""The judge's task: judge a case, keep its images and its scene, return its record for results.json."""
+
+from functools import cache
+from typing import Any
+
+from rayproof.reference import REFERENCES
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.cache.guards import ask_once
+from rayproof.reports.cache.references import KeepingOracle
+from rayproof.reports.cache.store import usual_store
+from rayproof.reports.certify.verdicts import certify
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.oracle_memo import Remembering
+from rayproof.reports.judge.panel_record import adjudication
+from rayproof.reports.judge.renderers import Witness
+from rayproof.reports.judge.self_test.stand_guard import stand_guard
+from rayproof.reports.judge.supported_stages import count_what_is_supported
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.messages import GuardTask, JudgeTask
+from rayproof.reports.run.record.common_factors import camera_and_lights
+from rayproof.reports.run.record.images import keep_images, masks
+from rayproof.reports.run.record.reference_facts import said
+from rayproof.reports.run.record.reproducing import reproduce, write_scene
+
+_ORACLE = Analytic()
+
+
+@cache
+def _guarded(*, cached: bool) -> None:
+    """Judge the sentinels before the first case; raise BrokenJudgeError if the judge gets one wrong."""
+    if cached:
+        ask_once("judge", lambda: stand_guard(_ORACLE), usual_store())
+    else:
+        stand_guard(_ORACLE)
+
+
+def _excused(witness: Witness) -> bool:
+    """Say whether an optional program said of a scene that it cannot; that it answered none, the run's end tells."""
+    return witness.error is None and bool(REFERENCES.about(witness.name).get("optional", False))
+
+
+def judge(task: JudgeTask | GuardTask) -> dict[str, Any]:
+    """Judge one case and return its record; of sentinels there is none."""
+    _guarded(cached=task.cached)
+    if isinstance(task, GuardTask):
+        return {}
+    oracle = Remembering(KeepingOracle(_ORACLE) if task.cached else _ORACLE)
+    judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions, panel=task.panel)
+    count_what_is_supported(judged, task.candidates)
+    for witness in task.witnesses:
+        if witness.name in task.require and not witness.answers and not _excused(witness):
+            why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
+            judged.worsen(Outcome.FAIL, f"{witness.name} is required and could not answer: {why}")
+    panel = adjudication(judged, task.candidates, task.witnesses, oracle)
+    banded = task.case.scene.camera.rows is not None  # of whose bands the scene is the whole image's
+    scene = "" if banded else write_scene(task.folder, task.case)
+    images, pixels = keep_images(task, judged.outcome)
+    return _record(task, judged, scene, images) | {
+        "adjudication": panel,
+        "pixels": pixels,
+        "masks": masks(task, oracle),
+        **({"certified": _certified(task, judged, oracle)} if task.certified else {}),
+    }
+
+
+def _certified(task: JudgeTask, judged: Judged, oracle: Remembering) -> list[dict[str, Any]]:
+    """Return what certified arithmetic says of the verdicts on those under test, and on each who is tried beside."""
+    found = [certify(judged, task.candidates, task.witnesses, oracle).as_json()]
+    for trial in task.trials:
+        other = judge_case(task.case, [trial], task.witnesses, oracle, task.versions)
+        count_what_is_supported(other, [trial])
+        about = {"tried": trial.name, "verdict": other.outcome.value, "stage": other.stage, "reason": other.reason}
+        found.append(certify(other, [trial], task.witnesses, oracle).as_json() | about)
+    return found
+
+
+def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> dict[str, Any]:
+    """Return the case's record, as docs/results.md describes it."""
+    case = task.case
+    name_of = {task.subject.renderer(c.name): c for c in task.candidates}
+    errors = {name: c.error for name, c in name_of.items()} | {w.name: w.error for w in task.witnesses}
+    unable = [(name, c.unsupported) for name, c in name_of.items()] + [(w.name, w.unsupported) for w in task.witnesses]
+    kept = {witness.name for witness in task.witnesses if witness.cached}
+    notes = [(task.subject.name, note) for note in task.notes] + [
+        (w.name, note) for w in task.witnesses for note in (*w.notes, *w.mishaps)
+    ]
+    return {
+        "name": case.name,
+        "family": case.family,
+        "verdict": judged.outcome.value,
+        "stage": judged.stage.value if judged.stage else None,
+        "item": judged.item,
+        "reason": judged.reason,
+        "stresses": case.stresses,
+        "covers": list(case.covers),
+        "planned": judged.planned,
+        "reproduce": reproduce(task.folder, case, tuple(one.name for one in task.candidates), task.subject),
+        "scene": scene,
+        "picture": None,
+        "width": case.scene.camera.width,
+        "height": case.scene.camera.height,
+        "lights": len(case.scene.lights),
+        "camera_and_lights": camera_and_lights(case.scene),
+        "shapes": [type(shape).__name__ for shape in case.scene.shapes],
+        "settings": {w.name: told for w in task.witnesses if (told := said(w))},
+        "renders": [
+            {
+                "renderer": name,
+                "configuration": name_of[name].name if name in name_of else None,
+                "image": images.get(name),
+                "error": error,
+                "cached": name in kept,
+            }
+            for name, error in errors.items()
+        ],
+        "ran": {candidate.name: sorted(candidate.items) for candidate in task.candidates if candidate.answers},
+        "unsupported": [
+            {"reference": name, "stage": stage.value, "why": why}
+            for name, stages in unable
+            for stage, why in stages.items()
+        ],
+        "abstained": {witness.name: witness.error for witness in task.witnesses if witness.error is not None},
+        "notes": [{"reference": name, "note": note} for name, note in notes],
+        "checks": [check.as_json() for check in judged.checks],
+        "expectations": judged.expectations,
+    }

@@ -1,0 +1,126 @@
+"""Asking a reference: what it answers to a scene, as a witness or as the one under test."""
+
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.answers import Answers, Reference
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.cache import references as cache
+from rayproof.reports.cache.references import Question, Rendered
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.run.messages import ReferenceTask
+from rayproof.reports.subjects import ITEMS_OF_OTHERS
+
+WHOLE_ONLY = "It draws whole images alone, and one as large as this is asked for in bands of rows."
+
+
+def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness:
+    """Return a reference's answers to a task's scene, with all that it says of them."""
+    question, unsupported = _question(name, reference, task)
+    found = _rendered(question, task)
+    return _witness(question, found, unsupported, independent=independent)
+
+
+def recalled(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness | None:
+    """Return what `heard` would, if nothing needs rendering for it; None if something does.
+
+    Raises:
+        DamagedEntryError: it was kept, and is not what was written.
+
+    """
+    question, unsupported = _question(name, reference, task)
+    found = cache.recalled(question) if question.stages else Rendered(answers={}, mean=None, cached=False)
+    return None if found is None else _witness(question, found, unsupported, independent=independent)
+
+
+def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
+    """Return why a reference cannot answer a stage of a scene, or None."""
+    if scene.camera.rows is not None and not getattr(reference, "in_bands", False):
+        return WHOLE_ONLY
+    return reference.unsupported(scene, stage)
+
+
+def _question(name: str, reference: Reference, task: ReferenceTask) -> tuple[Question, dict[Stage, str]]:
+    """Return what the reference is asked, and why it is not asked about the other stages."""
+    scene, stages = task.scene, stages_of(task.scene)
+    unsupported = {stage: why for stage in stages if (why := unable(reference, scene, stage)) is not None}
+    asked = tuple(stage for stage in stages if stage not in unsupported)
+    question = Question(name=name, reference=reference, scene=scene, stages=asked, samples=task.samples)
+    return question, unsupported
+
+
+def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str], *, independent: bool) -> Witness:
+    reference, scene, answers = question.reference, question.scene, found.answers
+    notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
+    resolution = _ability(reference, "resolution")
+    coarse = {stage: resolution(scene, stage) for stage in question.stages} if resolution is not None else {}
+    return Witness(
+        name=question.name,
+        precision=reference.precision,
+        independent=independent,
+        shadow_epsilon=_shadow_epsilon(reference, scene, answers),
+        answers={stage: answers[stage] for stage in question.stages if stage in answers},
+        unsupported=unsupported,
+        notes=tuple(notes(scene)) if notes is not None else (),
+        mishaps=found.notes,
+        mean=found.mean,
+        cached=found.cached,
+        settings=dict(settings(scene)) if settings is not None else {},
+        resolutions={stage: one for stage, one in coarse.items() if one is not None},
+        ray_epsilon=float(getattr(reference, "ray_epsilon", 0.0)),
+        light_epsilon=float(getattr(reference, "light_epsilon", 0.0)),
+        edge_epsilon=float(beyond(scene)) if (beyond := _ability(reference, "edge_epsilon")) is not None else 0.0,
+    )
+
+
+def _rendered(question: Question, task: ReferenceTask) -> Rendered:
+    """Return the reference's images, from the cache where the task allows it."""
+
+    def render() -> tuple[Answers, np.ndarray | None]:
+        reference, asked = question.reference, question.stages
+        answers: Answers = reference.render(task.scene, asked) if asked else {}
+        mean = None
+        if task.samples > 1 and Stage.RADIANCE in asked:
+            mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
+        return answers, mean
+
+    if task.cached and question.stages:
+        return cache.cached(question, render)
+    answers, mean = render()
+    return Rendered(answers=answers, mean=mean, cached=False)
+
+
+def put_to_test(witness: Witness) -> Candidate:
+    """Return a reference's answers as those of the one under test."""
+    return Candidate(
+        name=witness.name,
+        precision=witness.precision,
+        items=ITEMS_OF_OTHERS,
+        shadow_epsilon=witness.shadow_epsilon,
+        answers=witness.answers,
+        mean=witness.mean,
+        unsupported=witness.unsupported,
+        resolutions=witness.resolutions,
+        ray_epsilon=witness.ray_epsilon,
+        light_epsilon=witness.light_epsilon,
+        edge_epsilon=witness.edge_epsilon,
+        chained=False,
+    )
+
+
+def _shadow_epsilon(reference: Reference, scene: Scene, answers: Answers) -> float | np.ndarray:
+    """Return what a reference ignores at a feeler's start [m], one number or (height, width); 0 if it does not say."""
+    if Stage.POSITION not in answers:
+        return 0.0
+    of_scene, of_answers = _ability(reference, "epsilon_in"), _ability(reference, "epsilon_at")
+    if of_scene is not None:
+        return of_scene(scene, answers)
+    return of_answers(answers) if of_answers is not None else 0.0
+
+
+def _ability(reference: Reference, name: str) -> Any:
+    """Return one of the methods that a reference may have (reference/__init__.py lists them), or None."""
+    return getattr(reference, name, None)

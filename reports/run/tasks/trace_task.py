@@ -1,0 +1,55 @@
+"""The tracer's task: render a scene by one configuration."""
+
+from typing import Any
+
+from rayproof.cases.answers import Answers
+from rayproof.reports.judge.comparison.box_filter import finer
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.paths.ledger import met_by_case
+from rayproof.reports.run.messages import TracerTask
+from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.versions import versions
+from rayproof.tracer.render import render
+
+
+def prepare() -> None:
+    """Load what any scene needs: the backend and the formulas of the default configuration."""
+    versions()
+    for formula in Configuration().chosen:
+        formula.load()
+
+
+def trace(
+    task: TracerTask,
+) -> tuple[Candidate, dict[str, str], tuple[str, ...], list[dict[str, Any]], dict[str, list[str]]]:
+    """Return what the tracer answered, the versions of what computed it, and how its other routes compare.
+
+    Between them stand no notes; last come the execution paths that it took, each with the routes (`reports.paths`).
+    """
+    configuration = Configuration.parse(task.configuration)
+    answers = render(task.scene, stages_of(task.scene), configuration)
+    fine = None
+    if task.samples > 1:
+        fine = render(finer(task.scene, task.samples), stages_of(task.scene), configuration)
+    paths = met_by_case(task.scene, configuration, task.routes)
+    candidate = Candidate(
+        name=configuration.name,
+        precision=configuration.precision,
+        items=configuration.items,
+        shadow_epsilon=shadow_epsilons(task.scene, answers, configuration),
+        answers=answers,
+        fine=fine,
+    )
+    return candidate, versions(), (), _consistency(task, configuration, answers), paths
+
+
+def _consistency(task: TracerTask, configuration: Configuration, answers: Answers) -> list[dict[str, Any]]:
+    if not task.routes:
+        return []
+    from rayproof.reports.paths.routes import compare, suiting
+
+    return [
+        compare(route, task.scene, configuration, answers) for route in suiting(task.routes, task.scene, configuration)
+    ]

@@ -1,0 +1,22 @@
+"""The workers of a run that puts another renderer than the tracer under test, or that nobody started early."""
+
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.tasks.kinds import JUDGE, UNDER_TEST
+from rayproof.reports.subjects import PROGRAM
+
+PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
+
+
+def workers(request: RunRequest) -> Pool:
+    """Return a pool, none of whose workers has started."""
+    subject, copies = request.subject, {JUDGE: request.jobs, PROGRAM: request.jobs}
+    if subject.is_tracer:
+        return Pool(jobs=request.jobs, timeout=request.timeout, copies=copies)
+    return Pool(
+        jobs=request.jobs,
+        timeout=max(PATIENCE, request.timeout),
+        copies=copies,
+        # A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
+        timeouts={PROGRAM: 2 * subject.seconds + PATIENCE, f"{UNDER_TEST}{subject.name}": request.timeout},
+    )

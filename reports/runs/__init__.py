@@ -1,0 +1,1 @@
+"""Runs held against one another: the difference of two, and the history of many."""

@@ -1,0 +1,68 @@
+"""A results folder of the later run that holds the earlier one's images beside its own: the report of what changed."""
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rayproof.reports.publish.page.case_data import picture_of, view_of
+from rayproof.reports.publish.parallel import all_of
+from rayproof.reports.results.document import save_results
+from rayproof.reports.results.images import inside
+from rayproof.reports.runs.difference.images import called, renderer_pairs, write_both
+from rayproof.reports.runs.difference.record import moved, sentence
+
+Results = dict[str, Any]
+Job = tuple[tuple[Path, Path], tuple[dict[str, Any] | None, dict[str, Any]], dict[str, str], str, Path, str]
+
+
+def write_folder(
+    out: Path, folders: tuple[Path, Path], runs: tuple[Results, Results], record: dict[str, Any]
+) -> Results:
+    """Fill `out` with the later run's results and both runs' images, complete `record`, and return those results.
+
+    `record` is `reports.difference.record.comparison` of `runs`; it gets the pixels that differ, and its sentence.
+    """
+    before, after = runs
+    label = record["base"]["name"]
+    earlier = {case["name"]: case for case in before["cases"]}
+    known = [list(run.get("references") or {}) for run in runs]
+    # Of an earlier report of two runs, when they had more cases; what else is there is left alone.
+    for stale in (out / "images").glob("[0-9][0-9][0-9][0-9]*.js"):
+        stale.unlink()
+    jobs: list[Job] = []
+    for number, case in enumerate(after["cases"], start=1):
+        old = earlier.get(case["name"])
+        pairs = renderer_pairs(old, case, record["configurations"], known) if old is not None else {}
+        jobs.append((folders, (old, case), pairs, label, out, f"images/{number:04}.js"))
+    answers = all_of(write_both, jobs, heavy=len(jobs))
+    rows = {row["case"]: row for row in record["rows"]}
+    renderers: dict[str, str] = {}
+    cases = []
+    for job, (pixels, written) in zip(jobs, answers, strict=True):
+        case, row = job[1][1], rows.get(job[1][1]["name"])
+        renderers |= {mine: called(label, old) for mine, old in job[2].items()}
+        if row is not None:
+            row["pixels"] = pixels
+        cases.append(_case(folders[1], out, case, job[5] if written else None, row))
+    record["renderers"] = renderers
+    record["sentence"] = sentence(record)
+    shown = [{key: value for key, value in row.items() if key != "checks"} for row in record["rows"] if moved(row)]
+    # A history is that of the later run alone, and stands in its own report.
+    results = {key: value for key, value in after.items() if key != "history"}
+    results |= {"cases": cases, "comparison": record | {"rows": shown}, "faults": record["faults"]}
+    save_results(out, results)
+    return results
+
+
+def _case(
+    folder: Path, out: Path, case: dict[str, Any], pixels: str | None, row: Mapping[str, Any] | None
+) -> dict[str, Any]:
+    """Return a case of the later run as the folder has it: images in one script, the checks of both runs."""
+    for path in (case.get("scene"), picture_of(folder, case), view_of(folder, case)):
+        if isinstance(path, str) and inside(folder, path):
+            (out / path).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(folder / path, out / path)
+    renders = [{**render, "image": None} for render in case.get("renders", [])]
+    compared = None if row is None else {"before": row["before"], "pixels": row["pixels"], "checks": row["checks"]}
+    return {**case, "renders": renders, "pixels": pixels, "compared": compared}

@@ -1,0 +1,103 @@
+"""The images that two runs kept of a case, in one script: the later run's, and the earlier's of what was under test."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish.page.case_data import camera_of
+from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.image_script import BASE, Renders, renamed, write_pixels
+from rayproof.reports.results.images import inside, kept_images
+from rayproof.reports.runs.difference.checks import ours
+
+Case = Mapping[str, Any]
+
+
+def renderer_pairs(
+    before: Case, after: Case, pairs: Mapping[str, str], known: Sequence[Sequence[str]]
+) -> dict[str, str]:
+    """Return which renderer under test of the earlier run one of the later answers to, by their configurations.
+
+    `known` are the references of both runs.
+    """
+    one = {_configuration(before, name): name for name in ours(before, known[0])}
+    other = {_configuration(after, name): name for name in ours(after, known[1])}
+    return {name: one[pairs[key]] for key, name in other.items() if pairs.get(key) in one}
+
+
+def differing(before: Mapping[Stage, np.ndarray], after: Mapping[Stage, np.ndarray]) -> int:
+    """Return how many pixels of any stage that both hold differ in any bit; all of them where sizes do."""
+    spoiled: np.ndarray | None = None
+    for stage in before.keys() & after.keys():
+        a, b = (np.ascontiguousarray(side[stage], np.float32) for side in (before, after))
+        if a.shape != b.shape:
+            return int(np.prod(b.shape[:2]))
+        apart = np.any(a.view(np.uint32) != b.view(np.uint32), axis=-1)
+        spoiled = apart if spoiled is None else spoiled | apart
+    return 0 if spoiled is None else int(np.count_nonzero(spoiled))
+
+
+def write_both(
+    folders: tuple[Path, Path],
+    cases: tuple[dict[str, Any] | None, dict[str, Any]],
+    pairs: Mapping[str, str],
+    label: str,
+    out: Path,
+    relative: str,
+) -> tuple[int | None, bool]:
+    """Write `out`/`relative` with the images of both runs; return how many pixels differ, and whether it was written.
+
+    `cases` are the case in both runs (None where the earlier has none), `pairs` its renderers. The earlier run's
+    renderers are called `label` and their name; where not one bit differs they are left out. Pixels are those of all
+    renderers under test, None where nothing can be compared.
+    """
+    before, after = cases
+    if before is not None and (stored := _identical(folders, (before, after))) is not None:
+        write_text(out / relative, renamed(stored, relative))
+        return 0, True
+    later, _ = kept_images(folders[1], after)
+    earlier = kept_images(folders[0], before)[0] if before is not None else {}
+    found = [(mine, old) for mine, old in pairs.items() if mine in later and old in earlier]
+    counts = [differing(earlier[old], later[mine]) for mine, old in found]
+    renders: Renders = {name: later[name] for name in later if name in pairs or name in _wanted(after, later)}
+    if any(counts):
+        renders |= {called(label, old): earlier[old] for _, old in found}
+    if renders:
+        write_pixels(out / relative, relative, renders, camera_of(folders[1], after))
+    return (sum(counts) if found else None), bool(renders)
+
+
+def _identical(folders: tuple[Path, Path], cases: tuple[Case, Case]) -> str | None:
+    """Return the script of a case's images where both runs kept the same one, which needs no decoding; else None."""
+    kept = [(folder, case.get("pixels")) for folder, case in zip(folders, cases, strict=True)]
+    if not all(isinstance(path, str) and inside(folder, path) for folder, path in kept):
+        return None
+    before, after = ((folder / str(path)).read_text(encoding="utf-8") for folder, path in kept)
+    return after if before == after else None
+
+
+def called(label: str, renderer: str) -> str:
+    """Return what a renderer of the run `label` is called among those of another run."""
+    return f"{label}: {renderer}"
+
+
+def _wanted(case: dict[str, Any], renders: Renders) -> set[str]:
+    """Return whose images help to see what happened: under test, closed forms, and who has the case's verdict."""
+    references = {str(check.get("reference")) for check in case.get("checks", [])}
+    guilty = {
+        str(check.get("reference"))
+        for check in case.get("checks", [])
+        if check.get("verdict") == case["verdict"] and case["verdict"] != "pass"
+    }
+    return {BASE} | guilty | {name for name in renders if name not in references}
+
+
+def _configuration(case: Case, renderer: str) -> str:
+    """Return the configuration of a renderer under test."""
+    for render in case.get("renders", []):
+        if render.get("renderer") == renderer and render.get("configuration") is not None:
+            return str(render["configuration"])
+    return renderer.removeprefix("tracer-")

@@ -1,0 +1,125 @@
+"""The comparison of two runs: its rows by change, what appeared and vanished, and the verdict in a sentence."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rayproof.reports.runs.difference.checks import ORDER, Case, compared, decades, paired, times
+from rayproof.reports.runs.history.series import WORSE_TIME
+from rayproof.reports.runs.history.standing import LOUD
+from rayproof.reports.runs.history.steps import NORMAL
+
+Results = Mapping[str, Any]
+TOLD = ("command", "started", "rayproof", "verdict")
+
+
+def comparison(before: Results, after: Results, names: tuple[str, str]) -> dict[str, Any]:
+    """Return what differs between two runs; `names` is what to call them. docs/report.md describes the record.
+
+    Raises:
+        ValueError: they share no case.
+
+    """
+    one, other = ({case["name"]: case for case in run["cases"]} for run in (before, after))
+    shared = [name for name in other if name in one]
+    if not shared:
+        raise ValueError(f"{names[0]} and {names[1]} share no case")
+    pairs = paired(before.get("configurations") or [], after.get("configurations") or [])
+    known = [list(run.get("references") or {}) for run in (before, after)]
+    rows = sorted((_row(one[name], other[name], pairs, known) for name in shared), key=_order)
+    level, noise = spread([row["seconds"][2] for row in rows if row["seconds"][2] is not None])
+    for row in rows:
+        row["stands_out"] = _stands_out(row["seconds"][2], level, noise)
+    return {
+        "base": {"name": names[0]} | {key: before.get(key) for key in TOLD},
+        "candidate": {"name": names[1]} | {key: after.get(key) for key in TOLD},
+        "faults": sorted({str(fault) for run in (before, after) for fault in run.get("faults") or []}),
+        "configurations": pairs,
+        "shared": len(shared),
+        "time": level,
+        "appeared": [[name, other[name]["verdict"]] for name in other if name not in one],
+        "vanished": [[name, one[name]["verdict"]] for name in one if name not in other],
+        "rows": rows,
+    }
+
+
+def names_of(before: Path, after: Path) -> tuple[str, str]:
+    """Return what to call two folders: their last names, or before and after where those are the same."""
+    names = (before.resolve().name, after.resolve().name)
+    return ("before", "after") if names[0] == names[1] else names
+
+
+def moved(row: Mapping[str, Any]) -> bool:
+    """Return whether anything about a case changed that is more than noise."""
+    return bool(
+        row["before"] != row["after"]
+        or (row["worst"] is not None and row["decades"] > 0)
+        or row.get("pixels")
+        or row["stands_out"]
+    )
+
+
+def sentence(record: Mapping[str, Any]) -> str:
+    """Return what changed in one sentence."""
+    rows = record["rows"]
+    place = ORDER.index
+    worse = sum(place(row["after"]) > place(row["before"]) for row in rows)
+    better = sum(place(row["after"]) < place(row["before"]) for row in rows)
+    grew = sum(row["decades"] > 0 and row["worst"]["factor"] > 1 for row in rows if row["worst"])
+    shrank = sum(row["decades"] > 0 and row["worst"]["factor"] < 1 for row in rows if row["worst"])
+    slower = sum(row["stands_out"] > 0 for row in rows)
+    faster = sum(row["stands_out"] < 0 for row in rows)
+    pixels = [row["pixels"] for row in rows if row.get("pixels") is not None]
+    told = [
+        f"{worse + better} of {record['shared']} verdicts changed, {worse} for the worse",
+        f"worst errors grew in {grew} and shrank in {shrank}",
+        f"images differ in {sum(map(bool, pixels))} of {len(pixels)}" if pixels else "",
+        "" if record["time"] is None else f"times, at different hours: x{record['time']:.3g} in the median case",
+        f"{slower} slower and {faster} faster than that explains" if slower or faster else "",
+        f"{len(record['appeared'])} appeared" if record["appeared"] else "",
+        f"{len(record['vanished'])} vanished" if record["vanished"] else "",
+    ]
+    return "; ".join(filter(None, told)) + "."
+
+
+def spread(quotients: list[float]) -> tuple[float | None, float]:
+    """Return the median of quotients of times, and the standard deviation of their logarithms by absolute deviations.
+
+    What one machine does to all cases alike is in the median; what stands out from that is a case's own.
+    """
+    if not quotients:
+        return None, 0.0
+    logarithms = np.log(quotients)
+    level = float(np.median(logarithms))
+    return float(np.exp(level)), NORMAL * float(np.median(np.abs(logarithms - level)))
+
+
+def _stands_out(quotient: float | None, level: float | None, noise: float) -> int:
+    """Return 1 for a case that became slower than noise explains, -1 for one that became faster, 0 otherwise."""
+    if quotient is None or level is None:
+        return 0
+    excess = float(np.log(quotient / level))
+    return 0 if abs(excess) <= max(LOUD * noise, np.log(WORSE_TIME)) else int(np.sign(excess))
+
+
+def _row(before: Case, after: Case, pairs: Mapping[str, str], known: list[list[str]]) -> dict[str, Any]:
+    checks = compared(before, after, pairs)
+    worst = next((check for check in checks if check["factor"] is not None), None)
+    return {
+        "case": after["name"],
+        "before": before["verdict"],
+        "after": after["verdict"],
+        "stage": after.get("stage") or (worst["stage"] if worst else None),
+        "worst": worst,
+        "decades": decades(worst["before"][1], worst["after"][1]) if worst else 0.0,
+        "seconds": times(before, after, known),
+        "checks": checks,
+    }
+
+
+def _order(row: Mapping[str, Any]) -> tuple[float, float, float, str]:
+    """Return a key that puts what became worse first, then what moved most, then what takes longer."""
+    steps = ORDER.index(row["after"]) - ORDER.index(row["before"])
+    return -steps if steps > 0 else steps * 1e-3, -row["decades"], -(row["seconds"][2] or 0.0), row["case"]

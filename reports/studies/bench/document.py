@@ -1,0 +1,111 @@
+"""The benchmark's JSON: machine, scenes, every contender on each, as docs/bench.md describes it."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import Any
+
+from rayproof.cases.benchmark.scenes import BenchScene
+from rayproof.cases.scene import Scene
+from rayproof.reports.studies.bench import CONTENDERS, Prepared
+from rayproof.reports.studies.bench.branches import shared
+from rayproof.reports.studies.bench.errors import error, sampled
+from rayproof.reports.studies.bench.kernels import Kernel
+from rayproof.reports.studies.bench.limits import limit
+from rayproof.reports.studies.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
+from rayproof.reports.studies.bench.work import loops
+
+SCHEMA = 1
+
+
+def begun(machine: dict[str, Any]) -> dict[str, Any]:
+    """Return the document of a benchmark without its scenes, on a `machine` with these peaks."""
+    return {
+        "schema": SCHEMA,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "versions": {name: version(name) for name in ("rayproof", "drjit", "mitsuba", "embreex", "pyradiance")},
+        "machine": machine,
+        "scenes": [],
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """What is timed of one scene."""
+
+    found: dict[str, Timed]
+    kernels: tuple[Kernel, ...]  # of one frame of ours
+
+
+def measured(scene: Scene, names: tuple[str, ...], budget: float) -> Measured:
+    """Time everybody on a scene; `budget` [s] goes to the rounds."""
+    found = timed(scene, names, budget=budget)
+    ours = found[OURS].prepared
+    return Measured(found=found, kernels=() if ours is None or ours.kernels is None else ours.kernels())
+
+
+def _counted(kernels: tuple[Kernel, ...], ours: Prepared | None) -> tuple[Kernel, ...]:
+    """Return the kernels with the share of packets that take each branch, where that says how often their code runs."""
+    if ours is None or ours.asked is None or any(loops(kernel.code) for kernel in kernels):
+        return kernels
+    return shared(kernels, ours.asked())
+
+
+def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: dict[str, Any]) -> dict[str, Any]:
+    """Return what is said of one scene: times, ratios and errors."""
+    camera, found = scene.camera, timing.found
+    pixels, truth = sampled(scene)
+    ours = found[OURS]
+    kernels = _counted(timing.kernels, ours.prepared)
+    minimal, direct, control = (ratio(found, others) for others in (MINIMAL, DIRECT, (CONTROL,)))
+    return {
+        "name": bench.name,
+        "about": bench.about,
+        "width": camera.width,
+        "height": camera.height,
+        "lights": len(scene.lights),
+        "ours_ms": _ms(ours),
+        "minimal_ms": min(
+            (_ms(found[name]) for name in MINIMAL if name in found and found[name].seconds), default=None
+        ),
+        "direct_ms": min((_ms(found[name]) for name in DIRECT if name in found and found[name].seconds), default=None),
+        "ratio_minimal": minimal["ratio"] if minimal else None,
+        "ratio_minimal_interval": minimal["interval"] if minimal else None,
+        "ratio_minimal_by": minimal["by"] if minimal else None,
+        "ratio_direct": direct["ratio"] if direct else None,
+        "ratio_direct_interval": direct["interval"] if direct else None,
+        "control": control["ratio"] if control else None,
+        "control_interval": control["interval"] if control else None,
+        "pixels_differ": differing(found),
+        "error": error(ours, pixels, truth),
+        "compile_ms": 1e3 * ours.first_seconds,
+        "build_ms": 1e3 * ours.build_seconds,
+        "kernel_ms": 1e3 * sum(kernel.seconds for kernel in kernels),
+        "operations": sum(kernel.operations for kernel in kernels),
+        **(limit(scene, kernels, peaks) or {"limit_fraction": None, "limit_by": None}),
+        "contenders": {name: _contender(found[name], pixels, truth) for name in found},
+    }
+
+
+def _ms(one: Timed) -> float:
+    return 1e3 * one.median if one.seconds else float("nan")
+
+
+def _contender(one: Timed, pixels: Any, truth: Any) -> dict[str, Any]:
+    if one.left_out is not None:
+        return {"left_out": one.left_out}
+    return {
+        "does": one.does,
+        "ms": _ms(one),
+        "fastest_ms": 1e3 * min(one.seconds),
+        "rounds": len(one.seconds),
+        "first_ms": 1e3 * one.first_seconds,
+        "build_ms": 1e3 * one.build_seconds,
+        "error": error(one, pixels, truth),
+    }
+
+
+def everybody(*, quick: bool) -> tuple[str, ...]:
+    """Return the contenders of a benchmark; a quick one does without those that take seconds a picture."""
+    slow = {"radiance", "povray", "mitsuba_scalar", "embree"}
+    return tuple(name for name in CONTENDERS if not quick or name not in slow)

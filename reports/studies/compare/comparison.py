@@ -1,0 +1,159 @@
+"""The comparison as a whole: both asked the same, answers paired, times interleaved, a verdict beside its control."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.studies.compare.contenders import Contender, differing, stages_at_stake
+from rayproof.reports.studies.compare.findings import Finding, Timing, finding, overall, overall_timing, timing
+from rayproof.reports.studies.compare.pairing import PairedStage, needed, paired, shown
+from rayproof.reports.studies.compare.questions import Question
+from rayproof.reports.studies.compare.records import family_record
+from rayproof.reports.studies.compare.statistics import LEVEL, Interval, shared
+from rayproof.reports.studies.compare.timing import Job, interleaved
+from rayproof.reports.studies.compare.verdicts import accuracy, outcome, sentence, speed
+
+SEED = 4
+BASE, CANDIDATE, AGAIN = 0, 1, 2  # who is timed
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Side:
+    """A comparison with the base: the candidate's, or the control's."""
+
+    findings: list[Finding]
+    timings: list[Timing]
+
+
+def compare(
+    asked: Sequence[Question],
+    base: Contender,
+    candidate: Contender,
+    *,
+    repetitions: int,
+    tell: Callable[[str], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Return the comparison as docs/compare.md describes it; `tell` is told what is being done.
+
+    Raises:
+        LookupError: nothing in `asked` shows what differs between the two.
+
+    """
+    stages = stages_at_stake(base.configuration, candidate.configuration)
+    slots = differing(base.configuration, candidate.configuration)
+    results: list[tuple[Question, list[list[dict[Stage, PairedStage]]]]] = []
+    for number, question in enumerate(asked):
+        tell(f"{question.family} ({number + 1} of {len(asked)})")
+        pairs = [
+            paired(scene, stages, base, (candidate, base), slots=slots, seed=SEED + index)
+            for index, (_, scene) in enumerate(question.scenes)
+        ]
+        if any(pair.pixels for scene in pairs for pair in scene[0].values()):
+            results.append((question, [[scene[side] for scene in pairs] for side in (0, 1)]))
+    if not results:
+        raise LookupError(f"no pixel of these families shows what differs between {base.label} and {candidate.label}")
+    tell(f"timing {len(results)} families, {repetitions} repetitions")
+    level = shared(LEVEL, len(results))
+    timings = _timings(
+        [(question, sides[0]) for question, sides in results], stages, base, candidate, repetitions, level
+    )
+    sides = [
+        _Side(
+            findings=[
+                finding(question.family, question.stress, found[index], level=level, seed=SEED)
+                for question, found in results
+            ],
+            timings=timings[index],
+        )
+        for index in (0, 1)
+    ]
+    return _assembled(sides[0], sides[1], base, candidate, stages, repetitions)
+
+
+def _timings(
+    asked: Sequence[tuple[Question, Sequence[dict[Stage, PairedStage]]]],
+    stages: tuple[Stage, ...],
+    base: Contender,
+    candidate: Contender,
+    repetitions: int,
+    level: float,
+) -> tuple[list[Timing], list[Timing]]:
+    """Return the families' timings of the candidate and of the control, each on the family's most telling scene."""
+    configurations = (base.configuration, candidate.configuration, base.configuration)
+    jobs = []
+    for question, pairs in asked:
+        shares = [sum(pair.pixels for pair in scene.values()) for scene in pairs]
+        scene = question.scenes[int(np.argmax(shares))][1]
+        jobs.append(Job(scene=scene, stages=needed(shown(scene, stages))[-1:], configurations=configurations))
+    times = interleaved(jobs, repetitions=repetitions, generator=np.random.default_rng(SEED))
+
+    def side(index: int) -> list[Timing]:
+        return [
+            timing(
+                one.seconds[[BASE, index]],
+                one.rays,
+                (one.compile_seconds[BASE], one.compile_seconds[index]),
+                level=level,
+            )
+            for one in times
+        ]
+
+    return side(CANDIDATE), side(AGAIN)
+
+
+def _assembled(
+    side: _Side, control: _Side, base: Contender, candidate: Contender, stages: tuple[Stage, ...], repetitions: int
+) -> dict[str, Any]:
+    _, control_interval = overall_timing(control.timings, level=LEVEL)
+    about = {
+        "base": base.label,
+        "candidate": candidate.label,
+        "configurations": [base.configuration.name, candidate.configuration.name],
+        "faults": sorted({*base.configuration.faults, *candidate.configuration.faults}),
+        "stages": [stage.value for stage in stages],
+        "level": LEVEL,
+        "repetitions": repetitions,
+    }
+    outside = sum(not one.interval[0] <= 1.0 <= one.interval[1] for one in control.timings)
+    return {
+        **about,
+        **_said(side, base.label, candidate.label, control.timings, control_interval),
+        "control": {
+            **_said(control, base.label, f"{base.label} again", control.timings, control_interval),
+            "families_outside": outside,
+        },
+    }
+
+
+def _said(
+    side: _Side, base: str, candidate: str, controls: Sequence[Timing], control_interval: Interval
+) -> dict[str, Any]:
+    """Return verdict, digits, times and families of one side."""
+    alpha = 1 - shared(LEVEL, len(side.findings))
+    accuracies = [accuracy(one, alpha=alpha) for one in side.findings]
+    digits, digits_interval = overall(side.findings, level=LEVEL)
+    ratio, interval = overall_timing(side.timings, level=LEVEL)
+    families = zip(side.findings, side.timings, controls, accuracies, strict=True)
+    return {
+        "verdict": sentence(
+            base,
+            candidate,
+            side.findings,
+            accuracies,
+            time_ratio=ratio,
+            time_interval=interval,
+            control_interval=control_interval,
+        ),
+        "outcome": outcome(accuracies, speed(interval, control_interval)),
+        "digits_gained": digits,
+        "digits_interval": digits_interval,
+        "time_ratio": ratio,
+        "time_interval": interval,
+        "families": [
+            family_record(one, time, signs, outcome([signs], speed(time.interval, beside.interval)))
+            for one, time, beside, signs in families
+        ],
+    }

@@ -1,0 +1,116 @@
+"""What is compared: a tracer configuration under the name by which the user called it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from rayproof.cases.rounding import PRECISIONS
+from rayproof.cases.stages import Stage
+from rayproof.reports.studies.compare.own import own_formula
+from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.configuration import Configuration
+
+FILE_MARK = ".py:"
+# What of the camera shows in an image only through a ray by the inverse matrices, and what shows in none.
+MATRICES = ("view", "projection", "inverse")
+UNSEEN = ("corners", "pixel")
+BY_MATRICES = {"ray": "inverse_matrices"}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial(Configuration):
+    """A configuration in which one slot is filled by a formula that is not in the catalogue."""
+
+    own: Formula
+
+    @property
+    def name(self) -> str:
+        """Return a name that no other configuration has; it cannot be parsed."""
+        return f"{super().name}/{self.own.slot}={self.own.variant}"
+
+    def formula(self, slot: str) -> Formula:
+        """Return the formula chosen for `slot`; raise LookupError for an unknown slot."""
+        return self.own if slot == self.own.slot else super().formula(slot)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contender:
+    """A configuration and the name that it was asked for by."""
+
+    label: str
+    configuration: Configuration
+
+
+def contender(text: str, *, precision: str) -> Contender:
+    """Return what `text` names: "slot/variant", "slot=FILE.py:function", or "float32/slot=variant/...".
+
+    A formula runs in `precision`. Raises ValueError or LookupError, in one line, for what does not exist.
+    """
+    if FILE_MARK in text:
+        return Contender(label=text, configuration=Trial(precision=precision, own=own_formula(text)))
+    first, *rest = text.split("/")
+    if first in PRECISIONS:
+        chosen = "/".join([first, *(_part(part) for part in rest)])
+        return Contender(label=text, configuration=Configuration.parse(chosen))
+    formula = FORMULAS[text.replace("=", "/", 1)]
+    formulas = {formula.slot: formula.variant}
+    return Contender(label=formula.name, configuration=Configuration(precision=precision, formulas=formulas))
+
+
+def _part(part: str) -> str:
+    """Return "slot=variant"; a variant alone stands for the one slot that has it."""
+    if "=" in part:
+        return part
+    slots = [slot for slot in FORMULAS.slots if f"{slot}/{part}" in FORMULAS]
+    if len(slots) != 1:
+        found = f"is a variant of {', '.join(slots)}" if slots else "is no variant of any slot"
+        raise LookupError(f"{part!r} {found}; write slot=variant")
+    return f"{slots[0]}={part}"
+
+
+def differing(base: Configuration, candidate: Configuration) -> tuple[str, ...]:
+    """Return the slots that the two fill with different functions, in the order of the light path."""
+    return tuple(slot for slot in FORMULAS.slots if base[slot] is not candidate[slot])
+
+
+def seen(base: Contender, candidate: Contender) -> tuple[Contender, Contender]:
+    """Return the two so that what differs can show: where only matrices do, with rays that are made from matrices.
+
+    Raises:
+        LookupError: nothing differs but what no image depends on.
+
+    """
+    slots = differing(base.configuration, candidate.configuration)
+    if slots and set(slots) <= set(UNSEEN):
+        raise LookupError(
+            f"no image depends on {' or '.join(slots)}, so there is nothing to compare; "
+            f"judge it by rayproof run cameras --formula {slots[0]}=..."
+        )
+    if not slots or not set(slots) <= {*MATRICES, *UNSEEN}:
+        return base, candidate
+    if "CAM-5" in base.configuration.formula("ray").covers:
+        return base, candidate
+    return _by_matrices(base), _by_matrices(candidate)
+
+
+def _by_matrices(one: Contender) -> Contender:
+    formulas = {**one.configuration.formulas, **BY_MATRICES}
+    return replace(one, configuration=replace(one.configuration, formulas=formulas))
+
+
+def stages_at_stake(base: Configuration, candidate: Configuration) -> tuple[Stage, ...]:
+    """Return the stages whose formulas differ, in order; with different precisions all of them.
+
+    The camera is no image: what differs there is looked for in the rays. Two equal configurations differ nowhere; their
+    distances are compared, for a control.
+    """
+    if base.precision != candidate.precision:
+        return tuple(stage for stage in Stage if stage not in (Stage.CAMERA, Stage.DISTANCE))
+    found = {base.formula(slot).stage for slot in differing(base, candidate)}
+    if Stage.CAMERA in found:
+        found = found - {Stage.CAMERA} | {Stage.RAY}
+    return tuple(stage for stage in Stage if stage in found) or (Stage.OBJECT,)
+
+
+def items_at_stake(formulas: Sequence[Formula]) -> frozenset[str]:
+    """Return the specification items that formulas cover."""
+    return frozenset(item for formula in formulas for item in formula.covers)

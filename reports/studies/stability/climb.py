@@ -1,0 +1,146 @@
+"""One formula on one ladder: the marks at every value, the fitted slope and the breakpoint."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.studies.stability.questions import QUESTIONS, Grades, Truth
+from rayproof.reports.studies.stability.slopes import Slope, fitted
+from rayproof.tracer.catalogue import Formula
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rung:
+    """One value of a sweep."""
+
+    value: float
+    rays: int  # counted ones
+    false_hits: int
+    false_misses: int
+    invalid: int
+    median: float | None  # error in the ladder's unit
+    median_low: float | None  # its 95 % interval
+    median_high: float | None
+    p99: float | None
+    worst: float | None
+    index: float | None  # largest error / (K u)
+    counts: dict[str, int]
+
+    @property
+    def misclassified(self) -> float:
+        """Return the share of rays that were answered wrongly or not at all."""
+        return (self.false_hits + self.false_misses + self.invalid) / self.rays if self.rays else 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Climb:
+    """How one formula fared in one precision."""
+
+    ladder: Ladder
+    formula: Formula
+    precision: str
+    rungs: tuple[Rung, ...]
+    slope: Slope
+
+    @property
+    def breakpoint(self) -> float | None:
+        """Return the last value up to which every one keeps the gate, None where the first does not."""
+        last = None
+        for rung in self.rungs:
+            if not self.holds(rung):
+                break
+            last = rung.value
+        return last
+
+    def holds(self, rung: Rung) -> bool:
+        """Return whether a value keeps the gate; one with nothing to count does not."""
+        gate = self.ladder.gate
+        small = rung.index is None or rung.index <= gate.index
+        few = 0.0 if self.formula.variant in gate.faultless else gate.misclassified
+        return rung.rays > 0 and rung.misclassified <= few and small
+
+    @property
+    def worst_index(self) -> float | None:
+        """Return the largest error / (K u) of all values."""
+        return max((rung.index for rung in self.rungs if rung.index is not None), default=None)
+
+    def total(self, name: str) -> int:
+        """Return the sum of a count over all values."""
+        return sum(int(getattr(rung, name)) for rung in self.rungs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """A ladder's inputs in one precision, and the truth about them."""
+
+    ladder: Ladder
+    precision: str
+    inputs: Inputs
+    rungs: np.ndarray  # (rays,) index of the value
+    truth: Truth
+
+
+def drawn(ladder: Ladder, precision: str, *, quick: bool) -> Drawn:
+    """Return the inputs of all values, drawn by the ladder's seed, and the truth."""
+    generator = np.random.default_rng(ladder.seed)
+    rays = ladder.quick_rays if quick else ladder.rays
+    parts = [ladder.draw(value, rays, generator, precision) for value in ladder.values]
+    inputs = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    lengths = [len(next(iter(part.values()))) for part in parts]
+    rungs = np.repeat(np.arange(len(ladder.values)), lengths)
+    truth = QUESTIONS[ladder.question]().truth(ladder, inputs, rungs)
+    return Drawn(ladder=ladder, precision=precision, inputs=inputs, rungs=rungs, truth=truth)
+
+
+def climb(given: Drawn, formula: Formula) -> Climb:
+    """Ask a formula about all inputs and mark the answers."""
+    question, ladder = QUESTIONS[given.ladder.question](), given.ladder
+    answer = question.answer(ladder, formula, given.inputs, given.precision)
+    grades = question.grade(ladder, given.inputs, given.truth, answer, given.precision)
+    parts = [np.flatnonzero((given.rungs == i) & grades.counted) for i in range(len(ladder.values))]
+    rungs = tuple(_rung(value, grades, part) for value, part in zip(ladder.values, parts, strict=True))
+    errors = [_finite(grades.error[part]) for part in parts]
+    law = ladder.law(formula.name, given.precision)
+    first = law.skip if law else 0
+    slope = fitted(ladder.values[first:], errors[first:], saturated=ladder.saturated, seed=ladder.seed % 2**32)
+    return Climb(ladder=ladder, formula=formula, precision=given.precision, rungs=rungs, slope=slope)
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    return values[np.isfinite(values)]
+
+
+def _median_interval(values: np.ndarray) -> tuple[float, float]:
+    """Return a distribution-free 95 % interval of the median: how many of n values lie below it is binomial."""
+    ordered, n = np.sort(values), len(values)
+    below = max(0, int(stats.binom.ppf(0.025, n, 0.5)) - 1)
+    return float(ordered[below]), float(ordered[n - 1 - below])
+
+
+def _rung(value: float, grades: Grades, part: np.ndarray) -> Rung:
+    error, index = _finite(grades.error[part]), _finite(grades.index[part])
+    invalid = grades.invalid[part]
+    some: dict[str, Any] = dict.fromkeys(("median", "median_low", "median_high", "p99", "worst"))
+    if error.size:
+        middle, high, worst = np.quantile(error, (0.5, 0.99, 1.0))
+        low, up = _median_interval(error)
+        some = {
+            "median": float(middle),
+            "median_low": low,
+            "median_high": up,
+            "p99": float(high),
+            "worst": float(worst),
+        }
+    return Rung(
+        value=value,
+        rays=len(part),
+        false_hits=int(np.sum(grades.false_hit[part] & ~invalid)),
+        false_misses=int(np.sum(grades.false_miss[part] & ~invalid)),
+        invalid=int(np.sum(invalid)),
+        index=float(index.max()) if index.size else None,
+        counts={name: int(np.sum(count[part])) for name, count in grades.counts.items()},
+        **some,
+    )

@@ -1,0 +1,118 @@
+"""Truth on the very floats received: pairs first, exact rationals where a sign is in doubt, balls as witnesses."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from flint import arb, ctx, fmpq
+
+from rayproof.reports.studies.stability.pairs import Pair
+
+Columns = dict[str, Any]  # numbers, or triples of numbers
+Mathematics = Callable[[Columns], dict[str, Any]]
+WITNESS_BITS = 512
+PER_VALUE = 4  # rays of every value of a sweep that the witness sees
+
+
+def pairs(inputs: Mapping[str, np.ndarray]) -> Columns:
+    """Return inputs (rays,) and (rays, k) as pairs and tuples of pairs."""
+    return parts(inputs, Pair)
+
+
+def parts(inputs: Mapping[str, np.ndarray], number: Callable[[Any], Any]) -> Columns:
+    """Return inputs (rays,) and (rays, k) as numbers of a kind that is made from arrays, and tuples of them."""
+    return {
+        name: number(array) if array.ndim == 1 else tuple(number(array[:, i]) for i in range(array.shape[1]))
+        for name, array in inputs.items()
+    }
+
+
+def single(inputs: Mapping[str, np.ndarray], ray: int, number: Callable[[float], Any]) -> Columns:
+    """Return one ray's inputs as exact numbers of another kind."""
+    return {
+        name: number(float(array[ray])) if array.ndim == 1 else tuple(number(float(x)) for x in array[ray])
+        for name, array in inputs.items()
+    }
+
+
+def rational(value: float) -> fmpq:
+    """Return a finite float as a rational."""
+    return fmpq(*value.as_integer_ratio())
+
+
+def decided(predicates: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the sign (-1, 0, 1) of every predicate for every ray; what pairs leave in doubt rationals decide."""
+    with np.errstate(all="ignore"):
+        signs = {name: value.sign() for name, value in predicates(pairs(inputs)).items()}
+    doubtful = np.flatnonzero(np.any([np.isnan(sign) for sign in signs.values()], axis=0))
+    for ray in doubtful:
+        exact = predicates(single(inputs, int(ray), rational))
+        for name, value in exact.items():
+            signs[name][ray] = (value > 0) - (value < 0)
+    return {name: sign.astype(np.int8) for name, sign in signs.items()}
+
+
+def evaluated(values: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str, Pair]:
+    """Return every value of the mathematics for every ray."""
+    with np.errstate(all="ignore"):
+        return values(pairs(inputs))
+
+
+def witnessed(
+    values: Mathematics, inputs: Mapping[str, np.ndarray], found: Mapping[str, Pair], rays: np.ndarray
+) -> tuple[int, float]:
+    """Return how many values of `rays` a ball of many bits confirmed, and the largest relative distance from one.
+
+    A value that is no number (a root of a negative number, a division by zero) is confirmed by a ball that is none.
+    """
+    seen, worst = 0, 0.0
+    old, ctx.prec = ctx.prec, WITNESS_BITS
+    try:
+        for ray in rays:
+            balls = values(single(inputs, int(ray), arb))
+            for name, ball in balls.items():
+                if ball.is_zero():
+                    continue
+                pair = found[name]
+                high = float(np.broadcast_to(pair.high, inputs_length(inputs))[ray])
+                low = float(np.broadcast_to(pair.low, inputs_length(inputs))[ray])
+                known = np.isfinite(high) and np.isfinite(low)
+                if not ball.is_finite():
+                    seen += not known
+                    continue
+                if not known:
+                    continue
+                seen += 1
+                worst = max(worst, float(abs((arb(high) + arb(low) - ball) / ball).upper()))
+    finally:
+        ctx.prec = old
+    return seen, worst
+
+
+def confirmed(
+    predicates: Mathematics, inputs: Mapping[str, np.ndarray], signs: Mapping[str, np.ndarray], rays: np.ndarray
+) -> tuple[int, float]:
+    """Return how many signs of `rays` were asked of balls of many bits, and 1 if one contradicts, else 0.
+
+    A ball of zero alone is a tie; one that merely holds zero confirms nothing but a tie.
+    """
+    seen, wrong = 0, False
+    old, ctx.prec = ctx.prec, WITNESS_BITS
+    try:
+        for ray in rays:
+            for name, ball in predicates(single(inputs, int(ray), arb)).items():
+                sign = int(bool(ball > 0)) - int(bool(ball < 0))
+                seen, wrong = seen + 1, wrong or sign != int(signs[name][ray])
+    finally:
+        ctx.prec = old
+    return seen, float(wrong)
+
+
+def inputs_length(inputs: Mapping[str, np.ndarray]) -> int:
+    """Return the number of rays."""
+    return len(next(iter(inputs.values())))
+
+
+def sample(rungs: np.ndarray, per_value: int = PER_VALUE) -> np.ndarray:
+    """Return the indices of the first rays of every value."""
+    return np.concatenate([np.flatnonzero(rungs == rung)[:per_value] for rung in np.unique(rungs)])

@@ -1,0 +1,30 @@
+"""Ladders as files: JSON, CSV and a still SVG each, the same bytes whenever the numbers are the same."""
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.studies.stability.records import about
+
+FIRST_COLUMNS = ("formula", "precision")
+
+
+def publish(folder: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> None:
+    """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
+    from rayproof.reports.studies.stability.figures import figure
+
+    content = plain(about(ladder) | {"climbs": list(records)})
+    (folder / f"{ladder.name}.json").write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    rows = [
+        {"formula": one["formula"], "precision": one["precision"]} | rung for one in records for rung in one["values"]
+    ]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    with (folder / f"{ladder.name}.csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    figure(folder / f"{ladder.name}.svg", ladder, records)

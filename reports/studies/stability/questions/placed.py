@@ -1,0 +1,244 @@
+"""A formula that uses a model matrix: rays into object space, squares in world space, normals back to world space.
+
+A matrix is a literal in the tracer, so a ladder has a few matrices per value, each with its share of the rays; all of
+them still make one kernel. Truth takes the matrix as the exact numbers that it holds.
+Inputs: matrix (rays, 12), row by row without the last row, the same for a whole block of rays; o and d, or n.
+"""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from rayproof.cases.baking import world_triangles
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square
+from rayproof.reports.studies.stability.device import downloaded, uploaded
+from rayproof.reports.studies.stability.exactly import Columns, decided, evaluated, sample, witnessed
+from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
+from rayproof.reports.studies.stability.mathematics import cross, dot, minus, normalized
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.studies.stability.questions.distance import graded
+from rayproof.reports.studies.stability.shapes import SHAPES, Triangle, towards
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.arrays import ArrayTypes, array_types
+from rayproof.tracer.shapes.records import SLOTS, upload
+from rayproof.tracer.shapes.transforms import Placement
+
+ALBEDO = (0.5, 0.5, 0.5)
+MADE: dict[str, Callable[[Any], Shape]] = {
+    "sphere": lambda matrix: Sphere(center=(0.0, 0.0, 0.0), radius=1.0, albedo=ALBEDO, to_world=matrix),
+    "cube": lambda matrix: Cube(albedo=ALBEDO, to_world=matrix),
+    "plane": lambda matrix: Plane(albedo=ALBEDO, to_world=matrix),
+    "square": lambda matrix: Square(albedo=ALBEDO, to_world=matrix),
+}
+
+
+def rows(flat: np.ndarray) -> Any:
+    """Return the 4x4 matrix of twelve numbers, as tuples."""
+    return (*(tuple(map(float, row)) for row in np.reshape(flat, (3, 4))), (0.0, 0.0, 0.0, 1.0))
+
+
+def blocks(inputs: Inputs) -> list[slice]:
+    """Return the runs of rays that share a matrix."""
+    change = np.any(inputs["matrix"][1:] != inputs["matrix"][:-1], axis=1)
+    edges = [0, *(np.flatnonzero(change) + 1).tolist(), len(inputs["matrix"])]
+    return [slice(a, b) for a, b in pairwise(edges)]
+
+
+def inverse(x: Columns) -> tuple[Any, Any]:
+    """Return the rows of the inverse 3x3 part and the translation, by cofactors; exact for rationals."""
+    m = x["matrix"]
+    first, second, third = ((m[0], m[4], m[8]), (m[1], m[5], m[9]), (m[2], m[6], m[10]))  # columns
+    by = (cross(second, third), cross(third, first), cross(first, second))
+    det = dot(first, by[0])
+    return tuple(tuple(c / det for c in row) for row in by), (m[3], m[7], m[11])
+
+
+def in_object_space(x: Columns) -> Columns:
+    """Return the ray in object space."""
+    inverse_rows, origin = inverse(x)
+    moved = minus(x["o"], origin)
+    return {"o": tuple(dot(row, moved) for row in inverse_rows), "d": tuple(dot(row, x["d"]) for row in inverse_rows)}
+
+
+@QUESTIONS.register("placed_distance")
+class PlacedDistance:
+    """The t of a placed shape; by the slot's variant, everything else by default."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return hit and t of the exact object-space ray."""
+        name = str(ladder.options["shape"])
+        shape = SHAPES[name]()
+
+        def whole(mathematics: Callable[[Columns], dict[str, Any]]) -> Callable[[Columns], dict[str, Any]]:
+            def from_world(x: Columns) -> dict[str, Any]:
+                local: Columns = in_object_space(x)
+                number = type(local["o"][0])
+                local["c"], local["r"] = (number(0), number(0), number(0)), number(1)
+                return mathematics(local | ({"towards": x["towards"]} if name == "cube" else {}))
+
+            return from_world
+
+        inputs = dict(inputs)
+        moved = evaluated(
+            lambda x: {f"{k}{i}": v for k, t in in_object_space(x).items() for i, v in enumerate(t)}, inputs
+        )
+        given = {k: np.stack([moved[f"{k}{i}"].high for i in range(3)], axis=1) for k in "od"}
+        given |= {"c": np.zeros_like(given["o"]), "r": np.ones(len(rungs))}
+        if name == "cube":
+            inputs["towards"] = towards(given["d"])
+        predicates, values = whole(shape.predicates), whole(shape.values)
+        signs, found = decided(predicates, inputs), evaluated(values, inputs)
+        hit = shape.decide(signs, found, given)
+        witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
+        facts = {"hit": hit, "given": given, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
+        return Truth(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return t per ray, all matrices in one kernel."""
+        types = array_types(precision)
+        configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
+        parts = [self._block(ladder, configuration, inputs, block, types) for block in blocks(inputs)]
+        dr.eval(parts)
+        return {"t": np.concatenate([np.array(part, dtype=np.float64) for part in parts])}
+
+    def _block(
+        self, ladder: Ladder, configuration: Configuration, inputs: Inputs, block: slice, types: ArrayTypes
+    ) -> Any:
+        matrix = rows(inputs["matrix"][block.start])
+        shape = MADE[str(ladder.options["shape"])](matrix)
+        intersect = configuration.formula(SLOTS[type(shape)])
+        ray = ray_of(uploaded({name: inputs[name][block] for name in "od"}, types))
+        if intersect.facts["space"] == "object":
+            ray = configuration["to_object"](ray, Placement(to_world=matrix))
+        return intersect.function(ray, upload(shape, types), ahead(types))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return misses and errors."""
+        return graded(ladder, truth, answer["t"], precision)
+
+
+@QUESTIONS.register("placed_normal")
+class PlacedNormal:
+    """A unit object-space normal taken to world space: the angle to the exact inverse transpose's."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return the exact unit normal and the condition number of the matrix."""
+
+        def normals(x: Columns) -> dict[str, Any]:
+            by, _ = inverse(x)
+            n = x["n"]
+            # Columns of the inverse: rows of its transpose.
+            turned = normalized(tuple(by[0][i] * n[0] + by[1][i] * n[1] + by[2][i] * n[2] for i in range(3)))
+            return {f"n{i}": value for i, value in enumerate(turned)}
+
+        found = evaluated(normals, inputs)
+        witness = Witness(*witnessed(normals, inputs, found, sample(rungs)))
+        linear = inputs["matrix"].reshape(-1, 3, 4)[:, :, :3]
+        condition = np.linalg.cond(linear)
+        return Truth(counted=np.ones(len(rungs), dtype=bool), facts={"n": found, "K": condition}, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return world normals, all matrices in one kernel."""
+        types = array_types(precision)
+        parts = []
+        for block in blocks(inputs):
+            normal = uploaded({"n": inputs["n"][block]}, types)["n"]
+            parts.append(formula.function(normal, Placement(to_world=rows(inputs["matrix"][block.start]))))
+        dr.eval(parts)
+        return {"n": np.concatenate([np.array(part, dtype=np.float64).T for part in parts])}
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return angles in degrees, and in K u radians with K = cond(M)."""
+        # A normal that is not a unit vector scales the light: its length counts like an angle.
+        angle = np.maximum(angles(answer["n"], truth.facts["n"]), abs(np.linalg.norm(answer["n"], axis=1) - 1))
+        invalid = ~np.isfinite(angle)
+        return Grades(
+            counted=truth.counted,
+            false_hit=nothing(len(angle)),
+            false_miss=nothing(len(angle)),
+            invalid=invalid,
+            error=np.degrees(angle),
+            index=angle / (truth.facts["K"] * UNIT_ROUNDOFF[precision]),
+        )
+
+
+def angles(computed: np.ndarray, exact: dict[str, Any]) -> np.ndarray:
+    """Return the angle [rad] between computed vectors and exact unit vectors n0, n1, n2, by atan2."""
+    true = tuple(exact[f"n{i}"] for i in range(3))
+    with np.errstate(all="ignore"):
+        sine = cross(true, tuple(computed[:, i] for i in range(3)))
+        across = np.sqrt(sum(component.high**2 for component in sine))
+        return np.arctan2(across, dot(true, tuple(computed[:, i] for i in range(3))).high)
+
+
+def in_world_space(x: Columns) -> Columns:
+    """Return the ray, and the triangle in world space."""
+    m = x["matrix"]
+
+    def placed(corner: Any) -> Any:
+        return tuple(
+            m[4 * i] * corner[0] + m[4 * i + 1] * corner[1] + m[4 * i + 2] * corner[2] + m[4 * i + 3] for i in range(3)
+        )
+
+    return {"o": x["o"], "d": x["d"]} | {name: placed(x[name]) for name in "abc"}
+
+
+class Baked(Triangle):
+    """A triangle whose corners were rounded where they stand: K weighs them, and the ray, from the world's origin."""
+
+    center = None
+
+
+@QUESTIONS.register("baked_distance")
+class BakedDistance:
+    """The t of a triangle that was baked into world space, whose corners are float32 in either precision.
+
+    Truth takes the corners as they would be without that rounding.
+    """
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return hit and t of the exact corners."""
+        shape = Baked()
+        signs = decided(lambda x: shape.predicates(in_world_space(x)), inputs)
+
+        def values(x: Columns) -> dict[str, Any]:
+            return shape.values(in_world_space(x))
+
+        found = evaluated(values, inputs)
+        world = evaluated(
+            lambda x: {f"{name}{i}": v for name in "abc" for i, v in enumerate(in_world_space(x)[name])}, inputs
+        )
+        given = {name: np.stack([world[f"{name}{i}"].high for i in range(3)], axis=1) for name in "abc"}
+        given |= {"o": inputs["o"], "d": inputs["d"]}
+        hit = shape.decide(signs, found, given)
+        facts = {"hit": hit, "given": given, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
+        witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
+        return Truth(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return t per ray, all triangles in one kernel."""
+        corners = np.concatenate([_baked(inputs, block) for block in blocks(inputs)])
+        given = inputs | {name: corners[:, i].astype(np.float64) for i, name in enumerate("abc")}
+        columns = uploaded({name: given[name] for name in "odabc"}, array_types(precision))
+        t = formula.function(
+            ray_of(columns), record("triangle", columns, array_types(precision)), ahead(array_types(precision))
+        )
+        return downloaded({"t": t}, len(corners))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return misses and errors, in roundings of float32 always: that is what corners are rounded to."""
+        return graded(ladder, truth, answer["t"], "float32")
+
+
+def _baked(inputs: Inputs, block: slice) -> np.ndarray:
+    """Return the world-space corners (rays, 3, 3) of the triangles that share a matrix, as every renderer gets them."""
+    corners = np.stack([inputs[name][block] for name in "abc"], axis=1)
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
+    matrix = rows(inputs["matrix"][block.start])
+    return world_triangles(Mesh(vertices=corners.reshape(-1, 3), faces=faces, albedo=ALBEDO, to_world=matrix))

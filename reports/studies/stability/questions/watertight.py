@@ -1,0 +1,111 @@
+"""How many triangles of a closed surface does a ray find that certainly pierces it? None is a leak, two a double hit.
+
+Truth: the ray is kept only if float64, with a margin a million times its rounding, puts it inside every outer edge of
+the fan of triangles around the edge or vertex that it is aimed at, and all of them face it; it then pierces the fan
+whatever the inner edges say. Silhouettes, on which a ray may properly miss all, drop out.
+"""
+
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.reports.studies.stability.device import downloaded, uploaded
+from rayproof.reports.studies.stability.exactly import rational, sample, single
+from rayproof.reports.studies.stability.geometry import ahead, ray_of
+from rayproof.reports.studies.stability.mathematics import cross, dot, minus
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.shapes.records import TriangleArrays
+
+MARGIN = 1e-6
+
+
+def fans(ladder: Ladder) -> tuple[tuple[int, int, int], ...]:
+    """Return the triangles of a fan as indices into its corners, all wound alike."""
+    if ladder.options["fan"] == "edge":
+        return (0, 1, 2), (1, 0, 3)
+    return tuple((0, 1 + i, 1 + (i + 1) % 6) for i in range(6))
+
+
+def rim(ladder: Ladder) -> tuple[tuple[int, int], ...]:
+    """Return the outer edges, wound like the triangles."""
+    if ladder.options["fan"] == "edge":
+        return (1, 2), (2, 0), (0, 3), (3, 1)
+    return tuple((1 + i, 1 + (i + 1) % 6) for i in range(6))
+
+
+@QUESTIONS.register("watertight")
+class Watertight:
+    """Corners are inputs p0, p1, ...; the ray is o, d."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return which rays certainly pierce the fan; rationals confirm a sample."""
+        seen = {name: inputs[name] - inputs["o"] for name in inputs if name.startswith("p")}
+        sides = [_side(seen, inputs["d"], edge) for edge in rim(ladder)]
+        facing = [
+            np.sum(np.cross(seen[f"p{b}"] - seen[f"p{a}"], seen[f"p{c}"] - seen[f"p{a}"]) * inputs["d"], axis=1)
+            for a, b, c in fans(ladder)
+        ]
+        length = np.linalg.norm(seen["p1"] - seen["p0"], axis=1)
+        forward = np.sign(facing[0])
+        with np.errstate(all="ignore"):
+            margin = MARGIN * length * np.linalg.norm(seen["p0"], axis=1)
+            clear = np.all([side * forward > margin for side in sides], axis=0)
+            clear &= np.all([face * forward > MARGIN * length**2 for face in facing], axis=0)
+        return Truth(counted=clear, facts={}, witness=self._witness(ladder, inputs, rungs, clear))
+
+    def _witness(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray, clear: np.ndarray) -> Witness:
+        """Confirm by rationals that some triangle of the fan is pierced, edges included."""
+        seen, wrong = 0, 0
+        for ray in sample(rungs):
+            if not clear[ray]:
+                continue
+            x = single(inputs, int(ray), rational)
+            seen += 1
+            wrong += not any(_pierced(x, triangle) for triangle in fans(ladder))
+        return Witness(seen, float(wrong))
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return the number of triangles found, one launch of the same kernel per value."""
+        types = array_types(precision)
+        rays = len(inputs["o"])
+        chunk = max(1, rays // len(ladder.values))
+        counts = []
+        for start in range(0, rays, chunk):
+            part = {name: array[start : start + chunk] for name, array in inputs.items()}
+            columns = uploaded(part, types)
+            found = types.Float(0.0)
+            for a, b, c in fans(ladder):
+                triangle = TriangleArrays(first=columns[f"p{a}"], second=columns[f"p{b}"], third=columns[f"p{c}"])
+                t = formula.function(ray_of(columns), triangle, ahead(types))
+                found += dr.select(t < dr.inf, types.Float(1.0), 0.0)
+            counts.append(downloaded({"found": found}, len(part["o"]))["found"])
+        return {"found": np.concatenate(counts)}
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return leaks as false misses; double hits are counted beside them."""
+        rays = len(inputs["o"])
+        unknown = np.full(rays, np.nan)
+        return Grades(
+            counted=truth.counted,
+            false_hit=nothing(rays),
+            false_miss=truth.counted & (answer["found"] == 0),
+            invalid=nothing(rays),
+            error=unknown,
+            index=unknown,
+            counts={"double_hits": truth.counted & (answer["found"] > 1)},
+        )
+
+
+def _pierced(x: dict[str, Any], triangle: tuple[int, int, int]) -> bool:
+    a, b, c = (minus(x[f"p{i}"], x["o"]) for i in triangle)
+    sides = [dot(cross(p, q), x["d"]) for p, q in ((a, b), (b, c), (c, a))]
+    return all(side >= 0 for side in sides) or all(side <= 0 for side in sides)
+
+
+def _side(seen: Inputs, d: np.ndarray, edge: tuple[int, int]) -> np.ndarray:
+    """Return the edge function: inside, it has the sign of the triangle's normal times the direction."""
+    return np.sum(np.cross(seen[f"p{edge[0]}"], seen[f"p{edge[1]}"]) * d, axis=1)

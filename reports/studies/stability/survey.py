@@ -1,0 +1,86 @@
+"""Every chosen formula on every ladder that applies, in every precision asked for."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.studies.stability.climb import climb, drawn
+from rayproof.reports.studies.stability.guards import broken
+from rayproof.reports.studies.stability.judge import doubted, judged
+from rayproof.reports.studies.stability.records import record
+from rayproof.tracer.catalogue import FORMULAS, Formula
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """Which formulas climb which ladders."""
+
+    ladders: tuple[tuple[Ladder, tuple[Formula, ...]], ...]
+    precisions: tuple[str, ...]
+    quick: bool
+
+    @property
+    def climbs(self) -> int:
+        """Return how many there are."""
+        return sum(len(formulas) for _, formulas in self.ladders) * len(self.precisions)
+
+
+def applies(ladder: Ladder, formula: Formula) -> bool:
+    """Return whether a formula climbs a ladder: every variant of its slots, planted faults aside."""
+    chosen = not ladder.only or formula.variant in ladder.only
+    return formula.slot in ladder.slots and formula.kind != "fault" and chosen
+
+
+def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequence[str], quick: bool) -> Plan:
+    """Return the climbs of the formulas named by `patterns` (slot, slot/variant or a glob; none: all) on `ladders`.
+
+    Raises:
+        LookupError: a pattern names no formula that is on any ladder, or no ladder.
+
+    """
+    known = all_ladders()
+    climbing = {name for ladder in known for name in FORMULAS if applies(ladder, FORMULAS[name])}
+    formulas: set[str] = set()
+    for pattern in patterns or ("*",):
+        found = {name for name in climbing if fnmatchcase(name, pattern) or name.split("/")[0] == pattern}
+        if not found:
+            raise LookupError(f"no formula on a ladder is called {pattern!r}; known: {', '.join(sorted(climbing))}")
+        formulas |= found
+    names: set[str] = set()
+    for pattern in ladders or ("*",):
+        called = {ladder.name for ladder in known if fnmatchcase(ladder.name, pattern)}
+        if not called:
+            raise LookupError(f"no ladder is called {pattern!r}; known: {', '.join(ladder.name for ladder in known)}")
+        names |= called
+    pairs = (
+        (
+            ladder,
+            tuple(
+                formula
+                for slot in ladder.slots
+                for formula in FORMULAS.variants(slot)
+                if formula.name in formulas and applies(ladder, formula)
+            ),
+        )
+        for ladder in known
+        if ladder.name in names
+    )
+    chosen = tuple((ladder, climbers) for ladder, climbers in pairs if climbers)
+    return Plan(ladders=chosen, precisions=tuple(precisions), quick=quick)
+
+
+def survey(planned: Plan, *, doubts: Callable[[str], None]) -> Iterator[dict[str, Any]]:
+    """Yield a record per climb; tell `doubts` what makes the truth or the arithmetic itself unsure."""
+    for precision in planned.precisions:
+        for guard in broken(precision):
+            doubts(guard)
+    for ladder, formulas in planned.ladders:
+        for precision in planned.precisions:
+            given = drawn(ladder, precision, quick=planned.quick)
+            if doubt := doubted(given):
+                doubts(doubt)
+            for formula in formulas:
+                yield record(judged(climb(given, formula)))

@@ -1,0 +1,117 @@
+"""Diagrams of one slot on one family: every variant in both precisions, and Mitsuba where it answers."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from rayproof.cases.answers import Answers
+from rayproof.cases.rounding import PRECISIONS, UNIT_ROUNDOFF
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reports.studies.compare.concerned import concerned
+from rayproof.reports.studies.compare.measured import UNITS, Measured, measured
+from rayproof.reports.studies.compare.received import as_received
+from rayproof.reports.studies.compare.timing import RAYS, enlarged, launch
+from rayproof.reports.studies.compare.truths import Truth, oracle_for, truth_of
+from rayproof.reports.studies.tradeoff.clocks import kernel_seconds
+from rayproof.reports.studies.tradeoff.entry import Entry
+from rayproof.reports.studies.tradeoff.points import Point
+from rayproof.reports.studies.tradeoff.tails import quantile, tail
+from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
+
+# Asked beside the tracer's formulas; its kernels run through Dr.Jit, so that they are timed by the same clock.
+NEIGHBOUR = "mitsuba_llvm"
+STAGES = (Stage.RAY, Stage.OBJECT, Stage.DISTANCE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """A diagram to be: a slot on the scenes of a family."""
+
+    diagram: str
+    slot: str
+    scenes: tuple[Scene, ...]
+
+
+def variants(slot: str) -> tuple[Formula, ...]:
+    """Return the formulas of a slot without planted faults."""
+    return tuple(one for one in FORMULAS.variants(slot) if one.kind != "fault")
+
+
+def entries(task: Task, tell: Callable[[str], None]) -> list[Entry]:
+    """Return the points of one diagram, measured and ready to be timed."""
+    tell(f"{task.diagram}: errors")
+    scenes = [as_received(scene) for scene in task.scenes]
+    large = enlarged(scenes[0], RAYS)
+    truths: dict[tuple[int, bytes], Truth] = {}
+    found = []
+    for precision in PRECISIONS:
+        for formula in variants(task.slot):
+            one = Configuration(precision=precision, formulas={task.slot: formula.variant})
+            marks = [
+                _measured(task, number, render(scene, STAGES, one), precision, truths)
+                for number, scene in enumerate(scenes)
+            ]
+            point = _point(task, "tracer", formula.variant, precision, formula.kind, marks)
+            found.append(Entry(point=point, launch=partial(_traced, large, one), rays=pixels(large)))
+    reference = REFERENCES[NEIGHBOUR]()
+    if all(reference.unsupported(scene, Stage.DISTANCE) is None for scene in (*scenes, large)):
+        marks = [
+            _measured(task, number, reference.render(scene, STAGES), "float32", truths)
+            for number, scene in enumerate(scenes)
+        ]
+        found.append(
+            Entry(
+                point=_point(task, NEIGHBOUR, "", "float32", "reference", marks),
+                launch=lambda: kernel_seconds(lambda: reference.render(large, [Stage.DISTANCE])),
+                rays=pixels(large),
+            )
+        )
+    return found
+
+
+def pixels(scene: Scene) -> int:
+    """Return how many pixels a scene's image has."""
+    return scene.camera.width * scene.camera.height
+
+
+def _traced(scene: Scene, configuration: Configuration) -> float:
+    return launch(scene, [Stage.DISTANCE], configuration)[0]
+
+
+def _measured(
+    task: Task, number: int, answers: Answers, precision: str, truths: dict[tuple[int, bytes], Truth]
+) -> Measured:
+    """Measure the distances of a task's scene; formulas that received the same rays share their truth."""
+    scene = as_received(task.scenes[number])
+    key = (number, np.asarray(answers[Stage.RAY]).tobytes())
+    if key not in truths:
+        truths[key] = truth_of(scene, Stage.OBJECT, answers, oracle_for(scene, {precision})[1])
+    return measured(truths[key], Stage.OBJECT, answers, precision=precision, shapes=concerned(scene, [task.slot]))
+
+
+def _point(task: Task, renderer: str, variant: str, precision: str, kind: str, marks: Sequence[Measured]) -> Point:
+    # In units of float32's roundoff whatever the precision: else float64 would look no better.
+    unit = UNIT_ROUNDOFF[precision] / UNIT_ROUNDOFF["float32"]
+    error, error_interval = tail([one.scaled * unit for one in marks])
+    counts = sum(int(np.count_nonzero(one.counts)) for one in marks)
+    return Point(
+        diagram=task.diagram,
+        label=f"{variant or renderer}, {precision}",
+        renderer=renderer,
+        variant=variant,
+        precision=precision,
+        samples=1,
+        kind=kind,
+        clock="kernels",
+        error=error,
+        error_interval=error_interval,
+        natural=quantile([one.natural for one in marks]),
+        unit=UNITS[Stage.OBJECT],
+        wrong=sum(int(np.count_nonzero(one.wrong)) for one in marks) / max(1, counts),
+    )

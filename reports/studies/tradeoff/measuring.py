@@ -1,0 +1,72 @@
+"""All diagrams measured: errors first, then every launch of every diagram interleaved with all others."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.studies.tradeoff.clocks import interleave
+from rayproof.reports.studies.tradeoff.formulas import Task, entries
+from rayproof.reports.studies.tradeoff.ladders import LADDER, ladder_entries
+from rayproof.reports.studies.tradeoff.overall import overall
+from rayproof.reports.studies.tradeoff.points import Point, front, point_record
+from rayproof.reports.studies.tradeoff.routes import ROUTES, route_entries
+from rayproof.reports.studies.tradeoff.sampling import sampling_entries
+from rayproof.reports.studies.tradeoff.tasks import Sampled
+from rayproof.tracer.device.versions import versions
+
+SAMPLES = "samples"
+KINDS = {SAMPLES: "samples", ROUTES: "paths", LADDER: "ladders"}  # the first half of a diagram's name; others are slots
+BUDGET = 0.6  # s of launches per point
+AXES = {
+    "formulas": ("ns per ray", "p99 of |dt| / (K u32)"),
+    "ladders": ("ns per ray", "p99 of error / (K u32)"),
+    "samples": ("ns per pixel", "RMSE of radiance over its mean"),
+    "paths": ("ns per pixel", "p99 of |dL| / (full light u32)"),
+}
+
+
+def measure(
+    formulas: Sequence[Task],
+    sampled: Sequence[Sampled],
+    climbed: Sequence[Ladder],
+    *,
+    repetitions: int,
+    tell: Callable[[str], None],
+) -> dict[str, Any]:
+    """Return all points and diagrams as docs/tradeoff.md describes them."""
+    start = time.monotonic()
+    ready = [entry for task in formulas for entry in entries(task, tell)]
+    for one in sampled:
+        ready += sampling_entries(f"{SAMPLES}/{one.family}", one.scene, tell)
+        ready += route_entries(f"{ROUTES}/{one.family}", one.scene, tell)
+    ready += [entry for ladder in climbed for entry in ladder_entries(ladder, tell)]
+    tell(f"run times of {len(ready)} points")
+    seconds = interleave([entry.launch for entry in ready], repetitions=repetitions, budget=BUDGET)
+    points = [entry.timed(times) for entry, times in zip(ready, seconds, strict=True)]
+    for group in dict.fromkeys(point.diagram.split("/")[0] for point in points):
+        if group != LADDER and len({point.diagram for point in points if point.diagram.split("/")[0] == group}) > 1:
+            points += overall(points, group)
+    return {
+        "schema": 1,
+        "environment": versions(),
+        "repetitions": repetitions,
+        "seconds": round(time.monotonic() - start, 3),
+        "diagrams": [_diagram(points, name) for name in dict.fromkeys(point.diagram for point in points)],
+    }
+
+
+def _diagram(points: Sequence[Point], name: str) -> dict[str, Any]:
+    mine = [point for point in points if point.diagram == name]
+    ahead = front(mine)
+    kind = KINDS.get(name.split("/")[0], "formulas")
+    time_axis, error_axis = AXES[kind]
+    return {
+        "name": name,
+        "kind": kind,
+        "svg": f"{name.replace('/', '-')}.svg",
+        "time_axis": time_axis,
+        "error_axis": error_axis,
+        "front": [point.label for point in ahead],
+        "points": [point_record(point, on_front=point in ahead) for point in mine],
+    }

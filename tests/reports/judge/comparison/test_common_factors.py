@@ -1,0 +1,232 @@
+"""Factors that pixels share: seen far below a pixel's own limit, and never in what rounding does in any order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.cases.scene import Cube, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.comparison.common_factors import LEAST_DISTINCT, Bias
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.results.outcomes import Outcome
+from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness
+
+F = np.float32
+PI = F(np.pi)
+LIGHT_STAGES = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+TURNED = ((0.8, -0.6, 0.0, 1.7), (0.6, 0.8, 0.0, 0.2), (0.0, 0.0, 1.0, -0.2), (0.0, 0.0, 0.0, 1.0))
+BOX = Cube(albedo=(0.61, 0.37, 0.83), to_world=TURNED)
+SHEET = Square(albedo=(0.3, 0.9, 0.5), to_world=((3, 0, 0, 0.7), (0, 3, 0, 0.9), (0, 0, 1, -0.3), (0, 0, 0, 1)))
+OTHER = PointLight(position=(2.9, 1.3, 3.1), flux=(37.0, 91.0, 55.0))
+FINE = replace(CAMERA, width=64, height=48)
+TWO_LIGHTS = Scene(camera=FINE, shapes=(BALL, FLOOR, BOX, SHEET), lights=(LIGHT, OTHER))
+SIMPLIFIED = replace(TWO_LIGHTS, shading="simplified")
+SCENES = {"one-light": replace(SCENE, camera=FINE), "two-lights": TWO_LIGHTS, "simplified": SIMPLIFIED}
+
+
+def in_float32(vector) -> tuple:
+    """Return nested numbers, each rounded once to float32."""
+    return tuple(in_float32(one) if isinstance(one, tuple) else float(F(one)) for one in vector)
+
+
+def as_float32(scene: Scene) -> Scene:
+    """Return the scene as a float32 program reads it: every datum rounded once."""
+    camera = replace(scene.camera, **{n: in_float32(getattr(scene.camera, n)) for n in ("eye", "target", "up")})
+    shapes = tuple(replace(s, albedo=in_float32(s.albedo), to_world=in_float32(s.to_world)) for s in scene.shapes)
+    lights = tuple(PointLight(position=in_float32(one.position), flux=in_float32(one.flux)) for one in scene.lights)
+    return replace(scene, camera=camera, shapes=shapes, lights=lights)
+
+
+def quotient(scene: Scene, answers: dict, light: int) -> tuple[np.ndarray, ...]:
+    """Return flux, n.d and r^2 of a light in float32; positions are the rays' own, eye + t d."""
+    hit = answers[Stage.OBJECT][..., :1] >= 0
+    t = np.where(hit, answers[Stage.DISTANCE], 0).astype(F)
+    position = np.asarray(scene.camera.eye, F) + t * answers[Stage.RAY].astype(F)
+    towards = np.asarray(scene.lights[light].position, F) - position
+    x, y, z = (towards[..., axis] for axis in range(3))
+    along = (answers[Stage.NORMAL].astype(F) * towards).sum(axis=-1, dtype=F)
+    return np.asarray(scene.lights[light].flux, F), along[..., None], (z * z + (y * y + x * x))[..., None]
+
+
+def by_definition(flux, along, square):
+    return flux * (along / np.sqrt(square)) / (4 * PI * square)
+
+
+def by_intensity(flux, along, square):
+    return (flux * (1 / (4 * PI))) * (along / (square * np.sqrt(square)))
+
+
+def by_inverse_root(flux, along, square):
+    inverse = 1 / np.sqrt(square)
+    return flux * (F(0.25) / PI) * (along * inverse) * inverse * inverse
+
+
+ORDERS = {"definition": by_definition, "intensity": by_intensity, "inverse-root": by_inverse_root}
+# Albedo and pi, applied in three orders: exitance first, folded into one constant, or radiance first.
+FOLDS = {
+    "exitance-first": lambda e, albedo: (albedo * e, (albedo * e) / PI),
+    "folded": lambda e, albedo: (albedo * e, e * (albedo * (1 / PI))),
+    "radiance-first": lambda e, albedo: ((e * (albedo / PI)) * PI, e * (albedo / PI)),
+}
+
+
+def float32_program(scene: Scene, order: str = "definition", fold: str = "exitance-first") -> dict:
+    """Return a correct float32 renderer's answers, its light made in the named orders."""
+    own = as_float32(scene)
+    answers = rounded(ORACLE.render(own, stages_of(own)))
+    table = np.array([*(shape.albedo for shape in own.shapes), (0, 0, 0)], F)
+    albedo = table[answers[Stage.OBJECT][..., 0].astype(int)]
+    arriving = np.zeros_like(albedo)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for light in range(len(own.lights)):
+            flux, along, square = quotient(own, answers, light)
+            simple = flux * np.minimum(along / np.sqrt(square), F(1))
+            part = simple if own.shading == "simplified" else ORDERS[order](flux, along, square)
+            arriving = arriving + np.where(answers[Stage.VISIBILITY][..., light, None] > 0, part, F(0))
+        leaving, seen = FOLDS[fold](arriving, albedo)
+    seen = leaving if own.shading == "simplified" else seen
+    images = (arriving, leaving, np.where(answers[Stage.RADIANCE] > 0, seen, F(0)))
+    return answers | {stage: image.astype(np.float64) for stage, image in zip(LIGHT_STAGES, images, strict=True)}
+
+
+def judged(scene: Scene, answers: dict, **more):
+    """Judge a candidate on a scene against the oracle alone."""
+    case = replace(CASE, scene=scene)
+    return judge_case(
+        case, [replace(candidate(answers), **more)], [witness(ORACLE.render(scene, stages_of(scene)))], ORACLE, {}
+    )
+
+
+def alone(scene: Scene, image: np.ndarray):
+    """Judge a program that shows its radiance and nothing else."""
+    others = {stage: "It wrote no channel of it." for stage in stages_of(scene) if stage is not Stage.RADIANCE}
+    return judged(scene, {Stage.RADIANCE: image}, unsupported=others, chained=False)
+
+
+def check_of(found, stage: Stage):
+    """Return the check of one stage."""
+    return next(check for check in found.checks if check.stage is stage)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(("order", "fold"), list(zip(ORDERS, FOLDS, strict=True)))
+def test_a_correct_renderer_shows_no_factor_in_whatever_order_it_multiplies(name, order, fold):
+    answers = float32_program(SCENES[name], order, fold)
+
+    chained, passes = judged(SCENES[name], answers), judged(SCENES[name], answers, chained=False)
+
+    for found in (chained, passes):
+        assert found.outcome is Outcome.PASS, found.reason
+        for stage in LIGHT_STAGES:
+            check = check_of(found, stage)
+            assert check.bias is not None
+            assert check.continued_bias is not None
+            assert len(check.bias.factors) >= 3 * len(SCENES[name].shapes)
+            assert check.bias.ratio < 0.5, check.bias.worst
+            assert check.continued_bias.ratio < 1
+
+
+def test_a_pi_that_is_off_after_four_digits_shows_in_radiance_alone():
+    scene = SCENES["one-light"]
+    image = float32_program(scene)[Stage.RADIANCE]
+
+    found = alone(scene, (image.astype(F) * (PI / F(3.14152))).astype(np.float64))
+
+    assert alone(scene, image).outcome is not Outcome.FAIL
+    assert found.outcome is Outcome.FAIL
+    measured = check_of(found, Stage.RADIANCE).end_to_end
+    assert measured is not None
+    assert measured.worst_ratio <= 1, "no pixel shows it"
+    assert "radiance of shape " in found.reason
+    assert "under light 0 is 1.0000" in found.reason
+
+
+@pytest.mark.parametrize("stage", LIGHT_STAGES, ids=str)
+def test_a_factor_is_blamed_on_the_stage_that_brings_it_in(stage):
+    scene = SCENES["one-light"]
+    answers = float32_program(scene)
+    for after in LIGHT_STAGES[LIGHT_STAGES.index(stage) :]:
+        answers[after] = (answers[after] * (1 + 3e-6)).astype(F).astype(np.float64)
+
+    found = judged(scene, answers)
+
+    assert (found.outcome, found.stage) == (Outcome.FAIL, stage)
+    assert [one.stage for one in found.checks if one.alone] == [stage]
+    both = [check_of(found, each).continued_bias for each in LIGHT_STAGES]
+    assert [bias is not None and bias.ratio > 1 for bias in both] == [each is stage for each in LIGHT_STAGES]
+
+
+def test_of_two_lights_in_the_same_pixels_the_one_with_the_wrong_flux_is_named():
+    scene = TWO_LIGHTS
+    wrong = replace(scene, lights=(LIGHT, replace(OTHER, flux=(37.0, 91.0 * (1 + 4e-5), 55.0))))
+
+    found = judged(scene, float32_program(wrong))
+
+    bias = check_of(found, Stage.IRRADIANCE).continued_bias
+    assert bias is not None
+    guilty = {
+        (factor.fitted, factor.channel) for factor in bias.factors if factor.fitted is not None and factor.ratio > 1
+    }
+    assert guilty == {(1, 1)}
+    assert found.outcome is Outcome.FAIL
+
+
+def test_an_albedo_that_is_off_is_named_with_its_shape_and_channel():
+    scene = TWO_LIGHTS
+    red = BOX.albedo[0] * (1 + 2e-6)
+    wrong = replace(scene, shapes=(BALL, FLOOR, replace(BOX, albedo=(red, *BOX.albedo[1:])), SHEET))
+
+    found = judged(scene, float32_program(wrong))
+
+    bias = check_of(found, Stage.EXITANCE).continued_bias
+    assert bias is not None
+    assert {(factor.shape, factor.channel) for factor in bias.factors if factor.ratio > 1} == {(2, 0)}
+    assert check_of(found, Stage.IRRADIANCE).outcome is Outcome.PASS
+
+
+def test_what_is_black_clamped_or_infinite_says_nothing_of_a_factor():
+    scene = SCENES["one-light"]
+    spoilt = float32_program(scene)
+    image = spoilt[Stage.RADIANCE]
+    lit = np.argwhere(image[..., 0] > 0)[::2]
+    image[tuple(lit.T)] = 0.0
+
+    bias = check_of(judged(scene, spoilt), Stage.RADIANCE).bias
+
+    assert bias is not None
+    assert bias.factors
+    assert bias.ratio < 1
+
+
+def test_a_few_values_are_held_to_a_pixels_limit():
+    scene = replace(SCENE, camera=replace(CAMERA, width=40, height=30))
+    whole = check_of(judged(scene, float32_program(scene)), Stage.RADIANCE).bias
+    stepped = float32_program(scene)
+    for stage in LIGHT_STAGES:
+        stepped[stage] = np.round(stepped[stage] / 3e-3) * 3e-3
+    coarse = check_of(judged(scene, stepped), Stage.RADIANCE).bias
+
+    def seen(bias: Bias | None) -> dict:
+        assert bias is not None
+        return {(factor.shape, factor.channel): factor for factor in bias.factors}
+
+    assert all(factor.pixels >= LEAST_DISTINCT for factor in seen(whole).values())
+    for key, factor in seen(coarse).items():
+        assert factor.distinct
+        assert factor.limit >= seen(whole)[key].limit, "scattered values show less"
+
+
+def test_a_record_holds_every_group_with_the_smallest_factor_that_it_shows():
+    scene = SCENES["one-light"]
+
+    record = check_of(judged(scene, float32_program(scene)), Stage.IRRADIANCE).as_json()["bias"]
+
+    assert {group["shape"] for group in record["groups"]} == {0, 1}
+    for group in record["groups"]:
+        assert group["pixels"] >= LEAST_DISTINCT
+        assert group["lights"] == [0]
+        assert all(abs(off) < sees for off, sees in zip(group["off"], group["sees"], strict=True))
+    assert record["sees"] == min(sees for group in record["groups"] for sees in group["sees"])
+    assert record["continued"]["sees"] < record["sees"], "without the geometry's errors it sees more"

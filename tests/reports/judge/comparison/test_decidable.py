@@ -1,0 +1,163 @@
+"""What a renderer says that it does not see is excused, and there must be enough that it says it sees."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.cases.placement import translation
+from rayproof.cases.scene import Camera, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.tolerance.output_resolution import WHOLE
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome
+from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, truth, witness
+
+FAR_ABOVE_ALL = 1e9  # m
+EXACT = (Stage.CAMERA, *WHOLE)
+
+
+@pytest.mark.parametrize("epsilon", ["ray_epsilon", "shadow_epsilon"])
+@pytest.mark.parametrize("least", [0, CASE.least_interior])
+def test_an_epsilon_that_swallows_the_image_passes_nothing(epsilon, least):
+    answers = rounded(truth())
+    wrong = answers | {stage: 3 * answers[stage] for stage in (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)}
+    case = replace(CASE, least_interior=least)
+
+    for ours in (answers, wrong):
+        blind = replace(candidate(ours), chained=False, **{epsilon: FAR_ABOVE_ALL})
+        found = judge_case(case, [blind], [witness(truth())], ORACLE, {})
+
+        assert found.outcome is Outcome.FAIL
+        assert "declares" in found.reason or ours is wrong
+
+
+def test_an_epsilon_below_what_is_seen_costs_nothing():
+    near = replace(candidate(rounded(truth())), ray_epsilon=1e-3)
+
+    assert judge_case(CASE, [near], [witness(truth())], ORACLE, {}).outcome is Outcome.PASS
+
+
+def test_what_is_missed_before_the_eye_counts_against_the_edge_that_a_case_allows():
+    answers = truth()
+    distances = answers[Stage.DISTANCE][answers[Stage.OBJECT][..., 0] == 0]
+    some = replace(candidate(rounded(answers)), ray_epsilon=float(np.median(distances)))
+
+    found = judge_case(replace(CASE, least_interior=0), [some], [witness(answers)], ORACLE, {})
+
+    assert found.outcome is Outcome.FAIL
+    assert f"the case allows a share of {CASE.most_edge}" in found.reason
+
+
+def apart(height: float) -> Case:
+    """Return a case that nobody tuned: two squares, one `height` [m] above the other, seen from above."""
+    camera = Camera(
+        eye=(0.3, -2.0, 9.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=4, width=12, height=9, near=0.1, far=99
+    )  # fmt: skip
+    squares = tuple(Square(albedo=(0.5, 0.4, 0.3), to_world=translation(0.0, 0.0, at)) for at in (0.0, height))
+    light = PointLight(position=(1.0, 2.0, 5.0), flux=(10.0, 20.0, 30.0))
+    return replace(CASE, scene=Scene(camera=camera, shapes=squares, lights=(light,)), most_edge=0.5, tuned=False)
+
+
+def judged_apart(height: float) -> Judged:
+    """Judge faultless renderers of both precisions on it."""
+    case = apart(height)
+    right = ORACLE.render(case.scene, stages_of(case.scene))
+    # In numbers of its own, a rounding away: who repeats another to the last bit is a copy.
+    fine = {stage: image if stage in EXACT else image * (1 + 2.0**-52) for stage, image in right.items()}
+    both = [candidate(rounded(right)), replace(candidate(fine, name="float64"), precision="float64", shadow_epsilon=0)]
+    return judge_case(case, both, [witness(right)], ORACLE, {})
+
+
+def test_what_one_precision_cannot_decide_the_other_decides():
+    found = judged_apart(1e-6)
+
+    outcomes = {(check.configuration, check.stage): check.outcome for check in found.checks}
+    assert outcomes["float32", Stage.OBJECT] is outcomes["float32", Stage.RADIANCE] is Outcome.UNDECIDED
+    assert outcomes["float64", Stage.OBJECT] is outcomes["float64", Stage.RADIANCE] is Outcome.PASS
+    assert found.outcome is Outcome.PASS
+
+
+def test_where_nobody_can_decide_the_case_is_undecided_and_no_pass():
+    found = judged_apart(0.0)
+
+    assert {check.outcome for check in found.checks if check.stage is Stage.RAY} == {Outcome.PASS}
+    assert found.outcome is Outcome.UNDECIDED
+    assert "clear of every edge" in found.reason
+
+
+def test_an_undecided_case_hides_no_failure():
+    case = apart(1e-6)
+    right = ORACLE.render(case.scene, stages_of(case.scene))
+    wrong = rounded(right) | {Stage.POSITION: rounded(right)[Stage.POSITION] * 1.01}
+
+    found = judge_case(case, [candidate(wrong)], [witness(right)], ORACLE, {})
+
+    assert found.outcome is Outcome.FAIL
+    assert found.stage is Stage.POSITION
+
+
+@pytest.mark.parametrize("epsilon", ["ray_epsilon", "shadow_epsilon"])
+def test_nobody_chooses_what_is_decidable_of_him(epsilon):
+    case = replace(CASE, least_interior=0, tuned=False)
+    blind = replace(candidate(rounded(truth())), chained=False, **{epsilon: FAR_ABOVE_ALL})
+
+    found = judge_case(case, [blind], [witness(truth())], ORACLE, {})
+
+    assert found.outcome is Outcome.FAIL
+    assert "by the epsilon that float32 declares" in found.reason
+
+
+def test_a_reference_that_crashed_abstains_and_one_that_was_lost_is_missing():
+    ours, right = candidate(rounded(truth())), witness(truth())
+    fallen = replace(witness({}, name="embree"), error="no answer within 120 s; stopped")
+
+    abstains = judge_case(CASE, [ours], [right, fallen], ORACLE, {}, panel=("analytic", "embree"))
+    lost = judge_case(CASE, [ours], [right], ORACLE, {}, panel=("analytic", "embree"))
+
+    assert abstains.planned == lost.planned == len(abstains.checks) == len(lost.checks) == 2 * len(Stage)
+    assert abstains.outcome is Outcome.PASS
+    assert {check.outcome for check in abstains.checks if check.reference == "embree"} == {Outcome.UNDECIDED}
+    assert "no answer within 120 s" in abstains.checks[-1].reason
+    assert lost.outcome is Outcome.MISSING
+
+
+def test_the_reason_of_a_case_is_that_of_what_decides_it():
+    without = replace(candidate(rounded(truth())), unsupported={Stage.CAMERA: "The protocol has no channel for it."})
+
+    found = judge_case(replace(CASE, least_interior=10**6), [without], [witness(truth())], ORACLE, {})
+
+    assert found.outcome is Outcome.ERROR
+    assert "the case asks for 1000000" in found.reason
+
+
+def test_a_reference_that_declares_not_to_see_abstains_and_nobody_else_does():
+    case = replace(CASE, tuned=False, most_edge=0.5, least_interior=0)
+    blind = witness(truth(), name="radiance", ray_epsilon=FAR_ABOVE_ALL)
+
+    found = judge_case(case, [candidate(rounded(truth()))], [witness(truth()), blind], ORACLE, {})
+
+    undecided = {check.reference for check in found.checks if check.outcome is Outcome.UNDECIDED}
+    assert undecided == {"radiance"}
+    assert all(check.abstains == (check.outcome is Outcome.UNDECIDED) for check in found.checks)
+    assert "radiance declares that it does not see there" in "".join(check.reason for check in found.checks)
+
+
+def test_what_a_renderer_does_not_see_before_a_light_costs_the_stages_of_light_and_not_the_case():
+    (case,) = select(["along_the_way/before_the_light"])
+    right = ORACLE.render(case.scene, stages_of(case.scene))
+    blind = replace(candidate(rounded(right)), light_epsilon=1e-3)
+    dark = rounded(right) | {stage: 0 * right[stage] for stage in (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)}
+
+    found = judge_case(case, [blind], [witness(right)], ORACLE, {})
+    wrong = judge_case(case, [replace(blind, answers=dark)], [witness(right)], ORACLE, {})
+
+    outcomes = {check.stage: check.outcome for check in found.checks}
+    assert found.outcome is Outcome.PASS
+    assert outcomes[Stage.NORMAL] is Outcome.PASS
+    assert {outcomes[stage] for stage in (Stage.VISIBILITY, Stage.RADIANCE)} == {Outcome.UNDECIDED}
+    assert wrong.outcome is Outcome.FAIL

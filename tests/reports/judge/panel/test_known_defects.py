@@ -1,0 +1,166 @@
+"""Findings name scenes and commands that are there, and the scenes show what the findings say."""
+
+import json
+import shlex
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rayproof.cases.placement import scaling
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.scene_json import load_scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import REFERENCES
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.panel import known_defects
+from rayproof.reports.judge.panel.circumstances import CIRCUMSTANCES
+from rayproof.reports.judge.panel.known_defects import KnownFinding, explained, known_findings
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.record import totals
+from rayproof.reports.subjects.pfm import read_pfm
+from tests.reports.judge.scenes import CAMERA, CASE, SCENE, candidate, rounded, truth, verdict, witness
+
+ROOT = Path(__file__).parents[4]
+FINDING = KnownFinding(
+    name="bright",
+    reference="second",
+    version="",
+    stage=Stage.RADIANCE,
+    where="distance_over_radius",
+    at_least=4.0,
+    smallest_scene="none.json",
+    command="rayproof run none.json",
+    third_witness="analytic",
+    what="It is too bright.",
+)
+
+
+ON_THE_BALL = np.where(truth()[Stage.OBJECT][..., :1] == 0, 1.01, 1.0)
+ABOUT_PLAIN_MITSUBA = [one for one in known_findings() if "exec:" in one.command]
+(ABOUT_MITSUBA_LLVM,) = [one for one in known_findings() if one.reference == "mitsuba_llvm"]
+ABOUT_POVRAY = [one for one in known_findings() if one.reference == "povray"]
+
+
+def test_every_finding_is_shown():
+    shown = (*ABOUT_PLAIN_MITSUBA, *ABOUT_POVRAY, ABOUT_MITSUBA_LLVM)
+
+    assert {one.name for one in known_findings()} == {one.name for one in shown}
+
+
+@pytest.mark.parametrize("one", ABOUT_PLAIN_MITSUBA, ids=lambda one: one.name)
+def test_a_finding_is_shown_by_its_smallest_scene(one, tmp_path):
+    scene = load_scene(ROOT / one.smallest_scene)
+    program = ROOT / "examples/findings/plain_mitsuba.py"
+    words = shlex.split(one.command)
+    assert words[:3] == ["rayproof", "run", one.smallest_scene]
+    assert program.relative_to(ROOT).as_posix() in words[-1]
+    image = tmp_path / "image.pfm"
+
+    subprocess.run([sys.executable, program, ROOT / one.smallest_scene, image], check=True, capture_output=True)
+
+    ours = read_pfm(image.read_bytes(), width=scene.camera.width, height=scene.camera.height)
+    theirs = Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE]
+    off = np.abs(ours - theirs).max(axis=-1) > 0.01 * theirs.max()
+    assert np.count_nonzero(off) > 50
+
+
+def test_mitsuba_has_no_number_where_a_light_lies_on_what_is_seen():
+    place = ABOUT_MITSUBA_LLVM.smallest_scene
+    assert ABOUT_MITSUBA_LLVM.command == f"rayproof run {place} --subject mitsuba_llvm"
+    scene = load_scene(ROOT / place)
+
+    compiled, plain = (
+        REFERENCES[name]().render(scene, [Stage.RADIANCE])[Stage.RADIANCE]
+        for name in ("mitsuba_llvm", "mitsuba_scalar")
+    )
+
+    assert np.isnan(compiled).any()
+    assert np.isfinite(plain).all()
+
+
+def test_pov_ray_loses_digits_where_a_sphere_is_far_and_others_do_not():
+    (place,) = {one.smallest_scene for one in ABOUT_POVRAY}
+    assert {one.command for one in ABOUT_POVRAY} == {f"rayproof run {place} --subject povray"}
+    povray: Any = REFERENCES["povray"]
+    if missing := povray.missing():
+        pytest.skip(missing)
+    scene = load_scene(ROOT / place)
+
+    by_whom = {
+        name: REFERENCES[name]().render(scene, [Stage.DISTANCE])[Stage.DISTANCE]
+        for name in ("povray", "radiance", "analytic")
+    }
+
+    truth = by_whom["analytic"]
+    hit = np.isfinite(truth) & np.isfinite(by_whom["povray"])
+    off = {name: np.abs(answer[hit] - truth[hit]).max() / truth[hit].max() for name, answer in by_whom.items()}
+    assert off["povray"] > 50 * 2.0**-53
+    assert off["radiance"] < 10 * 2.0**-53
+
+
+def test_names_are_told_apart():
+    names = [one.name for one in known_findings()]
+
+    assert len(set(names)) == len(names)
+
+
+def test_a_finding_explains_its_version_stage_and_circumstances_only(monkeypatch):
+    monkeypatch.setattr(known_defects, "known_findings", lambda: (replace(FINDING, version="1"),))
+    ball = truth()[Stage.OBJECT][..., 0] == 0
+
+    def found(reference: str, version: str, stage: Stage, pixels: np.ndarray) -> bool:
+        return explained(reference, version, stage, SCENE, truth(), pixels) is not None
+
+    assert found("second", "1", Stage.RADIANCE, ball)
+    assert not found("second", "2", Stage.RADIANCE, ball)
+    assert not found("second", "1", Stage.NORMAL, ball)
+    assert not found("third", "1", Stage.RADIANCE, ball)
+    assert not found("second", "1", Stage.RADIANCE, ball | (truth()[Stage.OBJECT][..., 0] == 1)), "the floor is no ball"
+    assert not found("second", "1", Stage.RADIANCE, ~ball & False), "nothing differs"
+    monkeypatch.setattr(known_defects, "known_findings", lambda: (replace(FINDING, version="1", at_least=100.0),))
+    assert not found("second", "1", Stage.RADIANCE, ball)
+
+
+def test_a_squeeze_is_distance():
+    camera = replace(CAMERA, eye=(0.0, 0.0, 8.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
+    for shape, expected in (
+        (Sphere(albedo=(0.5, 0.5, 0.5), radius=2.0), 4.0),
+        (Sphere(albedo=(0.5, 0.5, 0.5), radius=2.0, to_world=scaling(1, 1, 0.25)), 16.0),
+    ):
+        scene = Scene(camera=camera, shapes=(shape,))
+
+        values = CIRCUMSTANCES["distance_over_radius"](scene, Analytic().render(scene, stages_of(scene)))
+
+        assert values.max() == pytest.approx(expected)
+
+
+def test_a_suspect_that_a_finding_explains_is_a_warning_and_counted_as_met(monkeypatch):
+    monkeypatch.setattr(known_defects, "known_findings", lambda: (FINDING,))
+    monkeypatch.setattr(totals, "known_findings", lambda: (FINDING,))
+    bright = truth() | {Stage.RADIANCE: truth()[Stage.RADIANCE] * ON_THE_BALL}
+
+    judged = verdict(rounded(truth()), witness(bright, name="second"))
+
+    assert judged.outcome is Outcome.WARN
+    record = {"name": "test/ball", "checks": [check.as_json() for check in judged.checks]}
+    (entry,) = totals.findings([record])
+    assert entry["met"] == ["test/ball float32 second radiance"]
+    assert json.dumps(entry)
+
+
+def test_a_finding_holds_for_its_renderer_under_test_as_well(monkeypatch):
+    monkeypatch.setattr(known_defects, "known_findings", lambda: (FINDING,))
+    bright = rounded(truth()) | {Stage.RADIANCE: truth()[Stage.RADIANCE] * ON_THE_BALL}
+
+    judged = judge_case.judge_case(
+        CASE, [candidate(bright, name="second")], [witness(truth())], Analytic(), {"second": ""}
+    )
+
+    assert judged.outcome is Outcome.WARN

@@ -1,0 +1,314 @@
+"""What the judge must see, whom it must blame, and what it must never let pass."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.cases.case import PixelValue
+from rayproof.cases.placement import frontal_fovy
+from rayproof.cases.scene import Cube, PointLight, Scene, Square
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.self_test.at_edges import EDGE_CASE, HEIGHT, PIXEL
+from rayproof.reports.results.outcomes import Outcome
+from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
+
+FACTORS = {
+    Stage.RAY: 1 + 1e-4,
+    Stage.DISTANCE: 1 + 1e-4,
+    Stage.POSITION: 1 + 1e-4,
+    Stage.NORMAL: 1 + 1e-3,
+    Stage.IRRADIANCE: 1 + 1e-3,
+    Stage.EXITANCE: 1 + 1e-3,
+    Stage.RADIANCE: 1 + 1e-3,
+}
+
+
+def test_a_faultless_float32_renderer_passes_every_check():
+    judged = verdict(rounded(truth()))
+
+    assert judged.outcome is Outcome.PASS, judged.reason
+    assert len(judged.checks) == judged.planned == len(Stage)
+    assert judged.stage is None
+
+
+@pytest.mark.parametrize("stage", FACTORS, ids=str)
+def test_a_stage_scaled_by_a_little_fails_and_is_blamed(stage):
+    ours = rounded(truth())
+    ours[stage] = ours[stage] * FACTORS[stage]
+
+    judged = verdict(ours)
+
+    assert judged.outcome is Outcome.FAIL
+    assert judged.stage is stage
+
+
+def test_a_wrong_normal_with_all_that_follows_from_it_is_blamed_on_the_normal():
+    ours = rounded(truth())
+    tilted = ours[Stage.NORMAL] + 1e-2 * np.array([0.0, 1.0, 0.0]) * (ours[Stage.OBJECT][..., :1] >= 0)
+    length = np.linalg.norm(tilted, axis=-1, keepdims=True)
+    ours[Stage.NORMAL] = np.divide(tilted, length, out=np.zeros_like(tilted), where=length > 0)
+    for stage in (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
+        ours[stage] = ORACLE.continue_from(SCENE, stage, ours)
+
+    judged = verdict(ours)
+
+    assert (judged.outcome, judged.stage) == (Outcome.FAIL, Stage.NORMAL)
+    failed = {check.stage for check in judged.checks if check.outcome is Outcome.FAIL}
+    assert Stage.RADIANCE in failed, "end to end the radiance is wrong too"
+    assert judged.item in ("NRM-1", "NRM-3")
+
+
+def interior_of(index: int) -> tuple[int, int]:
+    """Return the row and column of the pixel of a shape that is farthest from every outline."""
+    inside = (truth()[Stage.OBJECT][..., 0] == index) * ORACLE.edges(SCENE).silhouette
+    row, column = np.unravel_index(int(np.nan_to_num(inside, posinf=1e6).argmax()), inside.shape)
+    return int(row), int(column)
+
+
+@pytest.mark.parametrize("wrong", [-1.0, 1.0], ids=["missed", "another-object"])
+def test_one_interior_pixel_with_the_wrong_object_fails_and_is_counted(wrong):
+    ours = rounded(truth())
+    row, column = interior_of(0)
+    ours[Stage.OBJECT][row, column, 0] = wrong
+
+    judged = verdict(ours)
+
+    check = next(check for check in judged.checks if check.stage is Stage.OBJECT)
+    assert judged.outcome is Outcome.FAIL
+    assert judged.stage is Stage.OBJECT
+    assert check.end_to_end is not None
+    assert check.end_to_end.hit_miss == 1
+    assert check.end_to_end.pixel == (column, row)
+
+
+def test_a_miss_that_should_be_a_hit_is_never_dropped_from_the_distance():
+    ours = rounded(truth())
+    row, column = interior_of(0)
+    ours[Stage.DISTANCE][row, column] = np.inf
+
+    check = next(check for check in verdict(ours).checks if check.stage is Stage.DISTANCE)
+
+    assert check.outcome is Outcome.FAIL
+    assert check.end_to_end is not None
+    assert check.end_to_end.hit_miss == 1
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf], ids=str)
+@pytest.mark.parametrize("stage", [Stage.NORMAL, Stage.IRRADIANCE, Stage.RADIANCE], ids=str)
+def test_nan_and_infinity_are_counted_and_fail(bad, stage):
+    ours = rounded(truth())
+    row, column = interior_of(1)
+    ours[stage][row, column, 0] = bad
+
+    judged = verdict(ours)
+
+    check = next(check for check in judged.checks if check.stage is stage)
+    assert check.outcome is Outcome.FAIL
+    assert check.end_to_end is not None
+    assert check.end_to_end.nan + check.end_to_end.inf == 1
+
+
+def test_images_of_another_size_are_an_error_line_not_broadcast():
+    ours = rounded(truth())
+    ours[Stage.RADIANCE] = ours[Stage.RADIANCE][:1]
+
+    check = next(check for check in verdict(ours).checks if check.stage is Stage.RADIANCE)
+
+    assert check.outcome is Outcome.FAIL
+    assert "shape" in check.reason
+
+
+def test_a_stage_that_was_planned_and_not_given_is_no_pass():
+    ours = rounded(truth())
+    del ours[Stage.RADIANCE]
+    theirs = truth()
+    del theirs[Stage.EXITANCE]
+
+    of_ours = verdict(ours)
+    of_theirs = judge_case(CASE, [candidate(rounded(truth()))], [witness(theirs)], ORACLE, {})
+
+    assert of_ours.outcome is Outcome.UNSUPPORTED
+    assert of_theirs.outcome is Outcome.MISSING
+    assert len(of_theirs.checks) == of_theirs.planned
+
+
+def test_a_stage_that_the_candidate_says_it_cannot_do_is_unsupported_even_where_it_answers():
+    ours = replace(candidate(rounded(truth())), unsupported={Stage.NORMAL: "It has no normals."})
+
+    judged = judge_case(CASE, [ours], [witness(truth())], ORACLE, {})
+
+    (check,) = (check for check in judged.checks if check.stage is Stage.NORMAL)
+    assert (judged.outcome, check.outcome) == (Outcome.UNSUPPORTED, Outcome.UNSUPPORTED)
+    assert "It has no normals." in check.reason
+    assert len(judged.checks) == judged.planned
+
+
+def test_a_crashed_renderer_is_an_error_in_every_check_that_was_planned():
+    judged = judge_case(CASE, [candidate({}, error="signal SIGSEGV")], [witness(truth())], ORACLE, {})
+
+    assert judged.outcome is Outcome.ERROR
+    assert len(judged.checks) == judged.planned > 0
+    assert "SIGSEGV" in judged.reason
+
+
+def test_a_reference_that_alone_disagrees_is_suspect_and_the_tracer_is_not_blamed():
+    theirs = rounded(truth())
+    theirs[Stage.RADIANCE] = theirs[Stage.RADIANCE] * 1.01
+
+    judged = verdict(rounded(truth()), witness(theirs, name="mitsuba_scalar", precision="float32"))
+
+    assert judged.outcome is Outcome.REFERENCE_SUSPECT
+    assert "mitsuba_scalar" in judged.reason
+    assert judged.item is None
+
+
+def test_a_wrong_oracle_is_suspect_when_an_independent_reference_sides_with_the_tracer():
+    wrong = truth()
+    wrong[Stage.RADIANCE] = wrong[Stage.RADIANCE] * 1.01
+    third = witness(truth(), name="mitsuba_scalar", precision="float32")
+
+    judged = judge_case(CASE, [candidate(rounded(truth()))], [witness(wrong), third], ORACLE, {})
+
+    assert judged.outcome is Outcome.REFERENCE_SUSPECT
+
+
+def test_when_all_references_agree_against_the_tracer_it_fails():
+    ours = rounded(truth())
+    ours[Stage.RADIANCE] = ours[Stage.RADIANCE] * 1.01
+    third = witness(truth(), name="mitsuba_scalar", precision="float32")
+
+    judged = verdict(ours, third)
+
+    assert (judged.outcome, judged.stage, judged.item) == (Outcome.FAIL, Stage.RADIANCE, "RAD-4")
+    assert all(check.outcome is Outcome.FAIL for check in judged.checks if check.stage is Stage.RADIANCE)
+
+
+@pytest.mark.parametrize(
+    ("change", "outcome", "word"),
+    [
+        pytest.param({"least_interior": 1200}, Outcome.ERROR, "interior", id="few"),
+        # The edges are those of a declared epsilon: who declares it answers for them.
+        pytest.param({"most_edge": 0.0}, Outcome.FAIL, "declares", id="edgy"),
+    ],
+)
+def test_a_case_with_too_little_to_judge_is_no_pass(change, outcome, word):
+    # A light so near to grazing that the shadow's edge takes pixels, or a minimum that the image cannot meet.
+    ours = replace(candidate(rounded(truth())), shadow_epsilon=0.05)
+
+    judged = judge_case(replace(CASE, **change), [ours], [witness(truth())], ORACLE, {})
+
+    assert judged.outcome is outcome
+    assert word in judged.reason
+
+
+def test_a_closed_form_that_does_not_hold_fails_though_all_references_agree():
+    row, column = interior_of(1)
+    value = float(truth()[Stage.IRRADIANCE][row, column, 0]) * 1.001
+    wrong = PixelValue(
+        stage=Stage.IRRADIANCE, column=column, row=row, channel=0, value=value, relative=1e-5, because="a test"
+    )
+
+    judged = verdict(rounded(truth()), case=replace(CASE, expectations=(wrong,)))
+
+    assert (judged.outcome, judged.stage) == (Outcome.FAIL, Stage.IRRADIANCE)
+
+
+@pytest.mark.parametrize("part", ["view", "view_inverse", "projection", "frustum_corners", "ndc", "pixel"])
+def test_a_wrong_camera_part_fails_and_is_the_tracers_own(part):
+    ours = rounded(truth())
+    ours[Stage.CAMERA] = dict(ours[Stage.CAMERA])
+    ours[Stage.CAMERA][part] = ours[Stage.CAMERA][part] + 1e-3
+
+    judged = verdict(ours)
+
+    assert (judged.outcome, judged.stage) == (Outcome.FAIL, Stage.CAMERA)
+    assert judged.item == {"v": "CAM-1", "p": "CAM-2", "f": "CAM-2", "n": "CAM-3"}[part[0]] or part == "pixel"
+
+
+def test_a_wrong_camera_of_the_oracle_is_the_oracles():
+    theirs = truth()
+    theirs[Stage.CAMERA] = dict(theirs[Stage.CAMERA])
+    theirs[Stage.CAMERA]["projection"] = theirs[Stage.CAMERA]["projection"] * 1.001
+
+    judged = judge_case(CASE, [candidate(rounded(truth()))], [witness(theirs)], ORACLE, {})
+
+    assert judged.outcome is Outcome.REFERENCE_SUSPECT
+
+
+def test_a_witness_that_repeats_the_tracer_to_the_last_bit_is_no_witness():
+    ours = rounded(truth())
+    ours[Stage.RADIANCE] = ours[Stage.RADIANCE] * 1.01
+
+    judged = judge_case(CASE, [candidate(ours)], [witness(ours)], ORACLE, {})
+
+    assert judged.outcome is Outcome.REFERENCE_SUSPECT
+    assert "last bit" in judged.reason
+
+
+def test_outlines_that_rounding_carries_everywhere_are_an_error_and_nobodys_failure():
+    # A kilometre's coordinates times ten thousand: a float32 hit is tens of pixels wide, and no pixel's side is known.
+    far = 1e7
+    shifted = ((1.0, 0.0, 0.0, far), (0.0, 1.0, 0.0, -far), (0.0, 0.0, 1.0, 0.5), (0.0, 0.0, 0.0, 1.0))
+    scene = Scene(
+        camera=replace(CASE.scene.camera, eye=(far + 3.0, -far - 4.0, 2.5), target=(far, -far, 0.3)),
+        shapes=(Cube(albedo=(0.5, 0.5, 0.5), to_world=shifted), FLOOR),
+    )
+    answers = ORACLE.render(scene, stages_of(scene))
+    ours = rounded(answers)
+    ours[Stage.NORMAL] = np.roll(ours[Stage.NORMAL], 3, axis=0)
+    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.5)
+
+    judged = judge_case(case, [candidate(ours)], [witness(answers)], ORACLE, {})
+
+    assert judged.outcome is Outcome.ERROR
+    assert "edge" in judged.reason
+
+
+def test_a_case_whose_every_hit_is_an_edge_is_no_pass():
+    # Two of three pixels have a square's border through their centres, by a hair inside; the third misses it by far.
+    fovy = frontal_fovy(height=1, pixel=PIXEL, distance=HEIGHT)
+    camera = replace(EDGE_CASE.scene.camera, width=3, height=1, fovy=fovy)
+    side = PIXEL * (1 + 1e-9)
+    narrow = ((side, 0.0, 0.0, PIXEL / 2), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    scene = Scene(camera=camera, shapes=(Square(albedo=(0.7, 0.5, 0.3), to_world=narrow),))
+    answers = ORACLE.render(scene, stages_of(scene))
+    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.9)
+
+    judged = judge_case(case, [candidate(rounded(answers))], [witness(answers)], ORACLE, {})
+
+    assert answers[Stage.OBJECT][..., 0].tolist() == [[-1.0, 0.0, 0.0]]
+    assert judged.outcome is Outcome.ERROR
+    assert "no pixel that hits something" in judged.reason
+
+
+@pytest.mark.parametrize("near", [4.9999, 0.1])
+def test_two_cameras_whose_clip_planes_nearly_meet_may_differ_by_what_cancels_between_them(near):
+    camera = replace(CASE.scene.camera, near=near, far=5.0)
+    scene = replace(CASE.scene, camera=camera)
+    answers = ORACLE.render(scene, stages_of(scene))
+    ours = rounded(answers)
+    # The same matrix from clip planes that were rounded first, as a float32 renderer gets them.
+    close, far = (float(np.float32(plane)) for plane in (near, 5.0))
+    projection = np.array(answers[Stage.CAMERA]["projection"])
+    projection[2] = (0.0, 0.0, far / (far - close), -far * close / (far - close))
+    ours[Stage.CAMERA] = answers[Stage.CAMERA] | {"projection": projection}
+
+    judged = judge_case(replace(CASE, scene=scene, least_interior=0), [candidate(ours)], [witness(answers)], ORACLE, {})
+
+    (check,) = (check for check in judged.checks if check.stage is Stage.CAMERA)
+    assert check.outcome is Outcome.PASS
+
+
+@pytest.mark.parametrize("flux", [1e290, 1e-290, 0.0])
+def test_light_beyond_all_measure_is_judged_though_its_square_overflows(flux):
+    scene = replace(SCENE, lights=(PointLight(position=(1.5, -1.0, 4.0), flux=(flux, flux, flux)),))
+    answers = ORACLE.render(scene, stages_of(scene))
+    ours = replace(candidate(answers | {Stage.RADIANCE: answers[Stage.RADIANCE] * (1 + 2.0**-50)}), precision="float64")
+
+    judged = judge_case(replace(CASE, scene=scene), [ours], [witness(answers)], ORACLE, {})
+
+    (check,) = (check for check in judged.checks if check.stage is Stage.RADIANCE)
+    assert check.informative["range"][1] == pytest.approx(answers[Stage.RADIANCE].max())

@@ -1,0 +1,111 @@
+"""What a subject cannot do is neither a pass nor a failure, and something must have been measured for a pass."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.supported_stages import concerning, count_what_is_supported
+from rayproof.reports.judge.tolerance.edge_sides import Sides, excused_anyhow
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.record.totals import verdict
+from rayproof.reports.subjects import ITEMS_OF_OTHERS
+from tests.reports.judge.scenes import CASE, ORACLE, rounded, truth, witness
+
+CANNOT = "It has nothing of the kind."
+
+
+def subject(*stages: Stage, wrong: Stage | None = None) -> Candidate:
+    """Return a renderer that has only some stages, as float32 gives them, one of them a little wrong."""
+    given = rounded(truth())
+    answers = {stage: given[stage] * 1.001 if stage is wrong else given[stage] for stage in stages}
+    return Candidate(
+        name="subject",
+        precision="float32",
+        items=ITEMS_OF_OTHERS,
+        shadow_epsilon=1e-6,
+        answers=answers,
+        unsupported={stage: CANNOT for stage in Stage if stage not in stages},
+        chained=False,
+    )
+
+
+def judged(one: Candidate) -> Judged:
+    found = judge_case(CASE, [one], [witness(truth())], ORACLE, {})
+    count_what_is_supported(found, [one])
+    return found
+
+
+@pytest.mark.parametrize("stage", [stage for stage in Stage if stage is not Stage.CAMERA])
+def test_one_stage_alone_passes_and_the_others_stay_unsupported(stage: Stage) -> None:
+    found = judged(subject(stage))
+
+    outcomes = {check.stage: check.outcome for check in found.checks}
+    assert (found.outcome, found.stage, found.reason) == (Outcome.PASS, None, "")
+    assert outcomes.pop(stage) is Outcome.PASS
+    assert set(outcomes.values()) == {Outcome.UNSUPPORTED}
+
+
+@pytest.mark.parametrize("stage", [Stage.DISTANCE, Stage.NORMAL, Stage.IRRADIANCE, Stage.RADIANCE])
+def test_one_stage_alone_that_is_wrong_fails(stage: Stage) -> None:
+    found = judged(subject(stage, wrong=stage))
+
+    assert (found.outcome, found.stage) == (Outcome.FAIL, stage)
+
+
+def test_nothing_at_all_is_unsupported() -> None:
+    found = judged(subject())
+
+    assert found.outcome is Outcome.UNSUPPORTED
+    assert CANNOT in found.reason
+
+
+def test_a_stage_that_is_missing_without_a_word_is_not_passed_over() -> None:
+    found = judged(replace(subject(Stage.NORMAL), unsupported={}))
+
+    assert found.outcome is Outcome.MISSING
+    assert "subject gave no camera" in found.reason
+
+
+def test_a_run_goes_by_the_cases_that_its_subject_can_do() -> None:
+    some = [Outcome.PASS, Outcome.UNSUPPORTED, Outcome.WARN]
+
+    assert concerning(some, tracer=False) == [Outcome.PASS, Outcome.WARN]
+    assert concerning(some, tracer=True) == some
+    assert concerning([Outcome.UNSUPPORTED, Outcome.ERROR], tracer=False) == [Outcome.UNSUPPORTED, Outcome.ERROR]
+    assert verdict([{"verdict": "pass"}, {"verdict": "unsupported"}], planned=2, tracer=False) is Outcome.PASS
+    assert verdict([{"verdict": "pass"}, {"verdict": "unsupported"}], planned=2) is Outcome.UNSUPPORTED
+    assert verdict([{"verdict": "unsupported"}], planned=1, tracer=False) is Outcome.UNSUPPORTED
+    assert verdict([{"verdict": "pass"}], planned=2, tracer=False) is Outcome.MISSING
+
+
+@pytest.mark.parametrize(("distance", "good"), [(1.0, True), (5.0, True), (3.0, False), (np.inf, False)])
+def test_at_an_edge_a_nameless_distance_is_a_sides_or_wrong(distance: float, good: bool) -> None:
+    around = Sides(
+        rows=np.array([0]),
+        columns=np.array([1]),
+        answers={
+            Stage.OBJECT: np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]]),
+            Stage.DISTANCE: np.array([[[1.0], [5.0], [1.01]]]),
+        },
+    )
+    ours = {Stage.DISTANCE: np.full((1, 2, 1), distance)}
+
+    found = excused_anyhow(Stage.DISTANCE, ours, around, np.full((1, 2), 1e-6), np.zeros((1, 2)), continued=False)
+
+    assert found.tolist() == [[False, good]]
+
+
+def test_the_reason_of_a_lost_stage_is_its_own_and_not_a_declared_ones() -> None:
+    complete = subject(Stage.NORMAL, Stage.RADIANCE)
+    assert complete.answers is not None
+    lost = replace(complete, answers={Stage.NORMAL: complete.answers[Stage.NORMAL]})
+
+    found = judged(lost)
+
+    assert (found.outcome, found.stage) == (Outcome.MISSING, Stage.RADIANCE)
+    assert found.reason == "subject against analytic, radiance: subject gave no radiance"

@@ -1,0 +1,117 @@
+"""A coarse output is judged by its own steps: no step more, and none less."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.cases.answers import Resolution
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.tolerance.output_resolution import Coarseness
+from rayproof.reports.results.outcomes import Outcome
+from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
+
+STEP = 2.0**-16
+LEVELS = Resolution(relative=0.0, absolute=STEP / 2, because="rounded to 1/65536 for this test")
+# Where a stage may lie: vectors and light by their own sizes.
+COARSE = (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+
+
+def stepped(*stages: Stage) -> dict:
+    """Return the oracle's answers, but for their last bits, with some stages written in steps."""
+    answers = truth()
+    for stage in (Stage.RAY, *COARSE):
+        answers[stage] = answers[stage] * (1 + 2.0**-52)
+    for stage in stages:
+        answers[stage] = np.round(answers[stage] / STEP) * STEP
+    return answers
+
+
+def judged(answers: dict, *stages: Stage, resolution: Resolution = LEVELS):
+    """Judge a float64 candidate that declares steps for some stages."""
+    ours = replace(candidate(answers), precision="float64", resolutions=dict.fromkeys(stages, resolution))
+    return judge_case(CASE, [ours], [witness(truth())], ORACLE, {})
+
+
+@pytest.mark.parametrize("stage", COARSE, ids=str)
+def test_a_stage_in_steps_passes_where_they_are_declared_and_only_there(stage):
+    answers = stepped(stage)
+
+    assert judged(answers, stage).outcome is Outcome.PASS
+    assert judged(answers).outcome is Outcome.FAIL
+
+
+def test_everything_in_steps_passes_with_what_is_continued_from_it():
+    assert judged(stepped(*COARSE), *COARSE).outcome is Outcome.PASS
+
+
+@pytest.mark.parametrize("stage", [Stage.DISTANCE, Stage.RADIANCE], ids=str)
+def test_one_step_more_than_declared_fails(stage):
+    answers = stepped(stage)
+    hit = answers[Stage.OBJECT][..., :1] >= 0
+    answers[stage] = answers[stage] + np.where(hit & np.isfinite(answers[stage]), STEP, 0.0)
+
+    found = judged(answers, stage)
+
+    assert (found.outcome, found.stage) == (Outcome.FAIL, stage)
+
+
+def test_a_witness_in_steps_is_no_reason_to_fail_an_exact_renderer():
+    coarse = witness(stepped(Stage.RADIANCE), name="sixteen", resolutions={Stage.RADIANCE: LEVELS})
+
+    found = judge_case(CASE, [candidate(rounded(truth()))], [witness(truth()), coarse], ORACLE, {})
+
+    assert found.outcome is Outcome.PASS, found.reason
+    (check,) = (c for c in found.checks if c.stage is Stage.RADIANCE and c.reference == "sixteen")
+    assert "1/65536" in check.as_json()["because"]
+    assert check.as_json()["because"].count("1/65536") == 1
+
+
+def test_an_output_too_coarse_to_tell_anything_is_no_pass():
+    coarse = Resolution(relative=0.5, absolute=0.0, because="a single bit")
+
+    found = judged(stepped(), Stage.RADIANCE, resolution=coarse)
+
+    assert found.outcome is Outcome.UNSUPPORTED
+    assert "a single bit" in found.reason
+
+
+def test_misses_and_whole_numbers_have_no_step():
+    coarse = Coarseness(resolutions=dict.fromkeys(Stage, LEVELS))
+    answers = truth()
+    missed = answers[Stage.OBJECT][..., 0] < 0
+
+    assert np.all(np.asarray(coarse.step(Stage.DISTANCE, answers[Stage.DISTANCE]))[missed] == 0)
+    assert coarse.step(Stage.OBJECT, answers[Stage.OBJECT]) == 0
+    assert coarse.step(Stage.VISIBILITY, answers[Stage.VISIBILITY]) == 0
+    assert coarse.too_coarse(Stage.VISIBILITY, answers[Stage.VISIBILITY]) is None
+    assert Coarseness(resolutions={}).handed_down(SCENE, Stage.RADIANCE, answers, None) == 0  # type: ignore[arg-type]
+
+
+def test_hits_within_a_partys_own_epsilon_are_counted_apart():
+    answers = truth()
+    seen = answers[Stage.OBJECT][..., 0] == 0
+    nearest = float(answers[Stage.DISTANCE][seen].min())
+    reach = nearest + 0.05 * (float(answers[Stage.DISTANCE][seen].max()) - nearest)
+    near = seen & (answers[Stage.DISTANCE][..., 0] <= reach)
+    blind = dict(answers)
+    for stage in (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
+        blind[stage] = answers[stage].copy()
+        blind[stage][near] = {Stage.OBJECT: -1.0, Stage.DISTANCE: np.inf}.get(stage, 0.0)
+    stages = (Stage.CAMERA, Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
+    rest = {stage: "Not asked." for stage in Stage if stage not in stages}
+    theirs = {stage: blind[stage] for stage in stages}
+    honest = witness(theirs, name="blind", unsupported=rest, ray_epsilon=reach)
+
+    found = judge_case(CASE, [candidate(rounded(answers))], [witness(answers), honest], ORACLE, {})
+
+    assert 0 < np.count_nonzero(near) < 200
+    assert found.outcome is Outcome.PASS, found.reason
+    (check,) = (c for c in found.checks if c.stage is Stage.OBJECT and c.reference == "blind")
+    assert check.end_to_end is not None
+    assert check.end_to_end.in_window >= check.end_to_end.differ_in_window == np.count_nonzero(near)
+    without = replace(honest, ray_epsilon=0.0)
+    assert judge_case(CASE, [candidate(rounded(answers))], [witness(answers), without], ORACLE, {}).outcome in (
+        Outcome.REFERENCE_SUSPECT,
+    )

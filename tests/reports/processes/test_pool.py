@@ -1,0 +1,246 @@
+"""A worker may abort, leave or hang; it costs one task, never the run."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.scratch import PREFIX, scratch
+from rayproof.reports.processes.worker import Reply
+from tests.reports.run.workers import obey
+
+
+def replies(
+    tasks: list[tuple[str, str]], *, jobs: int = 2, timeout: float = 20.0, copies: dict[str, int] | None = None
+) -> dict[tuple[str, str], Reply]:
+    """Return the reply to each (kind, task)."""
+    pool = Pool(jobs=jobs, timeout=timeout, copies=copies, target=obey)
+    found: dict[tuple[str, str], Reply] = {}
+    for kind, task in tasks:
+        pool.submit(kind, task, lambda reply, key=(kind, task): found.__setitem__(key, reply))
+    try:
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+    return found
+
+
+def test_every_task_is_answered_by_a_worker_of_its_kind():
+    tasks = [("a", "one"), ("b", "two"), ("a", "three"), ("c", "four")]
+
+    found = replies(tasks)
+
+    assert {key: reply.value for key, reply in found.items()} == {key: key for key in tasks}
+
+
+@pytest.mark.parametrize(("how", "word"), [("die", "SIGABRT"), ("leave", "exit code 3")])
+def test_a_worker_that_dies_costs_its_task_and_is_replaced(how, word):
+    found = replies([("a", "before"), ("a", how), ("a", "after")])
+
+    assert found["a", how].value is None
+    assert word in (found["a", how].error or "")
+    assert found["a", "after"].value == ("a", "after")
+
+
+def test_a_worker_that_hangs_is_stopped_at_its_deadline():
+    found = replies([("a", "hang"), ("a", "after"), ("b", "other")], timeout=3.0)
+
+    assert "3 s" in (found["a", "hang"].error or "")
+    assert found["a", "after"].error is None
+    assert found["b", "other"].error is None
+
+
+def test_what_is_first_is_done_in_turn_before_all_else():
+    pool = Pool(jobs=1, timeout=20.0, target=obey)
+    heard: list[str] = []
+    for task, first in (("third", False), ("first", True), ("second", True)):
+        pool.submit("a", task, lambda reply: heard.append(reply.value[1]), first=first)
+    try:
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+
+    assert heard == ["first", "second", "third"]
+
+
+def test_a_kind_with_copies_goes_on_while_one_of_them_hangs():
+    found = replies([("a", "hang"), ("a", "one"), ("a", "two")], timeout=3.0, copies={"a": 2})
+
+    assert "3 s" in (found["a", "hang"].error or "")
+    assert [found["a", task].error for task in ("one", "two")] == [None, None]
+
+
+@pytest.mark.parametrize("how", ["one", "die", "leave", "hang"])
+def test_nothing_is_left_of_a_worker_s_temporary_files_however_it_ends(how, tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+
+    replies([("a", how)], timeout=3.0)
+
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("timeout", [1e300, float("inf")])
+def test_a_time_limit_beyond_what_systems_count_is_no_limit(timeout):
+    assert replies([("a", "one")], timeout=timeout)["a", "one"].error is None
+
+
+def test_a_prepared_worker_s_own_task_comes_first_and_costs_the_others_nothing():
+    pool, heard = Pool(jobs=1, timeout=5.0, target=obey), []
+    pool.submit("a", "one", lambda reply: heard.append((reply.value, time.monotonic() - start)))
+    pool.prepare("a", "hang")
+    pool.prepare("a", "hang")  # it is prepared already
+    start = time.monotonic()
+    try:
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+
+    [(value, seconds)] = heard
+    assert value == ("a", "one")
+    assert seconds >= 5.0
+
+
+def test_a_worker_that_dies_when_it_has_nothing_to_do_costs_no_task():
+    pool, heard = Pool(jobs=1, timeout=20.0, target=obey), []
+    try:
+        for task in ("answer and leave", "after"):
+            pool.submit("a", task, heard.append)
+            while not pool.idle:
+                pool.step()
+            time.sleep(0.5)  # it is dead by now, which nobody waited for
+    finally:
+        pool.close()
+
+    assert [(reply.value, reply.error) for reply in heard] == [
+        (("a", "answer and leave"), None),
+        (("a", "after"), None),
+    ]
+
+
+@pytest.mark.parametrize("how", ["stop", "stop amid the reply"])
+def test_a_worker_that_is_stopped_costs_its_task_at_its_deadline(how):
+    found = replies([("a", how), ("a", "after"), ("b", "other")], timeout=3.0)
+
+    assert "3 s" in (found["a", how].error or "")
+    assert found["a", "after"].error is None
+    assert found["b", "other"].error is None
+
+
+def test_a_worker_that_was_stopped_before_its_task_came_does_not_stop_who_hands_it_over():
+    pool, heard = Pool(jobs=2, timeout=20.0, target=obey), []
+    try:
+        pool.submit("a", "one", heard.append)
+        while not pool.idle:
+            pool.step()
+        pid = pool._workers["a", 0].process.process.pid
+        assert pid is not None
+        os.kill(pid, signal.SIGSTOP)
+        pool._timeout = 2.0
+        start = time.monotonic()
+        pool.submit("a", bytes(2**23), heard.append)
+        pool.submit("b", bytes(2**23), heard.append)
+        while not pool.idle:
+            pool.step()
+        seconds = time.monotonic() - start
+    finally:
+        pool.close()
+
+    errors = [reply.error for reply in heard]
+    assert "no answer within 2 s; stopped" in errors
+    assert seconds < 15.0
+
+
+def test_eight_megabytes_go_there_and_come_back():
+    content = os.urandom(2**23)
+    pool, heard = Pool(jobs=1, timeout=60.0, target=obey), []
+    try:
+        pool.submit("a", content, heard.append)
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+
+    assert [reply.value == content for reply in heard] == [True]
+
+
+WITH_A_WORKER = """
+import sys
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.scratch import scratch
+from tests.reports.run.workers import obey
+if __name__ == "__main__":
+    with scratch():
+        pool = Pool(jobs=1, timeout=60.0, target=obey)
+        pool.submit("a", "hang", print)
+        pool.start()
+        print(pool._workers["a", 0].process.process.pid, flush=True)
+        while True:
+            pool.step()
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="prctl of Linux")
+def test_workers_end_with_a_parent_that_is_killed_and_the_next_start_sweeps_its_folders(tmp_path, monkeypatch):
+    process = subprocess.Popen(
+        [sys.executable, "-c", WITH_A_WORKER],
+        cwd=Path(__file__).parents[3],
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    worker = psutil.Process(int(process.stdout.readline()))
+    process.kill()
+    process.communicate()
+
+    assert psutil.wait_procs([worker], timeout=10)[1] == []
+    (left,) = tmp_path.iterdir()
+    (tmp_path / f"{PREFIX}unmarked").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with scratch():
+        assert not left.exists()
+    assert [path.name for path in tmp_path.iterdir()] == [f"{PREFIX}unmarked"]
+
+
+def test_a_task_that_is_given_longer_has_longer():
+    pool = Pool(jobs=1, timeout=1.0, target=obey)
+    heard: list[Reply] = []
+    pool.submit("a", "nap", heard.append, seconds=30.0)
+    pool.submit("a", "hang", heard.append, seconds=0.5)
+    try:
+        while not pool.idle:
+            pool.step()
+    finally:
+        pool.close()
+
+    assert heard[0].error is None
+    assert "1 s" in (heard[1].error or "")
+
+
+def test_large_tasks_run_one_at_a_time_and_their_workers_end_with_them():
+    pool = Pool(jobs=3, timeout=30.0, target=obey)
+    heard: list[Reply] = []
+    for kind in ("a", "b", "a"):
+        pool.submit(kind, "pid", heard.append, large=True)
+    most = 0
+    try:
+        while not pool.idle:
+            pool.start()
+            most = max(most, len(pool.busy))
+            pool.step()
+    finally:
+        pool.close()
+
+    assert most == 1
+    pids = [reply.value for reply in heard]
+    assert len(set(pids)) == 3
+    assert not any(psutil.pid_exists(pid) for pid in pids)

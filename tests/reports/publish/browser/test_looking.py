@@ -1,0 +1,85 @@
+"""Pictures and figures of a report: small, of what they say, and refused in one line where there is no browser."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from rayproof.reports.cli import main
+from rayproof.reports.publish.browser import chromium
+from rayproof.reports.publish.browser.figures import sizes
+from rayproof.reports.publish.browser.screenshots import MOST_BYTES
+from tests.reports.publish.sample import make_folder
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a results folder."""
+    folder = tmp_path_factory.mktemp("run")
+    make_folder(folder)
+    return folder
+
+
+@pytest.mark.browser
+def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path) -> None:
+    if (why := chromium.missing()) is not None:
+        pytest.skip(why)
+
+    # In a process of its own: the browser of the other tests has a driver in this one, and two do not go together.
+    command = [sys.executable, "-c", "import sys; from rayproof.reports.cli import main; sys.exit(main(sys.argv[1:]))"]
+    asked = ["report", str(run), "--pictures", str(tmp_path), "--case", "sphere/sheared", "--figures"]
+    ended = subprocess.run([*command, *asked], capture_output=True, text=True, check=False)
+
+    assert ended.returncode == 0, ended.stderr
+    out = ended.stdout
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.png", "front.png"]
+    for path in tmp_path.iterdir():
+        assert path.stat().st_size <= MOST_BYTES
+        assert len(np.unique(np.asarray(Image.open(path).convert("RGB")).reshape(-1, 3), axis=0)) > 20
+    assert re.search(r"the report of 9 cases +│ +\d\.\d MB +│ +\d\.\d MB", out)
+    assert re.search(r"all that is in the folder +│ +\d\.\d MB +│ +- ", out)
+    for name in ("first page", "a case", "another image"):
+        assert re.search(rf"{name} +│ +\d+ ms +│ +\d+ ms", out), name
+    assert re.search(r"3-D +│ +- +│ +-", out)
+
+
+def test_what_is_opened_is_told_from_what_lies_beside_it(run: Path) -> None:
+    opened, whole = sizes(run)
+
+    (run / "data").mkdir(exist_ok=True)
+    (run / "data" / "more.js").write_bytes(b"x" * 1000)
+    (run / "journal.jsonl").write_bytes(b"x" * 100)
+    (run / "report.html").write_bytes(b"x" * 10)
+
+    assert sizes(run) == (opened + 1000, whole + 1100)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--pictures", "{out}"], "Chromium is not installed"),
+        (["--figures"], "Chromium is not installed"),
+        (["--pictures", "{out}", "--case", "no/such"], "no case called no/such"),
+        (["{run}", "--figures"], "of one report"),
+    ],
+)
+def test_what_cannot_be_looked_at_is_one_line_and_2(
+    run: Path,
+    tmp_path: Path,
+    arguments: list[str],
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(chromium, "NAMES", ("no-such-browser",))
+
+    given = [text.format(run=run, out=tmp_path) for text in arguments]
+
+    assert main(["report", str(run), *given]) == 2
+    told = capsys.readouterr()
+    assert said in told.err
+    assert told.err.count("\n") == 1

@@ -1,0 +1,111 @@
+"""report.html: everything in one file, which asks nobody for anything, in a real browser."""
+
+import io
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.page.single_file import write_single_file
+from rayproof.reports.publish.scene3d import gl
+from rayproof.reports.publish.scene3d.pictures import draw_pictures
+from rayproof.reports.results.document import save_results
+from rayproof.reports.results.exr import read_answers
+from tests.reports.publish.page.test_plots import CLIMB, leave
+from tests.reports.publish.sample import make_folder
+from tests.reports.publish.visits import Visit
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a report in one file, of which nothing else is left; images/ is beside it for comparison only."""
+    folder = tmp_path_factory.mktemp("run")
+    results = make_folder(folder)
+    results["cases"] = results["cases"][:2] + results["cases"][4:5]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gl, "why_not", lambda: "OpenGL is missing")
+        draw_pictures(folder, results)
+    picture = folder / "pictures/sphere/sheared.png"
+    Image.new("RGB", (8, 6), (10, 200, 30)).save(picture)
+    results["cases"][1]["picture"] = picture.relative_to(folder).as_posix()
+    save_results(folder, results)
+    leave(folder, climbs=[CLIMB])
+    publish_all(folder)
+    place = tmp_path_factory.mktemp("mail")
+    shutil.copytree(folder / "images", place / "images")
+    write_single_file(folder, results).rename(place / "report.html")
+    return place / "report.html"
+
+
+@pytest.fixture
+def page(browser: Any, alone: Path) -> Iterator[Any]:
+    """Return a page at the file; a word on the console and a request are errors."""
+    visit = Visit(browser, alone.parent, file=alone.name)
+    yield visit.open()
+    visit.end()
+    assert {url.split("#")[0] for url in visit.requests if not url.startswith("data:")} <= {
+        alone.as_uri(),
+        "about:srcdoc",
+    }
+
+
+def go(page: Any, /, **address: str) -> None:
+    """Open another address of the file."""
+    page.goto(f"{page.url.split('#')[0]}#{urlencode(address)}")
+
+
+def test_the_policy_names_texts_by_hash_and_no_place(alone: Path) -> None:
+    text = alone.read_text()
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)
+
+    assert policy is not None
+    for word in ("unsafe", "self", "file:", "http"):
+        assert word not in policy[1]
+    assert policy[1].count("sha256-") == 7  # scripts: page, viewer, vtk.js, Plotly; styles: page, viewer, Plotly's
+    assert "http:" not in text
+    assert "https:" not in text
+    assert "<img src=x" not in text
+
+
+@pytest.mark.browser
+def test_a_case_has_its_images_to_the_last_bit(page: Any, alone: Path) -> None:
+    go(page, case="sphere/sheared", stage="normal", at="20,15")
+    page.wait_for_selector(".inspector td[data-stage]")
+
+    cell = page.locator('.inspector td[data-renderer="tracer-float32"][data-stage="normal"]')
+    kept = read_answers(alone.parent / "images/sphere/sheared/tracer-float32.exr")[Stage.NORMAL][15, 20]
+    assert np.array([np.float32(text) for text in cell.all_inner_texts()]).tobytes() == kept.tobytes()
+    frame = np.asarray(Image.open(io.BytesIO(page.locator(".pane .frame > canvas").first.screenshot())).convert("RGB"))
+    assert len(np.unique(frame.reshape(-1, 3), axis=0)) > 20
+
+
+@pytest.mark.browser
+def test_the_picture_is_there_until_the_scene_is_opened_in_3d(page: Any) -> None:
+    go(page, case="sphere/sheared")
+    page.wait_for_selector(".open3d")
+    assert page.evaluate("document.querySelector('.stage3d img').decode().then(() => true)")
+
+    page.locator(".open3d").click()
+    page.wait_for_selector("iframe[data-drawn]")
+
+    shot = np.asarray(Image.open(io.BytesIO(page.locator("iframe").screenshot())).convert("RGB"))
+    assert len(np.unique(shot.reshape(-1, 3), axis=0)) > 100
+
+
+@pytest.mark.browser
+def test_plots_are_drawn(page: Any) -> None:
+    go(page, page="stability")
+    page.wait_for_selector(".plot[data-drawn]")
+
+    assert page.locator(".plot .point").count() > 0
+    go(page, page="tradeoff")
+    page.wait_for_selector(".plot[data-drawn]")
+    assert page.get_by_text("numbers as CSV").count() == 0

@@ -1,0 +1,100 @@
+"""A broken judge judges nothing, however often it is asked; what nobody judged is recorded like what somebody did."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rayproof.reports.cache.guards import passed
+from rayproof.reports.cache.store import usual_store
+from rayproof.reports.judge.self_test.stand_guard import BrokenJudgeError
+from rayproof.reports.processes.worker import Reply
+from rayproof.reports.results.outcomes import Outcome, exit_code
+from rayproof.reports.run.messages import GuardTask, JudgeTask
+from rayproof.reports.run.record.unjudged import unjudged
+from rayproof.reports.run.tasks import judge_task
+from rayproof.reports.run.tasks.handlers import handler
+from rayproof.reports.run.tasks.kinds import JUDGE
+from rayproof.reports.subjects import THE_TRACER
+from tests.reports.judge.scenes import CASE, candidate, rounded, truth, witness
+
+
+@pytest.fixture(autouse=True)
+def guarded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Forget, before and after, that the judge was let pass in this process; nothing is kept elsewhere."""
+    monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path / "cache"))
+    judge_task._guarded.cache_clear()
+    yield
+    judge_task._guarded.cache_clear()
+
+
+def task(folder: Path, *, cached: bool = False) -> JudgeTask:
+    """Return the order to judge a faultless float32 renderer before the oracle."""
+    answers = truth()
+    return JudgeTask(
+        case=CASE,
+        candidates=(candidate(rounded(answers)),),
+        witnesses=(witness(answers),),
+        versions={},
+        folder=folder,
+        require=(),
+        cached=cached,
+    )
+
+
+@pytest.mark.parametrize("cached", [False, True])
+def test_a_broken_judge_judges_nothing_however_often_it_is_asked(cached, tmp_path, monkeypatch):
+    def broken(_: Any) -> None:
+        asked.append(1)
+        raise BrokenJudgeError("the judge is broken: a test says so")
+
+    asked: list[int] = []
+    monkeypatch.setattr(judge_task, "stand_guard", broken)
+    judge = handler(JUDGE)
+
+    # Nobody hears the reply to the first order; the ones that follow must not be let pass for it.
+    for order in (GuardTask(cached=cached), GuardTask(cached=cached), *2 * [task(tmp_path / "run", cached=cached)]):
+        with pytest.raises(BrokenJudgeError, match="a test says so"):
+            judge(order)
+
+    assert len(asked) == 4
+    assert not (tmp_path / "run").exists()
+    assert not passed("judge", usual_store())
+
+
+@pytest.mark.parametrize("cached", [False, True])
+def test_a_sound_judge_is_asked_once(cached, tmp_path, monkeypatch):
+    asked: list[int] = []
+    monkeypatch.setattr(judge_task, "stand_guard", lambda _: asked.append(1))
+    judge = handler(JUDGE)
+
+    assert judge(GuardTask(cached=cached)) == {}
+    assert judge(task(tmp_path / "run", cached=cached))["verdict"] == Outcome.PASS
+
+    assert len(asked) == 1
+    assert passed("judge", usual_store()) is cached
+
+
+def test_what_nobody_judged_has_a_record_of_the_same_keys_in_which_all_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(judge_task, "stand_guard", lambda _: None)
+    order = task(tmp_path)
+    judged = judge_task.judge(order)
+    died = Reply(value=None, error="the worker died (signal SIGABRT)", trace=None, seconds=1.0)
+    failed = witness({}, name="another", error="ended by a signal")
+
+    record = unjudged(CASE, order.candidates, (*order.witnesses, failed), died, folder=tmp_path, subject=THE_TRACER)
+
+    assert record.keys() == judged.keys() | {"trace"}
+    assert {key for one in record["renders"] for key in one} == {key for one in judged["renders"] for key in one}
+    assert [(one["renderer"], one["configuration"], one["error"]) for one in record["renders"]] == [
+        ("tracer-float32", "float32", None),
+        ("analytic", None, None),
+        ("another", None, "ended by a signal"),
+    ]
+    assert record["planned"] == len(record["checks"]) == 2 * judged["planned"]
+    assert all(check.keys() == judged["checks"][0].keys() for check in record["checks"])
+    assert {check["verdict"] for check in record["checks"]} == {record["verdict"]} == {Outcome.ERROR}
+    assert exit_code([record["verdict"]]) == 3
+    assert "SIGABRT" in record["reason"]
+    assert (tmp_path / record["scene"]).is_file()

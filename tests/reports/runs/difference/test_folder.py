@@ -1,0 +1,228 @@
+"""Two runs made into one results folder: images of both, where they differ; a record; a page that shows it."""
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.page.run_comparison import comparison_front
+from rayproof.reports.results.document import load_results, save_results
+from rayproof.reports.results.exr import read_answers, write_answers
+from rayproof.reports.results.image_script import read_pixels, write_pixels
+from rayproof.reports.results.images import kept_images
+from rayproof.reports.runs.difference.folder import write_folder
+from rayproof.reports.runs.difference.images import write_both
+from rayproof.reports.runs.difference.record import comparison, moved, names_of, sentence
+from tests.reports.publish.sample import answers, make_folder
+from tests.reports.publish.visits import Visit
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Return two runs: in the second one case broke, one was mended, one is slower, one was renamed."""
+    folders = (tmp_path_factory.mktemp("before"), tmp_path_factory.mktemp("after"))
+    results = [make_folder(folder) for folder in folders]
+    broken, mended, slow, *_ = results[1]["cases"]
+    broken |= {"verdict": "fail", "stage": "radiance"}
+    for check in broken["checks"]:
+        if check["stage"] == "radiance":
+            check["verdict"], check["end_to_end"]["worst_ratio"] = "fail", 12.5
+    mended |= {"verdict": "pass"}
+    for check in mended["checks"]:
+        check["verdict"], check["end_to_end"]["worst_ratio"] = "pass", 0.21
+    for render in slow["renders"]:
+        render["seconds"] *= 3
+    results[1]["cases"][-1]["name"] = "plane/other"
+    path = folders[1] / "images/sphere/plain/tracer-float32.exr"
+    answers = read_answers(path)
+    answers[Stage.RADIANCE][10:15, 10:20] *= np.float32(1.1)
+    write_answers(path, answers, 2)
+    save_results(folders[1], results[1])
+    return folders
+
+
+@pytest.fixture(scope="module")
+def folder(runs: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of both, published."""
+    folder = tmp_path_factory.mktemp("both")
+    loaded = (load_results(runs[0]), load_results(runs[1]))
+    write_folder(folder, runs, loaded, comparison(*loaded, ("old", "new")))
+    publish_all(folder)
+    return folder
+
+
+def test_the_record_says_what_changed_worst_first(folder: Path) -> None:
+    record = load_results(folder)["comparison"]
+
+    assert [(row["case"], row["before"], row["after"], row["pixels"]) for row in record["rows"]] == [
+        ("sphere/plain", "pass", "fail", 50),
+        ("sphere/sheared", "fail", "pass", 0),
+        ("lights/acne", "fail", "fail", 0),
+    ]
+    assert record["rows"][0]["worst"]["before"] == ["pass", 0.21]
+    assert record["rows"][0]["worst"]["after"] == ["fail", 12.5]
+    assert record["rows"][2]["seconds"][2] == pytest.approx(3)
+    assert (record["appeared"], record["vanished"]) == ([["plane/other", "warn"]], [["plane/tilted", "warn"]])
+    assert record["sentence"] == (
+        "2 of 8 verdicts changed, 1 for the worse; worst errors grew in 1 and shrank in 1; images differ in 1 of 5; "
+        "times, at different hours: x1 in the median case; 1 slower and 0 faster than that explains; "
+        "1 appeared; 1 vanished."
+    )
+
+
+def test_images_of_both_are_kept_bit_for_bit_where_they_differ(folder: Path, runs: tuple[Path, Path]) -> None:
+    cases = {case["name"]: case for case in load_results(folder)["cases"]}
+
+    images, notes = kept_images(folder, cases["sphere/plain"])
+    assert notes == []
+    assert set(images) >= {"old: tracer-float32", "tracer-float32", "old: tracer-float64", "analytic"}
+    for name, run in (("old: tracer-float32", runs[0]), ("tracer-float32", runs[1])):
+        kept = read_answers(run / "images/sphere/plain/tracer-float32.exr")
+        assert {stage: image.tobytes() for stage, image in images[name].items()} == {
+            stage: image.tobytes() for stage, image in kept.items()
+        }
+    same, _ = kept_images(folder, cases["sphere/sheared"])
+    assert not any(name.startswith("old") for name in same)
+
+
+def test_images_that_both_runs_kept_alike_are_taken_over(tmp_path: Path) -> None:
+    renders = {"tracer-float32": answers(rounding=1e-7), "analytic": answers()}
+    folders = (tmp_path / "before", tmp_path / "after")
+    case = {"name": "a/b", "verdict": "pass", "checks": [], "pixels": "images/a/b.js",
+            "renders": [{"renderer": name, "configuration": None} for name in renders]}  # fmt: skip
+    for folder in folders:
+        write_pixels(folder / "images/a/b.js", "images/a/b.js", renders, None)
+    pairs = {"tracer-float32": "tracer-float32"}
+
+    counted = write_both(folders, (case, case), pairs, "before", tmp_path / "out", "images/0001.js")
+
+    assert counted == (0, True)
+    assert (tmp_path / "out/images/0001.js").read_text().startswith('rayproof.receive("images/0001.js",\n')
+    kept = read_pixels(tmp_path / "out/images/0001.js")
+    assert {name: stages.keys() for name, stages in kept.items()} == {name: one.keys() for name, one in renders.items()}
+    renders["tracer-float32"][Stage.NORMAL][3, 4] = 7
+    write_pixels(folders[1] / "images/a/b.js", "images/a/b.js", renders, None)
+    counted = write_both(folders, (case, case), pairs, "before", tmp_path / "out", "images/0001.js")
+    assert counted == (1, True)
+    assert "before: tracer-float32" in read_pixels(tmp_path / "out/images/0001.js")
+
+
+def test_two_equal_runs_differ_in_nothing(runs: tuple[Path, Path]) -> None:
+    results = load_results(runs[0])
+
+    record = comparison(results, copy.deepcopy(results), ("a", "b"))
+
+    assert not any(map(moved, record["rows"]))
+    assert sentence(record).startswith("0 of 9 verdicts changed, 0 for the worse; worst errors grew in 0")
+
+
+def test_what_all_cases_share_is_no_case_s_own_slowness(runs: tuple[Path, Path]) -> None:
+    results = load_results(runs[0])
+    slower = copy.deepcopy(results)
+    for case in slower["cases"]:
+        for render in case["renders"]:
+            render["seconds"] *= 5
+
+    record = comparison(results, slower, ("a", "b"))
+
+    assert record["time"] == pytest.approx(5)
+    assert not any(row["stands_out"] for row in record["rows"])
+
+
+def test_runs_without_a_common_case_cannot_be_compared(runs: tuple[Path, Path]) -> None:
+    results = load_results(runs[0])
+
+    with pytest.raises(ValueError, match="share no case"):
+        comparison(results, results | {"cases": []}, ("a", "b"))
+
+
+def test_images_that_no_run_made_are_left_alone(runs: tuple[Path, Path], tmp_path: Path) -> None:
+    (tmp_path / "images").mkdir()
+    (tmp_path / "images" / "holiday.png").write_bytes(b"")
+    loaded = (load_results(runs[0]), load_results(runs[1]))
+
+    write_folder(tmp_path, runs, loaded, comparison(*loaded, ("old", "new")))
+    stale = tmp_path / "images" / "9999.js"
+    stale.write_text("")
+
+    write_folder(tmp_path, runs, loaded, comparison(*loaded, ("old", "new")))
+
+    assert (tmp_path / "images" / "holiday.png").is_file()
+    assert not stale.exists()
+
+
+def test_folders_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    assert names_of(tmp_path / "a" / "report", tmp_path / "b" / "report") == ("before", "after")
+    assert names_of(tmp_path / "old", tmp_path / "new") == ("old", "new")
+
+
+@pytest.mark.parametrize(
+    "spoiled", [{"rows": 1}, {"rows": [{}]}, {"base": "x"}, {"vanished": [["a"]]}, {"renderers": []}]
+)
+def test_a_record_of_another_shape_is_not_shown(folder: Path, spoiled: dict[str, Any]) -> None:
+    record = json.loads((folder / "results.json").read_text())["comparison"]
+
+    assert comparison_front({"comparison": record}) is not None
+    assert comparison_front({"comparison": record | spoiled}) is None
+    assert comparison_front({}) is None
+
+
+@pytest.mark.browser
+def test_the_page_shows_the_table_and_both_images(browser: Any, folder: Path) -> None:
+    visit = Visit(browser, folder)
+    page = visit.open()
+
+    table = page.get_by_role("region", name="What changed")
+    assert [row.split()[0] for row in table.locator("tbody th").all_inner_texts()] == [
+        "sphere/plain",
+        "sphere/sheared",
+        "lights/acne",
+    ]
+    table.get_by_role("link", name="sphere/plain").click()
+    page.wait_for_selector(".pane .frame > canvas")
+    assert page.get_by_role("tab", selected=True).inner_text().split()[1] == "radiance"
+    assert page.get_by_label("reference", exact=True).input_value() == "old: tracer-float32"
+    assert "50 of 1200 pixels differ" in page.locator(".panes").inner_text()
+    panel = page.get_by_role("region", name="Before and after")
+    assert "4 of 38 checks changed; 50 pixels differ" in panel.inner_text()
+    visit.end()
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_comparison_keeps_nobody_out(browser: Any, folder: Path, scheme: str) -> None:
+    for address in ({}, {"case": "sphere/plain"}):
+        for width in (1280, 390):
+            visit = Visit(browser, folder, color_scheme=scheme, viewport={"width": width, "height": 800})
+            page = visit.open(**address)
+            page.wait_for_selector(".panel")
+            assert visit.barriers() == []
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            visit.end()
+
+
+@pytest.mark.browser
+def test_the_comparison_can_be_used_by_keyboard(browser: Any, folder: Path) -> None:
+    visit = Visit(browser, folder)
+    page = visit.open()
+
+    # To the first link of the table, into its case, through the images of both runs, and back.
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.closest('.comparison td, .comparison th') !== null"):
+            break
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".pane .frame > canvas")
+    assert page.locator("h1 bdi").inner_text() == "sphere/plain"
+    page.keyboard.press("w")
+    page.wait_for_selector("[data-mode=swipe][aria-checked=true]")
+    page.keyboard.press("r")
+    page.wait_for_selector("figcaption:has-text('tracer-float32 over'):not(:has-text('over old: tracer-float32'))")
+    page.keyboard.press("Escape")
+    page.wait_for_selector(".comparison")
+    visit.end()

@@ -1,0 +1,168 @@
+"""Known differences come out as they should, nothing comes out of nothing, and JSON has the promised keys."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.cases.stresses import STRESSES
+from rayproof.reports.studies.compare.contenders import contender, seen, stages_at_stake
+from rayproof.reports.studies.compare.findings import Finding, finding
+from rayproof.reports.studies.compare.pairing import PairedStage, paired
+from rayproof.reports.studies.compare.received import as_received
+from rayproof.reports.studies.compare.verdicts import NOTHING, TRADE, Signs, accuracy, outcome, speed
+from rayproof.tracer.catalogue import FORMULAS
+from tests.reports.commands.conftest import Rayproof
+
+SCENE = next(iter(STRESSES["far_sphere_1e3"]()))[1]
+
+
+def compared(base: str, candidate: str, *, precision: str = "float32", stage: Stage = Stage.OBJECT) -> PairedStage:
+    """Return the comparison of two formulas on one far sphere."""
+    first, second = (contender(name, precision=precision) for name in (base, candidate))
+    (found,) = paired(SCENE, (stage,), first, [second], slots=("sphere",), seed=1)
+    return found[stage]
+
+
+def one_finding(pair: PairedStage) -> Finding:
+    return finding("far", True, [{Stage.OBJECT: pair}], level=0.95, seed=1)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_haines_keeps_three_digits_that_the_textbook_loses_a_thousand_radii_away(precision: str) -> None:
+    pair = compared("sphere/textbook", "sphere/haines", precision=precision)
+
+    assert pair.same_inputs
+    assert 2.7 < pair.digits < 3.4
+    assert np.nanquantile(pair.candidate.scaled, 0.99) <= 4  # K u: backward stable
+    assert accuracy(one_finding(pair), alpha=0.05).all == {1}
+
+
+def test_the_way_back_loses_what_the_way_there_gained() -> None:
+    there, back = compared("sphere/textbook", "sphere/haines"), compared("sphere/haines", "sphere/textbook")
+
+    assert back.digits == -there.digits
+    assert back.only_candidate == there.only_base > 0
+
+
+def test_a_formula_against_itself_shows_nothing() -> None:
+    pair = compared("sphere/haines", "sphere/haines")
+
+    assert (pair.digits, pair.only_base, pair.only_candidate) == (0, 0, 0)
+    assert one_finding(pair).digits_interval == (0, 0)
+    assert outcome([accuracy(one_finding(pair), alpha=0.05)], 0) == NOTHING
+
+
+def test_a_formula_that_misses_what_is_there_is_worse_whatever_its_digits() -> None:
+    pair = compared("sphere/haines", "sphere/fault_far_root")
+    missing = compared("sphere/haines", "sphere/fault_center_ignored")
+
+    assert accuracy(one_finding(pair), alpha=0.05).all == {-1}
+    assert missing.pixels > 0
+
+
+def test_both_precisions_receive_the_same_floats() -> None:
+    scene = as_received(SCENE)
+
+    assert as_received(scene) == scene
+    assert np.array_equal(np.asarray(scene.camera.eye, dtype=np.float32), scene.camera.eye)
+
+
+def test_time_within_the_control_is_no_difference() -> None:
+    assert speed((1.01, 1.05), (0.97, 1.02)) == 0
+    assert speed((1.03, 1.05), (0.97, 1.02)) == -1
+    assert speed((0.90, 0.95), (0.97, 1.02)) == 1
+    assert outcome([Signs(decisions=0, typical=1, tail=0)], -1) == TRADE
+
+
+@pytest.fixture
+def result(rayproof: Rayproof, tmp_path: Path) -> dict[str, Any]:
+    arguments = ["far_sphere_1e3", "primitives", "--repetitions", 9, "--json", tmp_path / "c.json", "--out", tmp_path]
+    ended = rayproof("compare", "sphere/textbook", "sphere/haines", *arguments)
+    assert ended.code == 0
+    assert ended.error == ""
+    assert (tmp_path / "comparison.md").is_file()
+    assert (tmp_path / "comparison.json").read_text() == (tmp_path / "c.json").read_text()
+    found = json.loads((tmp_path / "c.json").read_text())
+    assert ended.out.startswith(found["verdict"])
+    return found
+
+
+def test_the_record_has_the_promised_keys_and_its_control_beside_it(result: dict[str, Any]) -> None:
+    assert "errs less" in result["verdict"]
+    families = {one["family"]: one for one in result["families"]}
+    assert families["far_sphere_1e3"]["digits_gained"] > 2.5
+    for side in (result, result["control"]):
+        low, high = side["digits_interval"]
+        assert low <= side["digits_gained"] <= high
+        assert side["time_interval"][0] <= side["time_ratio"] <= side["time_interval"][1]
+        assert [one["family"] for one in side["families"]] == ["primitives", "far_sphere_1e3"]
+    assert result["control"]["digits_gained"] == 0
+
+
+def test_families_that_show_nothing_of_the_difference_are_refused(rayproof: Rayproof) -> None:
+    ended = rayproof("compare", "sphere/textbook", "sphere/haines", "far_cube_1e1")
+
+    assert ended.code == 2
+    assert "sphere/haines" in ended.error
+
+
+def test_too_few_repetitions_are_refused(rayproof: Rayproof) -> None:
+    ended = rayproof("compare", "sphere/textbook", "sphere/haines", "--repetitions", 3)
+
+    assert ended.code == 2
+    assert "--repetitions" in ended.error
+
+
+CAMERA_SLOTS = ("basis", "half_extent", "ndc", "sample", "view", "inverse")
+
+
+@pytest.mark.parametrize("slot", CAMERA_SLOTS)
+def test_a_wrong_camera_formula_is_worse_in_the_rays(slot: str) -> None:
+    default = FORMULAS.slots[slot]
+    wrong = next(one for one in FORMULAS.variants(slot) if one.kind != "right")
+    base, candidate = seen(*(contender(f"{slot}/{name}", precision="float32") for name in (default, wrong.variant)))
+    scene = select(["primitives/sphere"])[0].scene
+
+    stages = stages_at_stake(base.configuration, candidate.configuration)
+    (found,) = paired(scene, stages, base, [candidate], slots=(slot,), seed=1)
+
+    assert stages == (Stage.RAY,)
+    assert found[Stage.RAY].digits < -2
+
+
+@pytest.mark.parametrize("slot", ["pixel", "corners"])
+def test_what_no_image_depends_on_is_refused_in_one_line(rayproof: Rayproof, slot: str) -> None:
+    wrong = next(one for one in FORMULAS.variants(slot) if one.kind != "right")
+
+    ended = rayproof("compare", f"{slot}/{FORMULAS.slots[slot]}", wrong.name, "primitives/sphere")
+
+    assert ended.code == 2
+    assert ended.error.splitlines()[-1].startswith(f"rayproof: no image depends on {slot}")
+
+
+@pytest.mark.parametrize(
+    ("base", "candidate", "case", "stage"),
+    [
+        ("feeler/normal_offset", "feeler/none", "acne/contact", Stage.VISIBILITY),
+        ("falloff/inverse_square", "falloff/none", "inverse_square", Stage.IRRADIANCE),
+        ("world_normal/inverse_transpose", "world_normal/model_matrix", "normals", Stage.NORMAL),
+        ("ray/reference_point", "ray/half_depth", "primitives/cube", Stage.RAY),
+    ],
+    ids=lambda value: str(value).replace("/", "-"),
+)
+def test_a_control_is_worse_at_its_own_stage(base: str, candidate: str, case: str, stage: Stage) -> None:
+    first, second = (contender(name, precision="float32") for name in (base, candidate))
+    scene = select([case])[0].scene
+
+    (found,) = paired(scene, (stage,), first, [second], slots=(base.split("/")[0],), seed=1)
+
+    pair = found[stage]
+    if stage is Stage.VISIBILITY:
+        assert pair.only_candidate > 10 * max(1, pair.only_base)
+    else:
+        assert pair.digits < -1

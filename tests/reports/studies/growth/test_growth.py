@@ -1,0 +1,141 @@
+"""Growth: different scenes, two runs of each suite, and the price of a further case."""
+
+import json
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rayproof.reports.cli import main
+from rayproof.reports.studies.growth import measuring
+from rayproof.reports.studies.growth.checkouts import Round, compared, ratios
+from rayproof.reports.studies.growth.marginal import marginal
+from rayproof.reports.studies.growth.measuring import GrowthError, measured
+from rayproof.reports.studies.growth.scenes import write_scenes
+from tests.reports.commands.conftest import Rayproof, rayproof
+
+__all__ = ["rayproof"]
+
+
+def test_no_two_scenes_are_alike_and_the_first_ones_are_the_same(tmp_path: Path) -> None:
+    (tmp_path / "few").mkdir()
+    (tmp_path / "many").mkdir()
+
+    few, many = write_scenes(2, tmp_path / "few"), write_scenes(5, tmp_path / "many")
+
+    assert len({file.read_text() for file in many}) == 5
+    assert [file.read_text() for file in few] == [file.read_text() for file in many[:2]]
+
+
+def test_a_suite_is_run_twice_and_its_figures_are_written(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof("growth", 1, "--json", tmp_path / "growth.json")
+
+    assert ended.code == 0, ended.out
+    rows = json.loads((tmp_path / "growth.json").read_text())["runs"]
+    assert [(row["cases"], row["when"]) for row in rows] == [(1, "at first"), (1, "again")]
+    assert all(row["processor_seconds"] > 0 and row["folder_bytes"] > 0 for row in rows)
+    assert "A thousand further cases" not in ended.out
+
+
+def test_the_price_of_a_further_case() -> None:
+    small = {"cases": 10, "when": "again", "seconds": 3.0, "processor_seconds": 4.0, "peak_bytes": 5, "folder_bytes": 6}
+    large = {
+        "cases": 30, "when": "again", "seconds": 5.0, "processor_seconds": 8.0, "peak_bytes": 25, "folder_bytes": 46,
+    }  # fmt: skip
+
+    (one,) = marginal([large, small])
+
+    assert (one["from"], one["to"]) == (10, 30)
+    assert (one["seconds"], one["processor_seconds"], one["peak_bytes"], one["folder_bytes"]) == (0.1, 0.2, 1, 2)
+
+
+def test_a_run_that_fails_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measuring, "COMMAND", "import sys; sys.exit('it broke')")
+
+    with pytest.raises(GrowthError, match="ended with 1: it broke"):
+        list(measured([1]))
+
+
+def test_a_measurement_that_is_terminated_ends_its_suite_and_keeps_what_it_has(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = []
+
+    def told_to_stop(counts: list[int]) -> Iterator[dict[str, float | str]]:
+        try:
+            yield {
+                "cases": 1,
+                "when": "again",
+                "seconds": 1,
+                "processor_seconds": 1,
+                "peak_bytes": 1,
+                "folder_bytes": 1,
+            }
+            os.kill(os.getpid(), signal.SIGTERM)
+        except KeyboardInterrupt:
+            ended.append(counts)
+            raise
+
+    monkeypatch.setattr(measuring, "measured", told_to_stop)
+
+    assert main(["growth", "1", "--json", str(tmp_path / "growth.json")]) == 130
+    assert ended == [[1]]
+    assert len(json.loads((tmp_path / "growth.json").read_text())["runs"]) == 1
+
+
+def test_a_suite_without_cases_is_refused(rayproof: Rayproof) -> None:
+    ended = rayproof("growth", 0)
+
+    assert ended.code == 2
+    assert "at least 1 case, got 0" in ended.error
+
+
+def _round(number: int, checkout: str, when: str, seconds: float) -> Round:
+    cost = {"seconds": seconds, "peak_bytes": 1, "folder_bytes": 1}
+    return Round(number=number, checkout=checkout, when=when, processor_seconds=seconds, **cost)
+
+
+def test_the_ratio_of_two_checkouts_is_taken_within_a_round() -> None:
+    rows = [
+        _round(number, checkout, "at first", seconds * pace)
+        for number, pace in enumerate((1.0, 3.0, 2.0))
+        for checkout, seconds in (("here", 11.0), ("against", 10.0))
+    ]
+
+    assert ratios(rows) == {"at first": {"ratio": 1.1, "interval": [1.1, 1.1], "rounds": 3}}
+
+
+@pytest.mark.parametrize("holder", [pytest.param("", id="packages-at-the-top"), "python/rayproof"])
+def test_each_checkout_runs_its_own_code(tmp_path: Path, holder: str) -> None:
+    other = tmp_path / "other"
+    package = other / holder / "reports"
+    package.mkdir(parents=True)
+    for folder in {package, package.parent} - {other}:
+        (folder / "__init__.py").touch()
+    if holder:
+        (other / "reports").symlink_to(package)
+    (package / "cli.py").write_text("def main():\n    return 'the other checkout was asked'\n")
+
+    with pytest.raises(GrowthError, match="the other checkout was asked"):
+        list(compared(other, ("primitives/plane",), rounds=1))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        pytest.param(("--suite",), "go together", id="against-what"),
+        pytest.param(("3", "--suite", "--against", "."), "takes no number of cases, got 3", id="sizes-too"),
+        pytest.param(("--suite", "--against", "nowhere"), "nowhere is no checkout of rayproof", id="no-checkout"),
+        pytest.param(("--suite", "--against", ".", "--rounds", "2"), "must be odd", id="even"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_in_one_line(
+    rayproof: Rayproof, arguments: tuple[str, ...], complaint: str
+) -> None:
+    ended = rayproof("growth", *arguments)
+
+    assert ended.code == 2
+    assert complaint in ended.error
+    assert ended.error.count("\n") == 1

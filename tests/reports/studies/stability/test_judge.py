@@ -1,0 +1,135 @@
+"""A wrong slope fails, a known failure is no surprise, and one that passes is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Failure, Ladder, Law
+from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung
+from rayproof.reports.studies.stability.judge import doubted, judged
+from rayproof.reports.studies.stability.questions import Truth, Witness
+from rayproof.reports.studies.stability.slopes import Slope
+from rayproof.tracer.catalogue import FORMULAS
+
+SPH_FAR = next(ladder for ladder in all_ladders() if ladder.name == "SPH-FAR")
+
+
+def climbed(ladder: Ladder, *, broken_from: float, slope: float) -> Climb:
+    """Return the climb of a formula that answers wrongly from a value on."""
+    rungs = tuple(
+        Rung(
+            value=value,
+            rays=1000,
+            false_hits=0,
+            false_misses=100 if value >= broken_from else 0,
+            invalid=0,
+            median=1e-6,
+            median_low=1e-6,
+            median_high=1e-6,
+            p99=1e-6,
+            worst=1e-6,
+            index=1.0,
+            counts={},
+        )
+        for value in ladder.values
+    )
+    fit = Slope(value=slope, interval=(slope, slope), used=ladder.values)
+    return Climb(ladder=ladder, formula=FORMULAS["sphere/haines"], precision="float32", rungs=rungs, slope=fit)
+
+
+def test_a_formula_that_climbs_as_predicted_passes() -> None:
+    verdict = judged(climbed(SPH_FAR, broken_from=1e7, slope=1.0))
+
+    assert (verdict.verdict, verdict.expected, verdict.surprise) == ("pass", "pass", "")
+    assert verdict.climb.breakpoint == 3e6
+
+
+def test_a_wrong_slope_fails_though_errors_are_small() -> None:
+    verdict = judged(climbed(SPH_FAR, broken_from=1e9, slope=1.5))
+
+    assert verdict.verdict == "fail"
+    assert "slope 1.50" in verdict.surprise
+
+
+def test_an_early_break_is_a_surprise_unless_the_catalogue_knows_it() -> None:
+    known = replace(SPH_FAR, fails=(Failure(formulas=("haines",), because="a test says so"),))
+
+    assert "breaks at 1000" in judged(climbed(SPH_FAR, broken_from=1e3, slope=1.0)).surprise
+    told = judged(climbed(known, broken_from=1e3, slope=1.0))
+    assert (told.verdict, told.expected, told.surprise) == ("fail", "fail", "")
+
+
+def test_a_known_failure_that_passes_is_a_surprise() -> None:
+    known = replace(SPH_FAR, fails=(Failure(formulas=("*",), because="a test says so"),))
+
+    verdict = judged(climbed(known, broken_from=1e9, slope=1.0))
+
+    assert verdict.verdict == "pass"
+    assert "expects it to fail: a test says so" in verdict.surprise
+
+
+def test_a_known_failure_must_still_keep_its_law() -> None:
+    known = replace(
+        SPH_FAR,
+        fails=(Failure(formulas=("*",), because="a test says so"),),
+        laws=(Law(formulas=("*",), slope=2.0, because="squared"),),
+    )
+
+    assert "squared" in judged(climbed(known, broken_from=1e2, slope=1.0)).surprise
+
+
+@pytest.mark.parametrize("ladder", all_ladders(), ids=lambda ladder: ladder.name)
+def test_the_catalogue_names_formulas_that_there_are(ladder: Ladder) -> None:
+    known = {formula.variant for slot in ladder.slots for formula in FORMULAS.variants(slot)} | {"*"}
+
+    named = {name.rpartition("/")[2] for one in (*ladder.laws, *ladder.fails) for name in one.formulas}
+
+    assert set(ladder.slots) <= set(FORMULAS.slots)
+    # What fails on all ladders of a group may be named on one whose slots do not hold it: never the other way round.
+    assert not {name for name in named if name not in known}
+
+
+def test_a_missed_gate_says_what_was_wrong_there() -> None:
+    told = judged(climbed(SPH_FAR, broken_from=1e3, slope=1.0)).reasons[0]
+
+    assert told == (
+        "breaks at 1000, before 100000: 10.000% of 1000 rays answered wrongly "
+        "(0 false hits, 100 false misses, 0 invalid)"
+    )
+    climb = climbed(SPH_FAR, broken_from=1e9, slope=1.0)
+    coarse = replace(climb, rungs=tuple(replace(rung, index=5.0) for rung in climb.rungs))
+    assert judged(coarse).reasons == ("breaks at 10, before 100000: error 5 K u",)
+
+
+@pytest.mark.parametrize(("median", "law", "passes"), [(0.0, 0.0, True), (1e-9, 0.0, False), (0.0, 1.0, False)])
+def test_no_error_at_all_is_a_flat_law_and_no_other(median: float, law: float, passes: bool) -> None:
+    flat = replace(SPH_FAR, laws=(Law(formulas=("*",), slope=law, because="a test says so"),))
+    climb = climbed(flat, broken_from=1e9, slope=0.0)
+    none = Slope(value=None, interval=None, used=())
+
+    verdict = judged(replace(climb, slope=none, rungs=tuple(replace(rung, median=median) for rung in climb.rungs)))
+
+    assert verdict.verdict == ("pass" if passes else "fail")
+    assert ("no slope to fit" in verdict.surprise) != passes
+
+
+@pytest.mark.parametrize(
+    ("name", "worst", "believed"),
+    [
+        ("SPH-FAR", 0.0, True),
+        ("SPH-FAR", 2.0**-61, True),
+        ("SPH-FAR", 2.0**-59, False),
+        ("SPH-FAR", float("nan"), False),
+        ("TRI-EDGE", 0.0, True),
+        ("TRI-EDGE", 2.0**-1000, False),
+    ],
+)
+def test_a_truth_that_its_witness_does_not_share_is_doubted(name: str, worst: float, believed: bool) -> None:
+    ladder = next(ladder for ladder in all_ladders() if ladder.name == name)
+    truth = Truth(counted=np.ones(1, dtype=bool), facts={}, witness=Witness(values=1, worst=worst))
+    given = Drawn(ladder=ladder, precision="float32", inputs={}, rungs=np.zeros(1), truth=truth)
+
+    assert (doubted(given) == "") == believed
+    assert believed or f"{name} in float32" in doubted(given)

@@ -1,0 +1,78 @@
+"""Every slot is on a ladder, and those of one formula are on ladders that see the faults planted there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.cases.ladders import all_ladders
+from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.studies.stability.climb import climb, drawn
+from rayproof.reports.studies.stability.conditioned import Conditioned
+from rayproof.reports.studies.stability.judge import judged
+from rayproof.reports.studies.stability.survey import applies
+from rayproof.tracer.acceleration import packet_bounds
+from rayproof.tracer.catalogue import FORMULAS, Formula
+
+LADDERS = {ladder.name: ladder for ladder in all_ladders()}
+SLOTS = {
+    *("sample", "ndc", "pixel", "view", "projection", "inverse", "corners", "clip_depth", "clip_shell", "clip_none"),
+    *("nearest", "segment", "obstructed", "horizon", "hidden"),
+    *("sum_lights", "exitance", "radiance", "radiance_simplified"),
+}
+FAULTS = [FORMULAS[name] for name in FORMULAS if FORMULAS[name].kind == "fault" and FORMULAS[name].slot in SLOTS]
+
+
+def test_every_slot_has_a_ladder_that_its_default_climbs() -> None:
+    climbed = {
+        slot
+        for slot, variant in FORMULAS.slots.items()
+        for ladder in LADDERS.values()
+        if applies(ladder, FORMULAS[f"{slot}/{variant}"])
+    }
+
+    assert climbed == set(FORMULAS.slots)
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_fault_falls_from_a_ladder_of_its_slot(fault: Formula) -> None:
+    mine = [ladder for ladder in LADDERS.values() if fault.slot in ladder.slots]
+
+    verdicts = [judged(climb(drawn(ladder, "float32", quick=True), fault)).verdict for ladder in mine]
+
+    assert "fail" in verdicts
+
+
+def shortened(ladder: Ladder) -> Ladder:
+    """Return a ladder with its last values alone, the same for every formula."""
+    return replace(ladder, values=ladder.values[-2:])
+
+
+@pytest.mark.parametrize("name", ["TREE-FAR", "TREE-FAR-BEAM"])
+def test_boxes_without_room_for_roundings_lose_triangles(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    ladder, formula = shortened(LADDERS[name]), FORMULAS["triangle/woop_kahan"]
+    given = drawn(ladder, "float32", quick=False)
+    kept = climb(given, formula).total("false_misses")
+    monkeypatch.setattr(packet_bounds, "ROUNDINGS", 0.0)
+
+    assert kept == 0
+    assert climb(given, formula).total("false_misses") > 0
+
+
+def test_a_blocker_behind_the_light_is_told_from_one_before_it() -> None:
+    ladder = LADDERS["SHD-LIGHT-END"]
+    given = drawn(ladder, "float32", quick=True)
+    blocked = given.truth.facts["blocked"]
+
+    assert 0.4 < blocked.mean() < 0.6
+    short = climb(given, FORMULAS["segment/fault_short"])
+    assert short.total("false_hits") > 0
+
+
+def test_weights_add_up_where_values_cancel() -> None:
+    x, y = Conditioned(np.array([3.0])), Conditioned(np.array([2.0]))
+
+    # f = (x - y) x: x df/dx is (2 x - y) x, counted way by way 3 * 3 + 3 * 3 - but never - 6; y df/dy is -6.
+    assert ((x - y) * x).weight == pytest.approx((3 + 2) * 3 + 1 * 3)
+    assert (1 / x).weight == pytest.approx(1 / 3)
+    assert (x + 1).weight == 3.0

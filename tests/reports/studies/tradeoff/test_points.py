@@ -1,0 +1,80 @@
+"""The front holds what nothing beats, and only that."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.reports.studies.tradeoff.points import Point, front
+from rayproof.reports.studies.tradeoff.tails import LEAST, quantile, root_mean_square, tail
+
+POINT = Point(
+    diagram="sphere/far",
+    label="a",
+    renderer="tracer",
+    variant="a",
+    precision="float32",
+    samples=1,
+    kind="right",
+    clock="kernels",
+    error=1.0,
+    error_interval=(0.9, 1.1),
+    natural=1e-6,
+    unit="m",
+    wrong=0.0,
+    nanoseconds=1.0,
+    nanoseconds_interval=(0.9, 1.1),
+)
+
+
+def named(points: list[Point]) -> list[str]:
+    return [point.label for point in front(points)]
+
+
+def test_slower_and_less_accurate_is_not_on_the_front() -> None:
+    nearer = replace(POINT, label="b", nanoseconds=2.0, error=0.1)
+    beaten = replace(POINT, label="c", nanoseconds=3.0, error=0.5)
+
+    assert named([beaten, nearer, POINT]) == ["a", "b"]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        pytest.param(replace(POINT, label="b", nanoseconds=2.0, error=0.999), id="no-gain-worth-the-time"),
+        pytest.param(replace(POINT, label="b", nanoseconds=0.5, kind="control"), id="known-to-be-wrong"),
+        pytest.param(replace(POINT, label="b", nanoseconds=0.5, error=math.nan), id="without-an-error"),
+    ],
+)
+def test_what_buys_no_place(other: Point) -> None:
+    assert named([POINT, other]) == ["a"]
+
+
+def test_more_wrong_pixels_beat_nothing() -> None:
+    reckless = replace(POINT, label="b", nanoseconds=0.5, wrong=0.01)
+
+    assert named([POINT, reckless]) == ["b", "a"]
+
+
+def test_the_tail_lies_inside_its_interval() -> None:
+    errors = np.random.default_rng(1).lognormal(size=(2, 1000))
+    errors[0, :10] = np.nan
+
+    at, (low, high) = tail(list(errors))
+
+    assert low <= at <= high
+    assert at == quantile(list(errors)) == np.nanquantile(errors, 0.99)
+
+
+def test_an_error_of_nothing_stays_on_a_logarithmic_axis() -> None:
+    assert tail([np.zeros(100)]) == (LEAST, (LEAST, LEAST))
+    assert math.isnan(tail([np.full(3, np.nan)])[0])
+
+
+def test_the_root_mean_square_is_over_the_mean_of_the_truth() -> None:
+    truth = np.full((8, 8, 3), 2.0)
+
+    error, (low, high) = root_mean_square(truth + 0.5, truth)
+
+    assert error == low == high == 0.25

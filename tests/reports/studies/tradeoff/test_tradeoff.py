@@ -1,0 +1,184 @@
+"""A small trade-off measured in earnest: its data, its pictures and its page."""
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rayproof.cases.families import select
+from rayproof.reports.publish.page.tradeoff import diagrams
+from rayproof.reports.studies.tradeoff import routes, sampling
+from rayproof.reports.studies.tradeoff.drawing import svg
+from rayproof.reports.studies.tradeoff.files import page, write
+from rayproof.reports.studies.tradeoff.measuring import measure
+from rayproof.reports.studies.tradeoff.tasks import DEFAULT, QUICK, Sampled, tasks
+from rayproof.tracer.frames import Frames
+from tests.reports.commands.conftest import Rayproof
+
+
+@pytest.fixture(scope="module")
+def result() -> dict[str, Any]:
+    patch = pytest.MonkeyPatch()
+    patch.setattr(sampling, "PER_SIDE", (1, 2))
+    patch.setattr(sampling, "TRUTH_PER_SIDE", 8)
+    patch.setattr(sampling, "SAMPLES_TIMED", 2**10)
+    patch.setattr(sampling, "SAMPLES_WALL", 2**10)
+    formulas, _, climbed = tasks(["grazing_plane", "far_sphere_1e3", "SPH-FAR"])
+    patch.setattr(routes, "RAYS", 2**10)
+    sampled = Sampled(family="antialiased", scene=select(["antialiased/sphere"])[0].scene)
+    found = measure(formulas, [sampled], climbed, repetitions=3, tell=lambda _: None)
+    patch.undo()
+    return found
+
+
+def points(result: dict[str, Any], name: str) -> dict[str, dict[str, Any]]:
+    """Return a diagram's points by label."""
+    (diagram,) = (one for one in result["diagrams"] if one["name"] == name)
+    return {point["label"]: point for point in diagram["points"]}
+
+
+def test_every_point_has_a_time_and_an_error_inside_their_intervals(result: dict[str, Any]) -> None:
+    found = [point for diagram in result["diagrams"] for point in diagram["points"]]
+
+    assert len(found) > 20
+    for point in found:
+        assert 0 < point["nanoseconds_low"] <= point["nanoseconds"] <= point["nanoseconds_high"]
+        assert 0 < point["error_low"] <= point["error"] <= point["error_high"]
+
+
+def test_precision_and_formula_both_buy_digits(result: dict[str, Any]) -> None:
+    far = points(result, "sphere/far_sphere_1e3")
+
+    assert far["haines, float32"]["error"] < far["textbook, float32"]["error"] / 100
+    assert far["textbook, float64"]["error"] < far["haines, float32"]["error"]
+    assert far["textbook, float32"]["wrong"] > 0 == far["haines, float32"]["wrong"]
+    assert "mitsuba_llvm, float32" in far
+
+
+def test_a_ladder_parts_the_formulas_as_its_scenes_do(result: dict[str, Any]) -> None:
+    far = points(result, "ladder/SPH-FAR")
+
+    assert far["haines, float32"]["error"] <= 4 < far["textbook, float32"]["error"]
+    assert far["textbook, float32"]["wrong"] > far["haines, float32"]["wrong"]
+
+
+def test_more_samples_come_nearer_to_the_coverage_whoever_renders(result: dict[str, Any]) -> None:
+    sampled = points(result, "samples/antialiased")
+
+    for who in ("tracer, float32", "tracer, float64", "mitsuba_llvm, float32", "mitsuba_scalar, float32"):
+        assert sampled[f"{who}, 4 per pixel"]["error"] < sampled[f"{who}, 1 per pixel"]["error"]
+
+
+def test_routes_err_alike_in_one_precision_and_none_strays_from_what_it_declares(result: dict[str, Any]) -> None:
+    images = points(result, "paths/antialiased")
+
+    assert len(images) == 8
+    assert {point["wrong"] for point in images.values()} == {0.0}
+    for precision in ("float32", "float64"):
+        judged = images[f"stages, {precision}"]["error"]
+        assert images[f"numbers, {precision}"]["error"] == judged
+        u = {"float32": 1.0, "float64": 2.0**-29}[precision]
+        # gamma(FOLDED) in roundings of float32, to the judged error and not a share of it.
+        for name in ("literals", "frames"):
+            assert images[f"{name}, {precision}"]["error"] <= judged + 1.01 * routes.FOLDED * u
+    assert images["stages, float64"]["error"] < images["stages, float32"]["error"] / 1e6
+
+
+def test_a_route_that_strays_is_told_with_the_share_of_its_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = select(["antialiased/sphere"])[0].scene
+    monkeypatch.setattr(routes, "RAYS", 2**10)
+    monkeypatch.setattr(routes, "PRECISIONS", ("float32",))
+    right = Frames.pixels
+    monkeypatch.setattr(Frames, "pixels", lambda frames: right(frames) * np.float32(1 + 2.0**-17))
+
+    strayed = {e.point.variant: e.point.wrong for e in routes.route_entries("paths/x", scene, lambda _: None)}
+
+    assert strayed["frames"] > 0.1
+    assert strayed["literals"] == strayed["numbers"] == strayed["stages"] == 0
+
+
+def test_every_front_is_among_its_points(result: dict[str, Any]) -> None:
+    for diagram in result["diagrams"]:
+        ahead = [point["label"] for point in diagram["points"] if point["front"]]
+        assert set(diagram["front"]) == set(ahead) != set()
+
+
+def test_the_same_numbers_give_the_same_bytes(result: dict[str, Any]) -> None:
+    diagram = result["diagrams"][0]
+
+    text = svg(diagram)
+
+    assert text == svg(diagram)
+    assert not re.search(r"\d{4}-\d\d-\d\d", text)
+
+
+def test_a_diagram_without_any_error_is_drawn_all_the_same(result: dict[str, Any]) -> None:
+    diagram = result["diagrams"][0]
+    nothing = {"error": math.nan, "error_low": math.nan, "error_high": math.nan, "front": False}
+
+    text = svg({**diagram, "front": [], "points": [point | nothing for point in diagram["points"]]})
+
+    assert diagram["name"] in text
+
+
+def test_the_folder_holds_data_pictures_and_a_page_without_scripts(result: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "tradeoff").mkdir()
+    (tmp_path / "tradeoff" / "stale.svg").touch()
+
+    write(tmp_path, result)
+
+    folder = tmp_path / "tradeoff"
+    data = json.loads((folder / "tradeoff.json").read_text())
+    assert data["diagrams"] == json.loads(json.dumps(result["diagrams"]))
+    rows = list(csv.DictReader((folder / "tradeoff.csv").read_text().splitlines()))
+    assert len(rows) == sum(len(diagram["points"]) for diagram in result["diagrams"])
+    assert {path.name for path in folder.glob("*.svg")} == {diagram["svg"] for diagram in result["diagrams"]}
+    text = (folder / "index.html").read_text()
+    assert "<script" not in text
+    assert "default-src &#x27;none&#x27;" in text or "default-src 'none'" in text
+    assert all(f'src="{diagram["svg"]}"' in text for diagram in result["diagrams"])
+    assert diagrams(tmp_path) == sorted(diagram["svg"] for diagram in result["diagrams"])
+
+
+def test_names_are_text_and_never_markup(result: dict[str, Any]) -> None:
+    hostile = {
+        **result,
+        "environment": {"<script>": "x"},
+        "diagrams": [{**result["diagrams"][0], "name": '<img src="x">'}],
+    }
+
+    text = page(hostile, report=False)
+
+    assert "<script>" not in text
+    assert '<img src="x">' not in text
+
+
+def test_a_folder_without_diagrams_shows_none(tmp_path: Path) -> None:
+    (tmp_path / "tradeoff").mkdir()
+    (tmp_path / "tradeoff" / "evil name.svg").touch()
+    assert diagrams(tmp_path) == []
+    (tmp_path / "tradeoff" / "index.html").touch()
+    assert diagrams(tmp_path) == []
+
+
+@pytest.mark.parametrize("selectors", [DEFAULT, QUICK], ids=["default", "quick"])
+def test_the_defaults_name_diagrams_of_every_kind(selectors: tuple[str, ...]) -> None:
+    formulas, sampled, climbed = tasks(selectors)
+
+    assert {task.slot for task in formulas} >= {"sphere"}
+    assert sampled
+    assert climbed
+
+
+def test_an_unknown_selector_ends_with_2_and_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof("tradeoff", "no_such_family", "--out", tmp_path / "out")
+
+    assert ended.code == 2
+    assert ended.error.count("\n") == 1
+    assert "no_such_family" in ended.error
+    assert not (tmp_path / "out").exists()

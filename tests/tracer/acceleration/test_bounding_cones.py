@@ -1,0 +1,89 @@
+"""A cone about a shape holds every direction in which a ray can meet it, and few of the others."""
+
+import dataclasses
+
+import drjit as dr
+import numpy as np
+
+from rayproof.cases.scene import Sphere
+from rayproof.tracer.acceleration.bounding_cones import Directions, ball, cone
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.device.kernel_constants import LITERALS
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.plan import Plan
+from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, octahedron, scene, shapes
+
+STRIP, ONE_BY_ONE = Plan(columns=4), Plan()
+
+
+def test_a_ray_at_any_point_of_a_shape_may_meet_it(precision: str) -> None:
+    types, generator = array_types(precision), np.random.default_rng(5)
+    kind = np.float64 if precision == "float64" else np.float32
+    met = []
+    for shape in shapes(generator, 1.0, np.zeros(3))[:5]:
+        found = ball(shape)
+        assert found is not None
+        center, radius = found
+        origin = (center + generator.normal(size=3) * radius * 5).tolist()
+        about = cone(shape, origin, precision)
+        assert about is not None
+        outward = generator.normal(size=(3, 4096))
+        points = center[:, np.newaxis] + radius * outward / np.linalg.norm(outward, axis=0)
+        aims = types.Vector(np.ascontiguousarray(points - np.asarray(origin)[:, np.newaxis], dtype=kind))
+        others = types.Vector(np.ascontiguousarray(outward, dtype=kind))
+
+        def may(*directions: object, about: object = about) -> np.ndarray:
+            return np.array(about.may_meet(Directions(directions, types), types, LITERALS, name="shape"))  # type: ignore[attr-defined]
+
+        assert may(aims).all()
+        assert may(others, aims).all()  # one of several is enough
+        assert np.array(about.reversed.may_meet(Directions([-aims], types), types, LITERALS, name="shape")).all()
+        met.append(may(others).mean())
+    assert 0 < np.mean(met) < 0.1
+
+
+def test_no_cone_is_about_what_has_no_end_or_holds_the_point() -> None:
+    sphere = Sphere(albedo=ALBEDO, center=(0.0, 0.0, 1.0))
+
+    assert cone(FLOOR, (0.0, 0.0, 5.0), "float32") is None
+    assert cone(sphere, (0.0, 0.0, 1.0), "float32") is None
+    assert cone(sphere, (0.0, 0.9, 1.0), "float32") is None
+    assert cone(sphere, (0.0, 0.0, 5.0), "float32") is not None
+    # Where float32 cannot tell the point from the surface.
+    far = dataclasses.replace(sphere, center=(1e6, 0.0, 0.0))
+    assert cone(far, (1e6 + 2, 0.0, 0.0), "float32") is None
+    assert cone(far, (1e6 + 2, 0.0, 0.0), "float64") is not None
+
+
+def test_a_direction_that_is_no_number_bounds_nothing() -> None:
+    types = array_types("float32")
+    about = cone(Sphere(albedo=ALBEDO), (0.0, 0.0, 5.0), "float32")
+    assert about is not None
+    nobody, down = types.Vector(dr.nan), types.Vector(0, 0, -1)
+
+    def may(directions: list, **active: object) -> bool:
+        found = about.may_meet(Directions(directions, types, **active), types, LITERALS, name="sphere")  # type: ignore[arg-type]
+        return bool(np.array(found).all())
+
+    assert may([nobody, down])
+    assert not may([nobody, nobody])
+    assert not may([down, types.Vector(1, 0, 0)], active=[types.Bool(False), types.Bool(True)])
+    assert not may([down], active=[types.Bool(False)])
+
+
+def test_most_packets_go_past_a_small_sphere() -> None:
+    small = Sphere(albedo=ALBEDO, center=(0.0, 0.0, 0.2), radius=0.2)
+    what = scene(small, FLOOR, lights=(LIGHT,), camera=camera(width=128, height=128))
+
+    seen, shaded, felt, crossing = Frames(what, Configuration(), chosen=STRIP).asked()
+
+    assert 0 < seen.mean() < 0.05
+    assert shaded.all()  # the floor is everywhere
+    assert 0 < felt.mean() < 0.05
+    assert not crossing.any()  # nothing lies below it
+    assert not Frames(scene(FLOOR, lights=(LIGHT,)), Configuration(), chosen=ONE_BY_ONE).asked()[1:]
+
+
+def test_meshes_stay_in_their_tree() -> None:
+    assert ball(octahedron()) is None

@@ -1,0 +1,188 @@
+"""Scenes of one structure share a kernel where their numbers are in memory, and nothing else changes by it."""
+
+import dataclasses
+from collections.abc import Iterator
+
+import drjit as dr
+import numpy as np
+import pytest
+
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import IDENTITY, Cube, Scene, Sphere, Square, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.tracer import render as rendering
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.kernel_constants import Literals
+from rayproof.tracer.frames import Frames
+from rayproof.tracer.render import render
+from tests.tracer.scenes import FLOOR, LIGHT, affine, camera, everything, octahedron, scene
+
+FAMILY = 50
+
+
+@pytest.fixture(autouse=True)
+def _history() -> Iterator[None]:
+    dr.set_flag(dr.JitFlag.KernelHistory, True)
+    dr.kernel_history()
+    yield
+    dr.set_flag(dr.JitFlag.KernelHistory, False)
+
+
+def member(seed: int, *, mesh: bool = False) -> Scene:
+    """Return one of a family: the same shapes, and every number another one."""
+    generator = np.random.default_rng(seed)
+
+    def triple(low: float, high: float) -> tuple[float, float, float]:
+        x, y, z = generator.uniform(low, high, 3).tolist()
+        return x, y, z
+
+    shapes = (
+        Sphere(albedo=triple(0.1, 0.9), center=triple(-1, 1), radius=float(generator.uniform(0.3, 0.6))),
+        Sphere(albedo=triple(0.1, 0.9), center=triple(-1, 1), to_world=affine(seed, triple(-1, 1))),
+        Cube(albedo=triple(0.1, 0.9), to_world=affine(seed + 1, triple(-1, 1))),
+        Square(albedo=triple(0.1, 0.9), to_world=affine(seed + 2, triple(-1, 1))),
+        Triangle(albedo=triple(0.1, 0.9), vertices=(triple(-2, -1), triple(0, 1), triple(1, 2))),
+        *([octahedron(to_world=affine(seed + 3, triple(-1, 1)))] if mesh else []),
+        FLOOR,
+    )
+    return scene(
+        *shapes,
+        camera=camera(eye=triple(3, 5), target=triple(-0.2, 0.2), fovy=float(generator.uniform(20, 30))),
+        lights=tuple(dataclasses.replace(LIGHT, position=triple(3, 5), flux=triple(50, 90)) for _ in range(2)),
+    )
+
+
+def kernels() -> set[str]:
+    """Return what tells the launched kernels apart."""
+    return {kernel["hash"] for kernel in dr.kernel_history([dr.KernelType.JIT])}
+
+
+def test_fifty_scenes_of_one_structure_compile_one_kernel(precision: str) -> None:
+    for seed in range(FAMILY):
+        render(member(seed), (Stage.RADIANCE,), Configuration(precision=precision))
+
+    assert len(kernels()) == 1
+
+
+def test_scenes_with_a_mesh_share_the_two_kernels_of_their_plan() -> None:
+    for seed in range(4):
+        render(member(seed, mesh=True), (Stage.RADIANCE,), Configuration())
+
+    assert len(kernels()) == 2
+
+
+@pytest.mark.parametrize("mesh", [False, True])
+def test_scenes_of_one_structure_share_the_kernels_of_all_stages(mesh: bool) -> None:
+    render(member(0, mesh=mesh), tuple(Stage), Configuration())
+    one = kernels()
+    for seed in range(1, 8):
+        render(member(seed, mesh=mesh), tuple(Stage), Configuration())
+
+    assert len(one) > 2
+    assert kernels() <= one
+
+
+@pytest.mark.parametrize("mesh", [False, True])
+def test_scenes_of_the_same_kinds_share_all_kernels_whatever_their_number_and_order(mesh: bool) -> None:
+    usual = member(0, mesh=mesh)
+    render(usual, tuple(Stage), Configuration())
+    one = kernels()
+
+    more = (*member(1).shapes[1:3], *usual.shapes[::-1])
+    render(dataclasses.replace(usual, shapes=more), tuple(Stage), Configuration())
+
+    assert kernels() <= one
+
+
+def test_clipping_is_a_kernel_of_its_own() -> None:
+    usual = member(0, mesh=True)
+    render(usual, tuple(Stage), Configuration())
+    one = kernels()
+
+    for clip in ("shell", "none"):
+        render(dataclasses.replace(usual, clip=clip), tuple(Stage), Configuration())
+
+        # For each of the samples of a tile, and one by one.
+        assert len(kernels() - one) <= 2
+
+
+def test_another_formula_compiles_the_kernel_of_its_stage() -> None:
+    render(member(0, mesh=True), tuple(Stage), Configuration())
+    usual = kernels()
+
+    render(member(0, mesh=True), tuple(Stage), Configuration(formulas={"ray": "inverse_matrices"}))
+
+    # By each of the samples of a tile, and one by one.
+    assert len(kernels() - usual) == 2
+
+
+def test_meshes_of_any_size_share_the_kernels_of_the_tree() -> None:
+    def meshes(times: int) -> set[str]:
+        small = octahedron()
+        mesh = dataclasses.replace(small, faces=[tuple(face) for face in small.faces for _ in range(times)])
+        render(scene(mesh, FLOOR), tuple(Stage), Configuration())
+        return kernels()
+
+    # Trees of an odd number of levels begin with one more choice.
+    assert meshes(4) == meshes(16)
+    assert meshes(4) != meshes(8)
+
+
+@pytest.mark.parametrize("what", [member(3), member(3, mesh=True), everything()], ids=["unrolled", "mesh", "all"])
+def test_stages_by_kernels_of_their_own_are_those_of_one_kernel(what: Scene, precision: str) -> None:
+    configuration = Configuration(precision=precision)
+
+    together = render(what, IMAGE_STAGES, configuration)
+
+    for stage in IMAGE_STAGES:
+        (alone,) = render(what, (stage,), configuration).values()
+        np.testing.assert_array_equal(together[stage], alone)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"to_world": IDENTITY},
+        {"two_sided": True},
+        {"to_world": ((2.0, 0, 0, 0), (0, 3.0, 0, 0), (0, 0, 4.0, 0), IDENTITY[3])},
+    ],
+    ids=["identity", "two-sided", "stretched"],
+)
+def test_what_a_scene_does_not_need_is_left_out_all_the_same(change: dict) -> None:
+    usual = member(1)
+    first, sheared, *others = usual.shapes
+    changed = dataclasses.replace(usual, shapes=(first, dataclasses.replace(sheared, **change), *others))
+
+    render(usual, (Stage.RADIANCE,), Configuration())
+    one = kernels()
+    render(changed, (Stage.RADIANCE,), Configuration())
+
+    assert kernels().isdisjoint(one)
+
+
+def test_a_scene_that_is_rendered_often_has_its_numbers_in_the_code() -> None:
+    for seed in range(2):
+        Frames(member(seed), Configuration())()
+
+    assert len(kernels()) == 2
+
+
+@pytest.mark.parametrize("what", [member(3), everything()], ids=["unrolled", "trees"])
+def test_numbers_in_memory_give_what_literals_give(
+    what: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    configuration = Configuration(precision=precision)
+
+    in_memory = render(what, tuple(Stage), configuration)
+    monkeypatch.setattr(rendering, "Stages", Literals)
+    literal = render(what, tuple(Stage), configuration)
+
+    for stage in (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.VISIBILITY):
+        np.testing.assert_array_equal(in_memory[stage], literal[stage])
+    # A literal folds by a division, a square root or a product of its own: a rounding each, of which a normal has three
+    # and light three more.
+    for stage, roundings in ((Stage.NORMAL, 3), (Stage.IRRADIANCE, 6), (Stage.EXITANCE, 6), (Stage.RADIANCE, 6)):
+        limit = gamma(roundings, precision=precision)
+        np.testing.assert_allclose(in_memory[stage], literal[stage], rtol=limit, atol=limit * literal[stage].max())
+    for name, value in literal[Stage.CAMERA].items():
+        np.testing.assert_array_equal(in_memory[Stage.CAMERA][name], value)

@@ -1,0 +1,154 @@
+"""The shapes that stand in trees: one tree for every kind, asked as one beam for all rays that a lane takes."""
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+import drjit as dr
+
+from rayproof.cases.scene import Mesh, Shape, Triangle
+from rayproof.tracer.acceleration.packet_bounds import Beam, smaller
+from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
+from rayproof.tracer.acceleration.shape_bvh import Crowd, host_crowd
+from rayproof.tracer.acceleration.traversal import WIDER, Grove, Walk, nearest
+from rayproof.tracer.acceleration.triangle_bvh import Forest, host_forest
+from rayproof.tracer.context import Setting
+from rayproof.tracer.numerics.shear import prepare, turning_alike, turns
+from rayproof.tracer.rays import Feeler, Interval, Nearest, Ray
+from rayproof.tracer.shapes.records import SLOTS, square_vectors
+from rayproof.tracer.shapes.transforms import Placement
+
+
+def flat(shape: Shape) -> bool:
+    """Return whether a shape is made of triangles."""
+    return isinstance(shape, Mesh | Triangle)
+
+
+class Trees:
+    """The trees of a scene, in one precision."""
+
+    def __init__(self, setting: Setting) -> None:
+        self.scene, self.configuration, self.types = setting.scene, setting.configuration, setting.types
+        self.plan, self.assets, self.parameters = setting.plan, setting.assets, setting.parameters
+
+    @cached_property
+    def forest(self) -> Forest | None:
+        """Return the tree over all triangles, or None without any."""
+        members = tuple(
+            (i, shape) for i, shape in enumerate(self.scene.shapes) if self.plan.in_tree(shape) and flat(shape)
+        )
+        host = host_forest(members) if members else None
+        return None if host is None else Forest(host, self.types, self.assets, self.parameters)
+
+    @cached_property
+    def groves(self) -> tuple[Grove, ...]:
+        """Return all trees, those of triangles last."""
+        members: dict[tuple[str, bool], list[tuple[int, Shape]]] = {}
+        for index, shape in enumerate(self.scene.shapes):
+            if self.plan.in_tree(shape) and not flat(shape):
+                slot = SLOTS[type(shape)]
+                # The formula by a square's vectors is another one where they are not orthogonal.
+                sheared = slot == "square" and not square_vectors(Placement(to_world=shape.to_world))[3]
+                members.setdefault((slot, sheared), []).append((index, shape))
+        crowds = [
+            Crowd(
+                host_crowd(tuple(found)),
+                self.types,
+                self.assets,
+                name=f"sheared {slot}" if sheared else slot,
+                parameters=self.parameters,
+            )
+            for (slot, sheared), found in members.items()
+        ]
+        return (*crowds, *([] if self.forest is None else [self.forest]))
+
+    def _meet(self, grove: Grove, rays: Sequence[Ray], intervals: Sequence[Interval]) -> Callable[[Any, int], Any]:
+        return lambda item, k: grove.meet(self.configuration, rays[k], item, intervals[k])
+
+    def nearest(
+        self, rays: Sequence[Ray], intervals: Sequence[Interval], hits: list[Nearest], *, narrow: bool
+    ) -> list[Nearest]:
+        """Return what rays from one point meet before their `hits`, and where they meet nothing these."""
+        for grove in self.groves:
+            limits = [smaller(hit.distance, interval.farthest) for hit, interval in zip(hits, intervals, strict=True)]
+            met = self.met(grove, rays, intervals, limits=limits, narrow=narrow)
+            self.parameters.store(met)
+            hits = [self.nearer(grove, before, *hit) for before, hit in zip(hits, met, strict=True)]
+        return hits
+
+    def met(
+        self,
+        grove: Grove,
+        rays: Sequence[Ray],
+        intervals: Sequence[Interval],
+        *,
+        limits: Sequence[Any] | None = None,
+        narrow: bool = False,
+    ) -> list[tuple[Any, Any]]:
+        """Return t [m] and number of what rays from one point meet first in a tree, within `limits` at least."""
+        limits = [interval.farthest for interval in intervals] if limits is None else limits
+        self.parameters.store(limits)
+        width = max(dr.width(ray.direction) for ray in rays)
+        prepare(rays, together=narrow)
+        beam = Beam(grove.nodes, rays[0].origin, [ray.direction for ray in rays])
+        walk = Walk(grove=grove, beam=beam, meet=self._meet(grove, rays, intervals))
+        return nearest(walk, closer=self.configuration["nearest"], limits=limits, width=width)
+
+    def nearer(self, grove: Grove, before: Nearest, distance: Any, number: Any) -> Nearest:
+        """Return what is nearer, what was hit before or a hit in a tree."""
+        met = distance < dr.inf
+        index = grove.shape(number, met)
+        closer = self.configuration["nearest"]
+        take = closer(distance, before.distance) | (met & (distance == before.distance) & (index < before.shape))
+        return Nearest(
+            distance=dr.select(take, distance, before.distance),
+            shape=dr.select(take, index, before.shape),
+            face=dr.select(take, grove.face(number, met), before.face),
+            number=number if grove is self.forest else before.number,
+        )
+
+    def blocked(self, feelers: Sequence[Feeler], light: Any, blocked: list[Any]) -> list[Any]:
+        """Return where a feeler is `blocked` already, or by a shape in a tree.
+
+        They all end at `light` [m], and through a tree they go as one beam from there; the formulas are asked about the
+        feelers as they are, so that a strategy against acne means the same either way.
+        """
+        obstructed = self.configuration["obstructed"]
+        rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
+        if self.groves:
+            self.parameters.store(light)
+            prepare(rays)
+        for grove in self.groves:
+            active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]
+            triangles = grove is self.forest
+
+            def walk(group: Sequence[Any], turn: Any, grove: Grove = grove, triangles: bool = triangles) -> Any:
+                beam, farthest = self._feeling(grove, rays, light, group)
+                alike = turning_alike(rays, turn) if triangles else rays
+                return Walk(grove=grove, beam=beam, meet=self._meet(grove, alike, intervals)), farthest
+
+            met = any_hit_in_groups(
+                grove.types,
+                walk,
+                points=[ray.origin for ray in rays],
+                alike=turns(rays) if triangles else [()] * len(rays),
+                columns=self.plan.columns,
+                skips=None if feelers[0].skip is None else self._skips(grove, feelers),
+                active=active,
+                width=max(dr.width(ray.origin) for ray in rays),
+            )
+            blocked = [there | obstructed(distance) for there, distance in zip(blocked, met, strict=True)]
+        return blocked
+
+    def _feeling(self, grove: Grove, rays: Sequence[Ray], light: Any, active: Sequence[Any]) -> tuple[Beam, Any]:
+        """Return what bounds the feelers on their way through a tree, and the t of its end."""
+        Single: Any = dr.float32_array_t(self.types.Float)
+        if self.configuration.formula("segment").facts.get("bounded", False):
+            reaches = [ray.origin - light for ray in rays]
+            return Beam(grove.nodes, light, reaches, active=active), Single(WIDER)
+        # A feeler that does not end at the light goes by itself.
+        (ray,) = rays
+        return Beam(grove.nodes, ray.origin, [ray.direction]), Single(dr.inf)
+
+    def _skips(self, grove: Grove, feelers: Sequence[Feeler]) -> Callable[[Any, int], Any]:
+        return lambda number, k: grove.shape(number, self.types.Bool(True)) == feelers[k].skip

@@ -1,0 +1,166 @@
+"""The boxes of a tree on the device: corners rounded outward to a grid of 2^16 steps per axis, six numbers in 12 bytes.
+
+Four boxes are read at once, those of a node's grandchildren in the binary heap: three packets of four words.
+
+A coarser box is entered more often and loses nothing; half the memory is worth more than the tighter fit (Mitsuba's
+Embree and many others quantise too: Mahovsky and Wyvill, "Memory-Conserving Bounding Volume Hierarchies with Coherent
+Raytracing", Computer Graphics Forum 25 (2006)).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from rayproof.tracer.acceleration.median_build import Tree
+from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.device.buffers import Assets, aligned, packets
+from rayproof.tracer.device.kernel_constants import Parameters
+
+STEPS = 65535
+CHILDREN, AXES = 4, 3
+# Scenes smaller or larger than this [m] would leave float32 in grid space; they are walked without culling.
+SMALLEST, LARGEST = 2.0**-80, 2.0**80
+CHUNK = 2**15  # boxes that are rounded together: what stays in the cache
+
+
+@dataclass(frozen=True, kw_only=True)
+class HostNodes:
+    """The boxes of the four children of every inner node of every other level, in grid steps from `base`.
+
+    Node i of the binary heap has the children 4 i .. 4 i + 3; where the number of levels is odd, the upper two roots
+    2 and 3 stand in row 0. Between the levels there are rows that nobody asks for.
+    """
+
+    leaves: int
+    size: int  # slots of the largest leaf
+    total: np.ndarray  # (1,) uint32, slots
+    words: np.ndarray  # (rows, CHILDREN, AXES) uint32: lower coordinate, and the upper one in the high half
+    base: np.ndarray  # (3,) float64 [m]
+    step: np.ndarray  # (3,) float64 [m]
+    exact: bool  # whether the grid can be computed with
+
+
+def _rounded(values: np.ndarray, towards: float) -> np.ndarray:
+    """Return float32 numbers, as float64, not on the other side of `values`."""
+    near = values.astype(np.float32)
+    beyond = near > values if towards < 0 else near < values
+    return np.where(beyond, np.nextafter(near, np.float32(towards)), near).astype(np.float64)
+
+
+def _on_grid(lower: np.ndarray, upper: np.ndarray, base: float, step: float) -> np.ndarray:
+    """Return one axis of the boxes, (2, n) uint16: steps from the lower end, and from the upper end downward."""
+    found = np.empty((2, len(lower)), dtype=np.uint16)
+    for start in range(0, len(lower), CHUNK):
+        chunk = slice(start, start + CHUNK)
+        # Rounded three times: 2^-30 of a step covers it.
+        low = np.floor((lower[chunk].astype(np.float64) - base) / step - 2.0**-30)
+        high = np.ceil((upper[chunk].astype(np.float64) - base) / step + 2.0**-30)
+        found[0, chunk] = np.clip(low, 0, STEPS)
+        found[1, chunk] = STEPS - np.clip(high, 0, STEPS)
+    return found
+
+
+def quantise(tree: Tree, lower: np.ndarray, upper: np.ndarray) -> HostNodes:
+    """Return a tree's boxes on the grid that spans them, from those of its items (3, n) [m], rounded outward."""
+    ends = np.array([lower.min(axis=1), upper.max(axis=1)], dtype=np.float64)
+    # Base and step are float32 numbers, so that the device computes with the very grid that the boxes were rounded to.
+    base = _rounded(ends[0], -np.inf)
+    size = ends[1] - base
+    exact = bool(SMALLEST < size.max() < LARGEST and np.abs(ends).max() < LARGEST)
+    # A flat axis gets a step too. One step is kept free at the upper end for rounding.
+    step = _rounded(np.maximum(size, size.max() * 2.0**-20) / (STEPS - 2), np.inf) if exact else np.ones(3)
+
+    inner = max(1, tree.leaves // 2)
+    words = aligned((inner, CHILDREN, AXES), np.uint32)
+    words[0] = 0
+    first = tree.first(np.arange(tree.leaves + 1))
+    for axis in range(AXES):
+        if exact:
+            items = _on_grid(lower[axis], upper[axis], base[axis], step[axis])
+        else:
+            items = np.zeros((2, lower.shape[1]), dtype=np.uint16)
+        # Counted from both ends, all that happens on the way up is a minimum.
+        level = np.take(items, tree.slots[first[:-1]], axis=1)
+        for place in range(1, tree.size):
+            np.minimum(
+                level, np.take(items, tree.slots[np.minimum(first[:-1] + place, first[1:] - 1)], axis=1), out=level
+            )
+        # A leaf without items has its box inside out, which enlarges no other and is met by no narrow beam.
+        level[:, tree.empty] = STEPS
+        count = tree.leaves
+        while count > 1:
+            pair = level[0].astype(np.uint32) | ((STEPS - level[1].astype(np.uint32)) << 16)
+            if count == 2:
+                words[0, 2:, axis] = pair
+                break
+            words[count // 4 : count // 2, :, axis] = pair.reshape(-1, CHILDREN)
+            for _ in range(2):
+                level = np.minimum(level[:, ::2], level[:, 1::2])
+            count //= 4
+    total = np.array([tree.total], dtype=np.uint32)
+    return HostNodes(leaves=tree.leaves, size=tree.size, total=total, words=words, base=base, step=step, exact=exact)
+
+
+def _number(word: Any) -> Any:
+    """Return a small UInt as float32. As a signed one: there is an instruction for those."""
+    Int: Any = dr.int32_array_t(type(word))
+    Single: Any = dr.float32_array_t(type(word))
+    return Single(Int(word))
+
+
+def _low(word: Any) -> Any:
+    return _number(word & 0xFFFF)
+
+
+def _high(word: Any) -> Any:
+    return _number(word >> 16)
+
+
+class Nodes:
+    """The boxes as Dr.Jit arrays. Base and step are numbers in memory, so that meshes of one size share a kernel."""
+
+    def __init__(
+        self, host: HostNodes, types: ArrayTypes, assets: Assets, *, name: str, parameters: Parameters
+    ) -> None:
+        self.host, self.size, self.types = host, host.size, types
+        # A scene that is rendered once shares its kernels with trees of any number of leaves.
+        self.leaves = parameters(f"{name} leaves", types.UInt(host.leaves))
+        self._shift = parameters(f"{name} shift", types.UInt(33 - host.leaves.bit_length()))
+        self.words = assets.upload(f"{name} nodes", types.UInt, lambda: host.words)
+        self._total = assets.upload(f"{name} slots", types.UInt, lambda: host.total)
+        self._grid = assets.floats(f"{name} grid", types, lambda: np.concatenate([host.base, host.step]))
+
+    def _number(self, place: int) -> Any:
+        return dr.gather(self.types.Float, self._grid, self.types.UInt(place))
+
+    def point(self, axis: int, coordinate: Any) -> Any:
+        """Return a world coordinate [m] in grid steps, float32."""
+        # Subtracted in the precision of the coordinate: far from the world's origin the difference is small.
+        return self.vector(axis, coordinate - self._number(axis))
+
+    def vector(self, axis: int, component: Any) -> Any:
+        """Return a difference of world coordinates [m] in grid steps, float32."""
+        Single: Any = dr.float32_array_t(self.types.Float)
+        return Single(component) / Single(self._number(3 + axis))
+
+    def children(self, node: Any) -> list[tuple[list[Any], list[Any]]]:
+        """Return the boxes of the four children of an inner node, each (lower, upper) with three grid coordinates."""
+        words = packets(self.types, self.words, node, AXES)
+        boxes = [words[AXES * child : AXES * child + AXES] for child in range(CHILDREN)]
+        return [([_low(word) for word in box], [_high(word) for word in box]) for box in boxes]
+
+    @property
+    def halves(self) -> bool:
+        """Return whether there are two roots, the nodes 2 and 3, instead of one, node 1."""
+        return self.host.leaves.bit_length() % 2 == 0
+
+    def slots(self, leaf: Any) -> list[Any]:
+        """Return the slots of a leaf, counted from 0; where it is a smaller one, the last is the next leaf's first."""
+        if self.host.leaves == 1:
+            return [self.types.UInt(place) for place in range(self.size)]
+        total = dr.gather(self.types.UInt, self._total, self.types.UInt(0))
+        # leaf total / leaves, rounded down: the product has more bits than a word.
+        first: Any = dr.mul_hi(leaf << self._shift, total)
+        return [first + place for place in range(self.size)]

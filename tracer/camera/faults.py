@@ -1,0 +1,206 @@
+"""Planted faults of the camera formulas, for `rayproof audit`; never in use unless named."""
+
+import math
+from typing import Any
+
+import drjit as dr
+
+from rayproof.cases.stages import Stage
+from rayproof.tracer.camera import CAMERA
+from rayproof.tracer.numerics.matrices import matrix
+
+
+@CAMERA.register("basis/fault_left_handed", covers=("CAM-1",), kind="fault", stage=Stage.CAMERA)
+def fault_left_handed(eye: Any, target: Any, up: Any) -> tuple[Any, Any, Any]:
+    """Return a left-handed frame: right U x F, up and forward.
+
+    The right axis as U x F, which mirrors the image.
+    """
+    forward = dr.normalize(target - eye)
+    right = dr.normalize(dr.cross(dr.normalize(up), forward))
+    return right, dr.cross(forward, right), forward
+
+
+@CAMERA.register(
+    "basis/fault_up_as_given", covers=("CAM-1",), kind="fault", cases=("cameras/slanted_up",), stage=Stage.CAMERA
+)
+def fault_up_as_given(eye: Any, target: Any, up: Any) -> tuple[Any, Any, Any]:
+    """Return a frame whose up is not orthogonal to forward.
+
+    The given up vector used as it is, not at right angles to forward.
+    """
+    forward = dr.normalize(target - eye)
+    right = dr.normalize(dr.cross(forward, dr.normalize(up)))
+    return right, dr.normalize(up), forward
+
+
+@CAMERA.register(
+    "corners/fault_far_by_near",
+    covers=("CAM-2",),
+    kind="fault",
+    says="takes a box for the camera's frustum, its far corners as wide as its near ones",
+    stage=Stage.CAMERA,
+)
+def fault_far_by_near(frame: Any) -> list[Any]:
+    """Return the corners of a box instead of a frustum.
+
+    The far plane's corners no farther from the axis than the near plane's.
+    """
+    return [
+        frame.eye
+        + depth * frame.forward
+        + frame.near * (sx * frame.horizontal * frame.right + sy * frame.vertical * frame.up)
+        for depth in (frame.near, frame.far)
+        for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+
+
+@CAMERA.register("half_extent/fault_horizontal_angle", covers=("CAM-2",), kind="fault", stage=Stage.CAMERA)
+def fault_horizontal_angle(Float: Any, fovy: float, aspect: float) -> tuple[Any, Any]:
+    """Return half-sizes whose horizontal angle is fovy.
+
+    Fovy taken for the horizontal angle.
+    """
+    tangent = dr.tan(Float(math.radians(fovy) / 2))
+    return tangent, tangent / aspect
+
+
+@CAMERA.register("half_extent/fault_no_aspect", covers=("CAM-2",), kind="fault", stage=Stage.CAMERA)
+def fault_no_aspect(Float: Any, fovy: float, aspect: float) -> tuple[Any, Any]:
+    """Return tan(alpha) twice.
+
+    The image's aspect dropped, so that circles become ellipses.
+    """
+    tangent = dr.tan(Float(math.radians(fovy) / 2))
+    return tangent, tangent
+
+
+@CAMERA.register("half_extent/fault_whole_angle", covers=("CAM-2",), kind="fault", stage=Stage.CAMERA)
+def fault_whole_angle(Float: Any, fovy: float, aspect: float) -> tuple[Any, Any]:
+    """Return the half-sizes for alpha = fovy.
+
+    Fovy taken for half the vertical angle.
+    """
+    tangent = dr.tan(Float(math.radians(fovy)))
+    return tangent * aspect, tangent
+
+
+@CAMERA.register(
+    "inverse/fault_transposed",
+    covers=("CAM-1", "CAM-2"),
+    kind="fault",
+    says="transposes the camera's matrices where it has to invert them",
+    stage=Stage.CAMERA,
+)
+def fault_transposed(matrix: Any) -> Any:
+    """Return the transpose of a 4x4 matrix.
+
+    The transpose taken for the inverse, as if every matrix were a rotation.
+    """
+    return type(matrix)([[matrix[j, i] for j in range(4)] for i in range(4)])
+
+
+@CAMERA.register("ndc/fault_not_flipped", covers=("CAM-3",), kind="fault", stage=Stage.CAMERA, also=(Stage.RAY,))
+def fault_not_flipped(px: Any, py: Any, width: int, height: int) -> tuple[Any, Any]:
+    """Return sy = 2 py / H - 1, growing downwards.
+
+    Rows counted upwards, so the image stands on its head.
+    """
+    return 2 * px / width - 1, 2 * py / height - 1
+
+
+@CAMERA.register(
+    "ndc/fault_swapped_sizes",
+    covers=("CAM-3",),
+    kind="fault",
+    says="swaps width and height where it turns pixels into image coordinates",
+    stage=Stage.CAMERA,
+)
+def fault_swapped_sizes(px: Any, py: Any, width: int, height: int) -> tuple[Any, Any]:
+    """Return sx = 2 px / H - 1 and sy = 1 - 2 py / W.
+
+    Width and height exchanged in the pixel's coordinates.
+    """
+    return 2 * px / height - 1, 1 - 2 * py / width
+
+
+@CAMERA.register(
+    "pixel/fault_upwards",
+    covers=("CAM-3",),
+    kind="fault",
+    says="counts pixel rows from the bottom where it turns image coordinates into pixels",
+    stage=Stage.CAMERA,
+)
+def fault_upwards(sx: Any, sy: Any, width: int, height: int) -> tuple[Any, Any]:
+    """Return py = (1 + sy) H / 2.
+
+    The way back from NDC forgets that rows count downwards.
+    """
+    return (sx + 1) * width / 2, (1 + sy) * height / 2
+
+
+@CAMERA.register(
+    "projection/fault_minus_one",
+    covers=("CAM-2",),
+    kind="fault",
+    says="projects depths to -1 to 1 instead of 0 to 1",
+    stage=Stage.CAMERA,
+)
+def fault_minus_one(horizontal: Any, vertical: Any, near: Any, far: Any) -> Any:
+    """Return camera -> clip with near -> -1 and far -> 1.
+
+    Depth from -1 at the near plane, as OpenGL has it.
+    """
+    stretch = (far + near) / (far - near)
+    return matrix(
+        [
+            [1 / horizontal, 0, 0, 0],
+            [0, 1 / vertical, 0, 0],
+            [0, 0, stretch, -2 * near * far / (far - near)],
+            [0, 0, 1, 0],
+        ],
+        like=near,
+    )
+
+
+@CAMERA.register(
+    "ray/fault_depends_on_t",
+    covers=("CAM-4",),
+    kind="fault",
+    says="builds rays that are right only for a target 1 m away",
+    stage=Stage.RAY,
+)
+def fault_depends_on_t(frame: Any, sx: Any, sy: Any) -> Any:
+    """Return a ray that is right only for a target 1 m away.
+
+    H and V without the length of the reference vector, so that the ray depends on t.
+    """
+    t = dr.norm(frame.target - frame.eye)
+    ref = dr.fma(frame.forward, t, frame.eye)
+    p = ref + sx * frame.right * frame.horizontal + sy * frame.up * frame.vertical
+    return dr.normalize(p - frame.eye)
+
+
+@CAMERA.register("ray/fault_not_normalised", covers=("CAM-4",), kind="fault", stage=Stage.RAY)
+def fault_not_normalised(frame: Any, sx: Any, sy: Any) -> Any:
+    """Return p - eye, not a unit vector.
+
+    The direction left as long as it comes.
+    """
+    return frame.forward + sx * frame.right * frame.horizontal + sy * frame.up * frame.vertical
+
+
+@CAMERA.register(
+    "view/fault_not_moved",
+    covers=("CAM-1",),
+    kind="fault",
+    says="leaves the eye's translation out of the view matrix",
+    stage=Stage.CAMERA,
+)
+def fault_not_moved(eye: Any, right: Any, up: Any, forward: Any) -> Any:
+    """Return world -> camera without the eye's translation.
+
+    A view matrix that turns and does not move.
+    """
+    rows = [[*axis, 0] for axis in (right, up, forward)]
+    return matrix([*rows, [0, 0, 0, 1]], like=right.x)

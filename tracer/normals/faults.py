@@ -1,0 +1,154 @@
+"""Planted faults of the normal formulas, for `rayproof audit`; never in use unless named."""
+
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from rayproof.cases.stages import Stage
+from rayproof.tracer.normals import NORMALS
+from rayproof.tracer.shapes.transforms import Placement
+
+
+@NORMALS.register("cube_normal/fault_greatest_value", covers=("NRM-2",), kind="fault", stage=Stage.NORMAL)
+def fault_greatest_value(point: Any) -> Any:
+    """Return the signed axis of the greatest value.
+
+    The greatest coordinate taken in place of the greatest magnitude.
+    """
+    along_x = (point.x >= point.y) & (point.x >= point.z)
+    along_y = ~along_x & (point.y >= point.z)
+    along_z = ~along_x & ~along_y
+    return type(point)(
+        dr.select(along_x, dr.sign(point.x), 0),
+        dr.select(along_y, dr.sign(point.y), 0),
+        dr.select(along_z, dr.sign(point.z), 0),
+    )
+
+
+@NORMALS.register(
+    "cube_normal/fault_other_tie",
+    covers=("NRM-2",),
+    kind="fault",
+    stage=Stage.NORMAL,
+    equivalent="it differs only where two coordinates are equal, on the cube's own edges, and there the specification "
+    "(E8) counts either face as right",
+)
+def fault_other_tie(point: Any) -> Any:
+    """Return the outward axis, ties the other way round.
+
+    A tie on an edge decided z before y before x (erratum E8).
+    """
+    x, y, z = abs(point.x), abs(point.y), abs(point.z)
+    along_z = (z >= x) & (z >= y)
+    along_y = ~along_z & (y >= x)
+    along_x = ~along_z & ~along_y
+    return type(point)(
+        dr.select(along_x, dr.sign(point.x), 0),
+        dr.select(along_y, dr.sign(point.y), 0),
+        dr.select(along_z, dr.sign(point.z), 0),
+    )
+
+
+@NORMALS.register("cube_normal/fault_unsigned", covers=("NRM-2",), kind="fault", stage=Stage.NORMAL)
+def fault_unsigned(point: Any) -> Any:
+    """Return the axis of the greatest coordinate, always positive.
+
+    The sign of the cube's normal lost.
+    """
+    x, y, z = abs(point.x), abs(point.y), abs(point.z)
+    along_x = (x >= y) & (x >= z)
+    along_y = ~along_x & (y >= z)
+    return type(point)(dr.select(along_x, 1.0, 0), dr.select(along_y, 1.0, 0), dr.select(along_x | along_y, 0, 1.0))
+
+
+@NORMALS.register(
+    "facing/fault_away",
+    covers=("NRM-3",),
+    kind="fault",
+    says="turns the normals of two-sided surfaces away from the viewer",
+    stage=Stage.NORMAL,
+)
+def fault_away(normal: Any, direction: Any) -> Any:
+    """Return the normal turned along the ray.
+
+    The normal of a two-sided surface turned away from the viewer.
+    """
+    return dr.select(dr.dot(normal, direction) < 0, -normal, normal)
+
+
+@NORMALS.register("facing/fault_never", covers=("NRM-3",), kind="fault", stage=Stage.NORMAL)
+def fault_never(normal: Any, direction: Any) -> Any:
+    """Return the outward normal.
+
+    The normal of a two-sided surface never turned towards the viewer.
+    """
+    return normal
+
+
+@NORMALS.register("sphere_normal/fault_inward", covers=("NRM-1",), kind="fault", stage=Stage.NORMAL)
+def fault_inward(point: Any, center: Any) -> Any:
+    """Return normalize(center - point).
+
+    The sphere's normal turned inwards.
+    """
+    return dr.normalize(center - point)
+
+
+@NORMALS.register(
+    "sphere_normal/fault_unnormalised",
+    covers=("NRM-1",),
+    kind="fault",
+    says="does not divide the sphere's normal by its radius",
+    stage=Stage.NORMAL,
+)
+def fault_unnormalised(point: Any, center: Any) -> Any:
+    """Return point - center.
+
+    Point minus centre left as long as the radius.
+    """
+    return point - center
+
+
+@NORMALS.register("world_normal/fault_inverse_untransposed", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)
+def fault_inverse_untransposed(normal: Any, placement: Placement) -> Any:
+    """Return the inverse matrix times the normal, renormalised.
+
+    The inverse used without its transpose.
+    """
+    return dr.normalize(placement.vector_to_object(normal))
+
+
+@NORMALS.register("world_normal/fault_model_matrix", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)
+def fault_model_matrix(normal: Any, placement: Placement) -> Any:
+    """Return the model matrix times the normal, renormalised.
+
+    The normal taken to world space as if it were a direction.
+    """
+    return dr.normalize(placement.vector_to_world(normal))
+
+
+@NORMALS.register("world_normal/fault_unnormalised", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)
+def fault_world_normal_unnormalised(normal: Any, placement: Placement) -> Any:
+    """Return the inverse transpose times the normal, of whatever length.
+
+    The world normal not renormalised.
+    """
+    return placement.normal_to_world(normal)
+
+
+@NORMALS.register(
+    "world_normal/fault_world_winding",
+    covers=("NRM-3", "XF-2"),
+    kind="fault",
+    says="derives normals from the winding in the world, which a mirror turns round",
+    cases=("transforms/*_mirrored", "normals/mirrored"),
+    stage=Stage.NORMAL,
+)
+def fault_world_winding(normal: Any, placement: Placement) -> Any:
+    """Return the world normal, inward under a mirror.
+
+    The normal taken from world-space winding, which a mirror turns round.
+    """
+    side = float(np.sign(np.linalg.det(placement.linear)))
+    return dr.normalize(placement.normal_to_world(normal)) * side

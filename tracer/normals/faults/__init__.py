@@ -1,1 +1,0 @@
-"""Planted faults of the normal formulas, for `rayproof audit`; never in use unless named."""

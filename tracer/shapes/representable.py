@@ -1,0 +1,57 @@
+"""What a precision can hold: scenes so large or so small that squares of their lengths leave its range are refused.
+
+A formula may overflow to an infinity, which is counted. But where the scene itself has no size that a number could hold
+every stage would be a silent miss or NaN, and no formula is to blame.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from rayproof.cases.scene import Plane, Scene
+from rayproof.tracer.shapes.error_bounds import extent
+
+# The quadratic's 4 A C takes the square of a difference of two points, at most 48 L^2 for coordinates up to L, which
+# must stay below 2^128 (2^1024). The same from the other end: 1 / L^2 and L^2 / 48 must not be subnormal.
+LARGEST = {"float32": 2.0**60, "float64": 2.0**508}  # m
+
+
+def beyond(scene: Scene, precision: str) -> str | None:
+    """Return what about a scene does not fit into `precision`, in a sentence, or None."""
+    greatest = float(np.finfo(precision).max)
+    for name, value in _numbers(scene):
+        if abs(value) > greatest:
+            return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"
+    camera, largest = scene.camera, LARGEST[precision]
+    if max(map(abs, camera.up)) < float(np.finfo(precision).tiny):
+        return f"up is {camera.up}: {precision} cannot tell it from zero"
+    sizes = {"the eye": math.hypot(*camera.eye), "the target": math.hypot(*camera.target)}
+    # A plane has a place and no size. What overflows even float64 is infinite, and larger than anything.
+    with np.errstate(over="ignore"):
+        sizes |= {
+            f"shape {index}": math.hypot(*(row[3] for row in shape.to_world))
+            if isinstance(shape, Plane)
+            else extent(shape)
+            for index, shape in enumerate(scene.shapes)
+        }
+    where = max(sizes, key=lambda name: sizes[name])
+    length = sizes[where]
+    if length > largest:
+        return f"{where} reaches {length:.3g} m; the squares of lengths beyond {largest:.3g} m overflow {precision}"
+    if length < 1 / largest:
+        return f"nothing in the scene is larger than {length:.3g} m; squares of that vanish in {precision}"
+    return None
+
+
+def _numbers(scene: Scene) -> Iterator[tuple[str, float]]:
+    """Yield the scene's other numbers by name: any of them may be as large as the precision allows."""
+    yield "far", scene.camera.far
+    for name in ("eye", "target", "up"):
+        yield from ((name, value) for value in getattr(scene.camera, name))
+    for index, shape in enumerate(scene.shapes):
+        yield from ((f"shape {index}'s albedo", value) for value in shape.albedo)
+        yield from ((f"shape {index}'s matrix", value) for row in shape.to_world for value in row)
+    for index, light in enumerate(scene.lights):
+        yield from ((f"light {index}'s flux", value) for value in light.flux)
+        yield from ((f"light {index}'s position", value) for value in light.position)

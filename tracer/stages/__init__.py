@@ -1,0 +1,1 @@
+"""From pixel to radiance: one file a step of the specification's light path."""

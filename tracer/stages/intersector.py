@@ -1,0 +1,78 @@
+"""All shapes of a scene on the device: the nearest hit, and whether anything is in the way.
+
+Few shapes are unrolled into the kernel, one formula each; many of a kind, and all triangles of meshes, go through a
+tree (`tracer.plan`). A scene without spheres leaves no sphere code behind, and a shape at identity no transform.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+from rayproof.cases.scene import Shape, Vector
+from rayproof.tracer.acceleration.bvhs import Trees
+from rayproof.tracer.acceleration.unrolled import Bodies
+from rayproof.tracer.context import Setting
+from rayproof.tracer.rays import Feeler, Interval, Nearest, Ray
+from rayproof.tracer.shapes.records import SLOTS
+from rayproof.tracer.shapes.transforms import Placement
+
+
+def can_shadow_itself(shape: Shape) -> bool:
+    """Return whether a shape may stand between a point of its own and a light above that point's horizon.
+
+    A convex body with its normal outward cannot, and neither can a flat one; a two-sided body is lit from inside.
+    """
+    flat_or_convex = SLOTS.get(type(shape))
+    return flat_or_convex is None or (shape.two_sided and flat_or_convex in ("sphere", "cube"))
+
+
+class World:
+    """A scene's shapes in one precision."""
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting, self.scene, self.types = setting, setting.scene, setting.types
+        self.configuration, self.plan = setting.configuration, setting.plan
+        self.assets, self.parameters = setting.assets, setting.parameters
+
+    def parameter(self, index: int, what: str, value: Any) -> Any:
+        """Return a number or vector that belongs to a shape, as a parameter of the kernel."""
+        return self.parameters(f"shape {index} {what}", value)
+
+    @cached_property
+    def placements(self) -> tuple[Placement, ...]:
+        """Return where each shape stands."""
+        return tuple(
+            Placement(to_world=shape.to_world, parameters=self.parameters, name=f"shape {index}")
+            for index, shape in enumerate(self.scene.shapes)
+        )
+
+    @cached_property
+    def bodies(self) -> Bodies:
+        """Return the shapes that are unrolled."""
+        return Bodies(self.setting, placements=self.placements)
+
+    @cached_property
+    def trees(self) -> Trees:
+        """Return the shapes that stand in trees."""
+        return Trees(self.setting)
+
+    @property
+    def has_blockers(self) -> bool:
+        """Return whether any shape may stand between a point of the scene and a light above its horizon."""
+        return len(self.scene.shapes) > 1 or any(can_shadow_itself(shape) for shape in self.scene.shapes)
+
+    def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval], *, narrow: bool = False) -> list[Nearest]:
+        """Return the nearest hits of rays from one point; at a tie the lower shape index, then the lower face index.
+
+        `narrow` says that their directions hardly differ.
+        """
+        hits = self.bodies.nearest(rays, intervals)
+        return self.trees.nearest(rays, intervals, hits, narrow=narrow)
+
+    def blocked(self, feelers: Sequence[Feeler], light: Any, *, place: Vector | None) -> list[Any]:
+        """Return where something other than the shape that it leaves out is met inside a feeler's interval.
+
+        The feelers all end at `light` [m], `place` on the host if it is known there.
+        """
+        blocked = self.trees.blocked(feelers, light, self.bodies.blocked(feelers, place))
+        return [there & feeler.active for there, feeler in zip(blocked, feelers, strict=True)]
