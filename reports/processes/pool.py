@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rayproof.reports.processes.worker import PREPARE, Reply, serve
+from rayproof.reports.processes.worker import PREPARE, Reply
 from rayproof.reports.processes.worker_process import WorkerProcess, started
 
 GLANCE = 1.0  # s, the longest wait at a time
@@ -47,7 +47,8 @@ class Pool:
     """Run tasks in workers by kind; `step` waits for something to happen and calls back.
 
     A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one. Its tasks
-    have `timeout` seconds each, or as many as `timeouts` says.
+    have `timeout` seconds each, or as many as `timeouts` says. A worker calls `target`, a function at the top of its
+    module, with its kind and its end of the channel.
     """
 
     def __init__(
@@ -57,7 +58,7 @@ class Pool:
         timeout: float,
         copies: Mapping[str, int] | None = None,
         timeouts: Mapping[str, float] | None = None,
-        target: Callable[[str, Any], None] = serve,
+        target: Callable[[str, Any], None],
     ) -> None:
         self._copies = copies or {}
         self._jobs = jobs

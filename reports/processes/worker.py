@@ -27,10 +27,8 @@ class Reply:
     seconds: float
 
 
-def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[Any], Any]] | None = None) -> None:
-    """Answer tasks until the other end closes; `handlers` says what a worker of `kind` does, if it is not a run's."""
-    if handlers is None:
-        from rayproof.reports.run.tasks.handlers import handler as handlers
+def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[Any], Any]]) -> None:
+    """Answer tasks until the other end closes; `handlers` returns the function that does tasks of `kind`."""
     handler: Callable[[Any], Any] | None = None
     while True:
         try:

@@ -14,7 +14,7 @@ import tempfile
 from importlib.resources import files
 from pathlib import Path
 
-VENDOR = Path(__file__).with_name("publish") / "vendor"
+VENDOR = Path(__file__).with_name("vendor")
 PLOTLY = "plotly.js-basic-dist-min@4.1.1"
 MODULE = re.compile(r'<script type="module">(.*)</script>', re.DOTALL)
 # (what it is, pattern, replacement); each must be found exactly once, or the viewer is not the one that was looked at.

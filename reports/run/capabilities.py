@@ -5,6 +5,7 @@ from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.run.messages import QuestionTask, SubjectTask
+from rayproof.reports.run.tasks import serve_run
 from rayproof.reports.run.tasks.kinds import UNDER_TEST
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.capabilities import Capabilities
@@ -43,7 +44,7 @@ def answered(subject: Subject, scene: Scene, *, keep: Keep | None = None) -> Can
 
 
 def _reply(kind: str, task: QuestionTask | SubjectTask, *, timeout: float) -> Reply:
-    pool = Pool(jobs=1, timeout=timeout)
+    pool = Pool(jobs=1, timeout=timeout, target=serve_run)
     replies: list[Reply] = []
     try:
         pool.submit(kind, task, replies.append)

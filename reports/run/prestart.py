@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rayproof.reports.processes.pool import Pool
+from rayproof.reports.run.tasks import serve_run
 from rayproof.reports.run.tasks.kinds import JUDGE, TRACING
 
 
@@ -11,7 +12,7 @@ from rayproof.reports.run.tasks.kinds import JUDGE, TRACING
 def early_workers(*, jobs: int, timeout: float) -> Iterator[Pool]:
     """Start the tracer's worker while the request is still being read; all workers end with the block."""
     # Judging is the longest part and shares nothing: it may take every processor.
-    pool = Pool(jobs=jobs, timeout=timeout, copies={JUDGE: jobs})
+    pool = Pool(jobs=jobs, timeout=timeout, copies={JUDGE: jobs}, target=serve_run)
     pool.prepare(TRACING)
     try:
         yield pool

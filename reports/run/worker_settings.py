@@ -2,6 +2,7 @@
 
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.tasks import serve_run
 from rayproof.reports.run.tasks.kinds import JUDGE, UNDER_TEST
 from rayproof.reports.subjects import PROGRAM
 
@@ -12,8 +13,9 @@ def workers(request: RunRequest) -> Pool:
     """Return a pool, none of whose workers has started."""
     subject, copies = request.subject, {JUDGE: request.jobs, PROGRAM: request.jobs}
     if subject.is_tracer:
-        return Pool(jobs=request.jobs, timeout=request.timeout, copies=copies)
+        return Pool(jobs=request.jobs, timeout=request.timeout, copies=copies, target=serve_run)
     return Pool(
+        target=serve_run,
         jobs=request.jobs,
         timeout=max(PATIENCE, request.timeout),
         copies=copies,

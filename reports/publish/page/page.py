@@ -154,4 +154,4 @@ def _quoted(digests: Sequence[str]) -> str:
 
 
 def _asset(name: str) -> str:
-    return files("rayproof.reports.publish").joinpath("html", name).read_text(encoding="utf-8")
+    return files("rayproof.reports.publish.page").joinpath("html", name).read_text(encoding="utf-8")

@@ -46,23 +46,23 @@ def page_in_one() -> str:
 
 def digests_in_one() -> tuple[list[str], list[str]]:
     """Return the hashes of the scripts and of the styles of `page_in_one`, as a policy names them."""
-    return [_digest(vendored(LIBRARY)), _digest(viewer_script())], [_digest(_text("viewer", "style.css"))]
+    return [_digest(vendored(LIBRARY)), _digest(viewer_script())], [_digest(_text("scene3d", "viewer", "style.css"))]
 
 
 def _page(library: str, sources: str) -> str:
-    script, style = viewer_script(), _text("viewer", "style.css")
+    script, style = viewer_script(), _text("scene3d", "viewer", "style.css")
     policy = (
         f"default-src 'none'; script-src {sources} '{_digest(script)}'; style-src '{_digest(style)}'; "
         "img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
-    template = _text("viewer", "page.html")
+    template = _text("scene3d", "viewer", "page.html")
     return template.format(policy=html.escape(policy), style=style, library=library, script=script)
 
 
 def viewer_script() -> str:
     """Return the page's own script."""
-    own = (_text("viewer", f"{name}.js") for name in SCRIPTS)
-    return "\n".join([_text("html", "elements.js"), *own])
+    own = (_text("scene3d", "viewer", f"{name}.js") for name in SCRIPTS)
+    return "\n".join([_text("page", "html", "elements.js"), *own])
 
 
 def vendored(name: str) -> str:

@@ -24,5 +24,5 @@ def loaded(browser: Any) -> Any:
     """Return an empty page with the modules in it."""
     page = browser.new_page()
     for name in ALONE:
-        page.add_script_tag(content=files("rayproof.reports.publish").joinpath("html", f"{name}.js").read_text())
+        page.add_script_tag(content=files("rayproof.reports.publish.page").joinpath("html", f"{name}.js").read_text())
     return page
