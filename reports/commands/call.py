@@ -47,6 +47,7 @@ def call(
 
     if tested.name != PROGRAM:
         raise UsageError(f"--subject: a call is a program's, exec:COMMAND; got {subject!r}")
+    scene = tested.capabilities.under_its_light(scene)
     with told_in_one_line():
         writable_folder(out)
         found = answered(tested, scene, keep=Keep(folder=out, image=True))

@@ -63,6 +63,7 @@ def probe(
     chosen = configurations(["float32", "float64"], formula)
     names = references_named(require)
     tested = subject_named(subject, env)
+    scene = tested.capabilities.under_its_light(scene)
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
     from rayproof.tracer.device.llvm import select
 
@@ -71,7 +72,7 @@ def probe(
     columns |= {f"tracer-{one.name}": tracer_pixel(one, scene, x, y) for one in chosen}
     columns |= {name: reference_pixel(name, scene, x, y, cached=cache) for name in names if name != tested.name}
     write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns})
-    say(f"{case}, pixel ({x}, {y}) of {width} x {height}")
+    say(f"{case}, pixel ({x}, {y}) of {width} x {height}, {scene.shading} light")
     stages = dict.fromkeys(name for column in columns.values() for name in column)
     rows = [[name, *(short(column.get(name, "")) for column in columns.values())] for name in stages]
     show_table("One pixel, every stage", ["stage", *columns], rows)

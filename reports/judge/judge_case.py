@@ -155,6 +155,9 @@ def _checks(
     for stage in stages:
         if candidate.answers is None:
             checks.append(unmeasured(candidate, witness, stage, Outcome.ERROR, f"{candidate.name}: {candidate.error}"))
+        elif stage in candidate.lacking:
+            why_not = f"{candidate.name}: {candidate.lacking[stage]}"
+            checks.append(unmeasured(candidate, witness, stage, Outcome.MISSING, why_not))
         elif stage in candidate.unsupported:
             why_not = f"{candidate.name} cannot: {candidate.unsupported[stage]}"
             checks.append(unmeasured(candidate, witness, stage, Outcome.UNSUPPORTED, why_not))

@@ -24,6 +24,7 @@ class Candidate:
     fine: Answers | None = None  # at the resolution of a case's samples: the tracer's own answers there
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered by its own means, instead of `fine`
     unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
+    lacking: Mapping[Stage, str] = field(default_factory=dict)  # stages that it ought to have answered, and what lacks
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
     light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see

@@ -4,16 +4,20 @@ The default suite runs the default configuration in float32 and in float64 on ev
 formula, in float32, on the cases that cover its specification item.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from rayproof.cases.case import Case
+from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline
+from rayproof.cases.covering import covering
+from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.paths.choice import routes_of
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.request import Trial
 from rayproof.reports.subjects import THE_TRACER, Subject
+from rayproof.reports.subjects.capabilities import Capabilities
 
+GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
 DEFAULTS = ("float32", "float64")
 # The specification's second way where it has two. Literature's further variants are for `rayproof stability`.
 ALTERNATIVES = (
@@ -75,7 +79,8 @@ def plan(
 ) -> tuple[PlannedCase, ...]:
     """Return every case with its configurations; `configurations`, if any, replace the default suite's.
 
-    Another subject than the tracer has no configurations, only its name, and no routes.
+    Another subject than the tracer has no configurations, only its name, and no routes; what it declares not to have is
+    asked as far as it can be (`within_reach`).
 
     Raises:
         LookupError, ValueError: a configuration names something unknown.
@@ -84,7 +89,8 @@ def plan(
     from rayproof.tracer.configuration import Configuration
 
     if not subject.is_tracer:
-        return tuple(PlannedCase(case=case, configurations=(subject.name,)) for case in cases)
+        able = subject.capabilities
+        return tuple(PlannedCase(case=within_reach(case, able), configurations=(subject.name,)) for case in cases)
     if configurations:
         names = tuple(dict.fromkeys(Configuration.parse(name).name for name in configurations))
         return tuple(
@@ -102,6 +108,32 @@ def plan(
         )
         for case in cases
     )
+
+
+def within_reach(case: Case, able: Capabilities) -> Case:
+    """Return the case under a model of light that the program has, where it has not the case's own.
+
+    Everything but light is the same question then, and light is an extra one: what it covers and its closed forms are
+    those of the other model.
+    """
+    scene = able.under_its_light(case.scene)
+    if scene is case.scene:
+        return case
+    light = {"RAD-1", "RAD-2", "RAD-3", "RAD-4"}
+    told = f"Asked under {scene.shading} light, since the program has no {case.scene.shading} one."
+    items = {item for item in case.covers if item not in light} | (light & {*covering(scene)})
+    return replace(
+        case,
+        scene=scene,
+        covers=tuple(item for item in ITEMS if item in items),
+        stresses=f"{case.stresses} {told}",
+        expectations=tuple(one for one in case.expectations if _about_shadows(one)),
+    )
+
+
+def _about_shadows(one: Expectation) -> bool:
+    """Say whether a closed form holds under either model of light."""
+    return isinstance(one, ShadowOutline) or getattr(one, "stage", None) in GEOMETRY
 
 
 @dataclass(frozen=True, kw_only=True)

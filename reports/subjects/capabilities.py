@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,9 @@ from rayproof.reports.results.json_numbers import number
 
 PROTOCOL = 1
 EPSILONS = ("shadow", "ray")
+FLAT = ("cube", "square", "triangle", "mesh")  # types of shapes that triangles can stand for
 LONGEST_NAME = 80
+PIECES = {"mesh": "a mesh of triangles", "triangle": "single triangles"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +51,7 @@ class Capabilities:
         """Return why the program cannot draw the scene, in a sentence, or None."""
         for index, shape in enumerate(scene.shapes):
             kind = NAMES[type(shape)]
-            if kind not in self.drawn:
+            if kind not in self.shapes and kind not in self.stand_ins:
                 return f"It draws no {kind}, as shapes[{index}] is."
             if shape.two_sided and not self.two_sided:
                 return f"It has no two-sided surfaces, as shapes[{index}] has."
@@ -60,10 +62,25 @@ class Capabilities:
         return None if scene.clip in self.clip else f"It does not clip by {scene.clip}."
 
     @property
-    def drawn(self) -> frozenset[str]:
-        """Return the types of shapes that it can be handed, as they are or as meshes."""
-        meshes = ("cube", "square", "triangle") if self.triangulated and "mesh" in self.shapes else ()
-        return frozenset((*self.shapes, *meshes))
+    def stand_ins(self) -> Mapping[str, str]:
+        """Return what it is handed, "mesh" or "triangle", for each type that it does not draw, or not as such."""
+        found = {}
+        for kind in FLAT:
+            if "mesh" in self.shapes and kind != "mesh" and (self.triangulated or kind not in self.shapes):
+                found[kind] = "mesh"
+            elif "triangle" in self.shapes and kind not in self.shapes:
+                found[kind] = "triangle"
+        return found
+
+    def under_its_light(self, scene: Scene) -> Scene:
+        """Return the scene under a model of light that it has: its own, or else the one that the program has."""
+        return scene if scene.shading in self.shading else replace(scene, shading=self.shading[0])  # type: ignore[arg-type]
+
+    def told(self, scene: Scene) -> tuple[str, ...]:
+        """Return in sentences what of a scene is handed over as something else."""
+        kinds = [kind for kind in self.stand_ins if any(NAMES[type(shape)] == kind for shape in scene.shapes)]
+        whole = "since the program asks for it" if self.triangulated else "since the program does not draw it"
+        return tuple(f"Each {kind} is handed over as {PIECES[self.stand_ins[kind]]}, {whole}." for kind in kinds)
 
 
 def _keeps_hands(matrix: Matrix) -> bool:

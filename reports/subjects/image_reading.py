@@ -7,7 +7,7 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,7 @@ class Taken:
 
     images: dict[Stage, np.ndarray]
     resolutions: dict[Stage, Resolution]
+    lacking: dict[Stage, str] = field(default_factory=dict)  # stages of which channels are missing, and which
 
 
 def take_back(path: Path, scene: Scene, *, most: int) -> Taken:
@@ -93,6 +94,7 @@ def _sorted(channels: dict[str, np.ndarray], *, lights: int) -> Taken:
     """Return the stages among the channels; others than the specification's are left alone."""
     images: dict[Stage, np.ndarray] = {}
     resolutions: dict[Stage, Resolution] = {}
+    lacking: dict[Stage, str] = {}
     for stage in IMAGE_STAGES:
         names = exr_channels(stage, lights=lights)
         present = [name for name in names if name in channels]
@@ -101,15 +103,18 @@ def _sorted(channels: dict[str, np.ndarray], *, lights: int) -> Taken:
         if not present:
             continue
         if set(present) != set(names):
-            raise ValueError(f"its {stage} has the channels {', '.join(present)}, not {', '.join(names) or 'none'}")
+            lacking[stage] = f"its {stage} has the channels {', '.join(present)}, not {', '.join(names) or 'none'}"
+            continue
         kinds = {channels[name].dtype for name in names}
         with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN like others
             images[stage] = np.stack([channels[name].astype(np.float64) for name in names], axis=-1)
         if np.dtype(np.float16) in kinds:
             resolutions[stage] = HALF
+    if not images and lacking:
+        raise ValueError(next(iter(lacking.values())))
     if not images:
         raise ValueError(f"its channels are {', '.join(sorted(channels)[:8]) or 'none'}; none of them is a stage's")
-    return Taken(images=images, resolutions=resolutions)
+    return Taken(images=images, resolutions=resolutions, lacking=lacking)
 
 
 @contextmanager

@@ -45,15 +45,18 @@ def image_name(command: Sequence[str]) -> str:
     return "image.pfm" if any("{output.pfm}" in word for word in command) else "image.exr"
 
 
-def keep_call(folder: Path, scene: Scene, words: Sequence[str], ended: Ended) -> None:
-    """Write the scene and its meshes as they were handed over, and in call.txt the command and how it ended."""
+def keep_call(folder: Path, scene: Scene, words: Sequence[str], ended: Ended, *, notes: Sequence[str]) -> None:
+    """Write the scene and its meshes as they were handed over, and in call.txt the command and how it ended.
+
+    `notes` say what of the scene was handed over as something else.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     if (folder / TOLD).is_file():  # an earlier call's: nothing of it must pass for this one's
         for name in (NAME, "mesh-*.obj", "image.exr", "image.pfm"):
             for path in folder.glob(name):
                 path.unlink()
     hand_over(scene, folder)
-    (folder / TOLD).write_text("\n".join(told(words, ended)) + "\n", encoding="utf-8")
+    (folder / TOLD).write_text("\n".join(told(words, ended, notes)) + "\n", encoding="utf-8")
 
 
 def keep_output(folder: Path, image: Path) -> None:
@@ -62,9 +65,14 @@ def keep_output(folder: Path, image: Path) -> None:
         shutil.copyfile(image, folder / image.name)
 
 
-def told(words: Sequence[str], ended: Ended) -> list[str]:
+def told(words: Sequence[str], ended: Ended, notes: Sequence[str]) -> list[str]:
     """Return a call in lines: the command, to be run in its folder, how it ended, and what it printed."""
-    lines = ["# In this folder:", legible(shlex.join(words)), "", f"exit code: {ended.code}"]
+    lines = [f"# {note}" for note in notes] + [
+        "# In this folder:",
+        legible(shlex.join(words)),
+        "",
+        f"exit code: {ended.code}",
+    ]
     lines += [f"problem: {legible(ended.problem)}"] if ended.problem is not None else []
     lines += [f"it says that it cannot: {legible(ended.refusal)}"] if ended.refusal is not None else []
     for what, text in (("standard error", ended.complaint), ("standard output", ended.said)):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.scene import Mesh, Scene
+from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
 from rayproof.reports.judge.comparison.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
@@ -18,7 +18,7 @@ from rayproof.reports.subjects.calls import Ended, call
 from rayproof.reports.subjects.capabilities import Capabilities, capabilities_from
 from rayproof.reports.subjects.image_reading import FLOAT, Taken, take_back
 from rayproof.reports.subjects.keeping import Keep, filled, image_name, keep_call, keep_output
-from rayproof.reports.subjects.request import hand_over, triangulated
+from rayproof.reports.subjects.request import hand_over, rebuilt
 
 CAMERA = "The protocol has no channel for matrices."
 ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like
@@ -91,13 +91,15 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int, keep: 
         return replace(blank, answers={}, unsupported=dict.fromkeys(stages, str(cannot)))
     except ProgramError as wrong:
         return replace(blank, error=str(wrong))
-    unsupported = {stage: UNSAID for stage in stages if stage not in taken.images} | {Stage.CAMERA: CAMERA}
+    unsupported = {stage: UNSAID for stage in stages if stage not in taken.images and stage not in taken.lacking}
+    unsupported[Stage.CAMERA] = CAMERA
     answers = {stage: image for stage, image in taken.images.items() if stage in stages}
     resolutions = dict(taken.resolutions)
     if able.chained:
         # The oracle continues from what was written, the program went on from what it had before.
         resolutions = dict.fromkeys(answers, FLOAT) | resolutions
-    return replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
+    found = replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
+    return replace(found, lacking=taken.lacking)
 
 
 def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1, keep: Keep | None = None) -> Taken:
@@ -110,13 +112,14 @@ def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1, keep:
     """
     able = subject.capabilities
     with _Place(case) as place:
-        given = triangulated(scene) if able.triangulated else scene
-        path = hand_over(given, place.folder)
+        given = rebuilt(scene, able.stand_ins)
+        path = hand_over(given.scene, place.folder)
         arguments = filled(subject.command, path.parent, samples=samples)
         most = allowance(scene)
         ended = _called(subject, arguments, place, seconds=subject.seconds, output=most)
         if keep is not None:
-            keep_call(keep.folder, given, filled(subject.command, Path(), samples=samples), ended)
+            words = filled(subject.command, Path(), samples=samples)
+            keep_call(keep.folder, given.scene, words, ended, notes=able.told(scene))
         _conclude(ended, place)
         image = place.folder / image_name(subject.command)
         try:
@@ -127,11 +130,14 @@ def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1, keep:
             raise ProgramError(f"the program ended well, but {wrong}") from None
         if keep is not None and keep.image:
             keep_output(keep.folder, image)
-    for stage in able.stages or ():
-        if stage not in taken.images and stage in stages_of(scene):
-            raise ProgramError(f"the program declares {stage} and wrote no channel of it")
-    kept = {stage: image for stage, image in taken.images.items() if able.stages is None or stage in able.stages}
-    return Taken(images=_without_faces(kept, scene) if able.triangulated else kept, resolutions=taken.resolutions)
+    wanted = IMAGE_STAGES if able.stages is None else able.stages
+    missing = [stage for stage in able.stages or () if stage in stages_of(scene) and stage not in taken.images]
+    return Taken(
+        images=given.named_as_asked({stage: image for stage, image in taken.images.items() if stage in wanted}),
+        resolutions=taken.resolutions,
+        lacking=dict.fromkeys(missing, "it declares this stage and wrote no channel of it")
+        | {stage: why for stage, why in taken.lacking.items() if stage in wanted},
+    )
 
 
 def _conclude(ended: Ended, place: "_Place") -> None:
@@ -151,17 +157,6 @@ def _mean(subject: Subject, scene: Scene, case: str, samples: int) -> np.ndarray
     if Stage.RADIANCE not in taken.images:
         raise ProgramError("the program wrote no channel of the radiance that is to be averaged")
     return taken.images[Stage.RADIANCE] if averages else box_mean(taken.images[Stage.RADIANCE], samples)
-
-
-def _without_faces(images: dict[Stage, np.ndarray], scene: Scene) -> dict[Stage, np.ndarray]:
-    """Return the images with face 0 on what is a mesh only for the program."""
-    if Stage.OBJECT not in images:
-        return images
-    objects = images[Stage.OBJECT].copy()
-    for index, shape in enumerate(scene.shapes):
-        if not isinstance(shape, Mesh):
-            objects[objects[..., 0] == index, 1] = 0.0
-    return images | {Stage.OBJECT: objects}
 
 
 class _Place:

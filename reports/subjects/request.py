@@ -1,13 +1,15 @@
 """The scene as a program gets it: JSON of the published schema, with meshes as OBJ files beside it."""
 
 import json
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Square, Triangle
-from rayproof.cases.scene_json import scene_to_json
+from rayproof.cases.scene_json import NAMES, scene_to_json
+from rayproof.cases.stages import Stage
 
 NAME = "scene.json"
 # Halves are exact in float32, so that the mesh is the shape itself. Counter-clockwise seen from outside.
@@ -38,9 +40,46 @@ def _obj(mesh: Mesh) -> str:
     return "\n".join(lines) + "\n"
 
 
-def triangulated(scene: Scene) -> Scene:
-    """Return the scene with cubes, squares and triangles as meshes, which they equal; the other shapes stay."""
-    return replace(scene, shapes=tuple(map(_as_mesh, scene.shapes)))
+@dataclass(frozen=True, kw_only=True)
+class Rebuilt:
+    """A scene with meshes or triangles in place of other shapes, which they equal, and what each of its shapes is."""
+
+    scene: Scene
+    shapes: np.ndarray  # (shapes of `scene`,): the shape of the original
+    faces: np.ndarray  # likewise: the face of the original's mesh; -1 where the mesh is handed over itself
+
+    def named_as_asked(self, images: Mapping[Stage, np.ndarray]) -> dict[Stage, np.ndarray]:
+        """Return a program's images with the shapes and faces of the original; a shape that is none stays none."""
+        if Stage.OBJECT not in images:
+            return dict(images)
+        objects = images[Stage.OBJECT].copy()
+        written = objects[..., 0]
+        known = (written >= 0) & (written < len(self.shapes)) & (written == np.floor(written))
+        pieces = written[known].astype(int)
+        faces = self.faces[pieces]
+        objects[known] = np.stack([self.shapes[pieces], np.where(faces < 0, objects[known, 1], faces)], axis=-1)
+        return dict(images) | {Stage.OBJECT: objects}
+
+
+def rebuilt(scene: Scene, stand_ins: Mapping[str, str]) -> Rebuilt:
+    """Return the scene with a "mesh", or a "triangle" for each face, in place of shapes of the types given."""
+    shapes, owners, numbers = [], [], []
+    for index, shape in enumerate(scene.shapes):
+        instead = stand_ins.get(NAMES[type(shape)])
+        pieces = [shape] if instead is None else [_as_mesh(shape)] if instead == "mesh" else _as_triangles(shape)
+        mesh = isinstance(shape, Mesh)
+        shapes += pieces
+        owners += [index] * len(pieces)
+        numbers += ([-1] if instead is None else range(len(pieces))) if mesh else [0 if instead else -1] * len(pieces)
+    return Rebuilt(scene=replace(scene, shapes=tuple(shapes)), shapes=np.array(owners), faces=np.array(numbers))
+
+
+def _as_triangles(shape: Shape) -> list[Shape]:
+    mesh = _as_mesh(shape)
+    assert isinstance(mesh, Mesh)
+    corners = mesh.vertices[mesh.faces].astype(np.float64).tolist()
+    about = {"albedo": mesh.albedo, "to_world": mesh.to_world, "two_sided": mesh.two_sided}
+    return [Triangle(**about, vertices=tuple(map(tuple, three))) for three in corners]
 
 
 def _as_mesh(shape: Shape) -> Shape:

@@ -19,6 +19,7 @@ from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.judge.supported_stages import count_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.plan import within_reach
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import ask_capabilities, candidate
 from rayproof.reports.subjects.request import hand_over
@@ -104,6 +105,19 @@ def test_the_example_passes_on_a_case_of_every_family(lecture: Subject, case: Ca
     found = judged(lecture, case)
 
     assert (found.outcome, found.reason) == (Outcome.PASS, "")
+
+
+@pytest.mark.parametrize("name", sorted(TELLING))
+def test_one_that_draws_triangles_and_knows_the_simplified_light_alone_passes_all_the_same(
+    lecture: Subject, name: str
+) -> None:
+    able = replace(lecture.capabilities, shapes=("sphere", "plane", "triangle"), shading=("simplified",))
+    (case,) = (case for case in all_cases() if case.name == name)
+
+    found = judged(replace(lecture, capabilities=able), within_reach(case, able))
+
+    assert (found.outcome, found.reason) == (Outcome.PASS, "")
+    assert all(check.outcome is Outcome.PASS for check in found.checks if check.stage is not Stage.CAMERA)
 
 
 def test_every_switch_is_wrong_somewhere_and_none_is_wrong_without_it(mistaken: Subject, tmp_path: Path) -> None:

@@ -95,4 +95,4 @@ def _run_program(task: SubjectTask | QuestionTask) -> Any:
     able = task.subject.capabilities
     versions = {task.subject.name: f"{able.title} ({able.precision}, written as float32)"}
     answered = candidate(task.subject, task.scene, case=task.case, samples=task.samples, keep=task.keep)
-    return answered, versions, ()
+    return answered, versions, able.told(task.scene)

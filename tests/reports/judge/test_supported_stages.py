@@ -57,6 +57,25 @@ def test_one_stage_alone_that_is_wrong_fails(stage: Stage) -> None:
     assert (found.outcome, found.stage) == (Outcome.FAIL, stage)
 
 
+@pytest.mark.parametrize("wrong", [None, Stage.RADIANCE])
+def test_a_stage_that_is_missing_costs_that_stage_and_not_the_case(wrong: Stage | None) -> None:
+    one = subject(Stage.DISTANCE, Stage.RADIANCE, wrong=wrong)
+    lacks = replace(
+        one,
+        unsupported={stage: why for stage, why in one.unsupported.items() if stage is not Stage.NORMAL},
+        lacking={Stage.NORMAL: "it declares this stage and wrote no channel of it"},
+    )
+
+    found = judged(lacks)
+
+    outcomes = {check.stage: check.outcome for check in found.checks}
+    assert outcomes[Stage.NORMAL] is Outcome.MISSING
+    assert outcomes[Stage.DISTANCE] is Outcome.PASS
+    assert outcomes[Stage.RADIANCE] is (Outcome.PASS if wrong is None else Outcome.FAIL)
+    expected = (Outcome.MISSING, Stage.NORMAL) if wrong is None else (Outcome.FAIL, wrong)
+    assert (found.outcome, found.stage) == expected
+
+
 def test_nothing_at_all_is_unsupported() -> None:
     found = judged(subject())
 

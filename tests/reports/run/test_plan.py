@@ -1,13 +1,18 @@
 """The plan asks every specification item, and a record goes by all the code that a verdict goes by."""
 
+from dataclasses import replace
+
 import pytest
 
 from rayproof.cases.case import ITEMS
 from rayproof.cases.families import all_cases
+from rayproof.cases.scene import SHADINGS
 from rayproof.reports.cache import judgements
 from rayproof.reports.cache.closure import ROOT, closure
+from rayproof.reports.judge.tolerance.pair_limits import LIGHT
 from rayproof.reports.run import plan as planning
-from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan
+from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, within_reach
+from rayproof.reports.subjects.capabilities import Capabilities
 
 
 def test_every_item_is_covered_by_a_case_with_a_configuration_whose_formulas_cover_it():
@@ -33,6 +38,20 @@ def test_each_alternative_covers_an_item_of_its_own():
 
     assert len(alternatives()) == len(ALTERNATIVES)
     assert len(items) == len(set(items))
+
+
+@pytest.mark.parametrize("light", SHADINGS)
+def test_a_program_of_one_light_is_asked_every_case_under_it_with_what_holds_there(light):
+    asked = [within_reach(case, Capabilities(shading=(light,))) for case in all_cases()]
+
+    for ours, case in zip(asked, all_cases(), strict=True):
+        assert ours.scene == replace(case.scene, shading=light)
+        assert (ours is case) == (case.scene.shading == light)
+        lit = ("RAD-3",) if light == "simplified" else ("RAD-1", "RAD-2", "RAD-4")
+        strange = {"RAD-1", "RAD-2", "RAD-3", "RAD-4"} - {*lit}
+        assert ours is case or not strange & {*ours.covers}
+        assert bool({*lit} & {*ours.covers}) == bool(case.scene.lights)
+        assert ours is case or not any(getattr(one, "stage", None) in LIGHT for one in ours.expectations)
 
 
 def test_an_unknown_configuration_is_named():

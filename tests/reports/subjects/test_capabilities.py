@@ -78,11 +78,24 @@ def test_a_scene_beyond_what_was_declared_is_refused_with_the_reason(declared: C
     assert said in (declared.refusal(SCENE) or "")
 
 
-def test_meshes_stand_for_flat_shapes_where_they_are_asked_for() -> None:
-    meshes = Capabilities(shapes=("sphere", "mesh"), triangulated=True)
+@pytest.mark.parametrize(
+    ("shapes", "triangulated", "handed"),
+    [
+        (("sphere", "mesh"), False, {"cube": "mesh", "square": "mesh", "triangle": "mesh"}),
+        (("sphere", "triangle"), False, {"cube": "triangle", "square": "triangle", "mesh": "triangle"}),
+        (("sphere", "cube", "triangle", "mesh"), False, {"square": "mesh"}),
+        (("sphere", "cube", "mesh"), True, {"cube": "mesh", "square": "mesh", "triangle": "mesh"}),
+    ],
+)
+def test_triangles_stand_for_what_a_program_does_not_draw_and_it_is_told(
+    shapes: tuple[str, ...], triangulated: bool, handed: dict[str, str]
+) -> None:
+    able = Capabilities(shapes=shapes, triangulated=triangulated)
 
-    assert meshes.refusal(SCENE) is None
-    assert "no cube" in (Capabilities(shapes=("sphere", "mesh")).refusal(SCENE) or "")
+    assert able.stand_ins == handed
+    assert able.refusal(SCENE) is None
+    assert [one.split()[1] for one in able.told(SCENE)] == list(handed)
+    assert "no cube" in (Capabilities(shapes=("sphere",)).refusal(SCENE) or "")
 
 
 @pytest.mark.parametrize(

@@ -163,7 +163,7 @@ def test_a_program_may_say_that_it_cannot(program: Writing) -> None:
     assert set(ended.unsupported.values()) == {"No tori today."}
 
 
-def test_what_was_declared_and_not_written_is_an_error(program: Writing, tmp_path: Path) -> None:
+def test_what_was_declared_and_not_written_costs_that_stage_alone(program: Writing, tmp_path: Path) -> None:
     path = saved(tmp_path, {name: full(0.5) for name in "RGB"})
     lines = ["if sys.argv[1:] == ['--capabilities']:"]
     lines += ['    print(\'{"protocol": 1, "stages": ["radiance", "normal"]}\'); sys.exit()']
@@ -174,7 +174,19 @@ def test_what_was_declared_and_not_written_is_an_error(program: Writing, tmp_pat
 
     ended = outcome(declared)
 
-    assert ended.error == "the program declares normal and wrote no channel of it"
+    assert (ended.error, list(ended.answers or ())) == (None, [Stage.RADIANCE])
+    assert ended.lacking == {Stage.NORMAL: "it declares this stage and wrote no channel of it"}
+    assert Stage.NORMAL not in ended.unsupported
+
+
+def test_a_stage_that_is_written_in_part_costs_that_stage_alone(program: Writing, tmp_path: Path) -> None:
+    path = saved(tmp_path, {name: full(0.5) for name in (*"RGB", "normal.X", "normal.Y")})
+
+    ended = outcome(program(f"import shutil; shutil.copyfile({str(path)!r}, OUTPUT)"))
+
+    assert (ended.error, list(ended.answers or ())) == (None, [Stage.RADIANCE])
+    assert list(ended.lacking) == [Stage.NORMAL]
+    assert "not normal.X, normal.Y, normal.Z" in ended.lacking[Stage.NORMAL]
 
 
 def test_a_mean_is_taken_from_a_finer_image_or_from_the_program_itself(program: Writing) -> None:
