@@ -1,7 +1,7 @@
 """The scene as a program gets it: JSON of the published schema, with meshes as OBJ files beside it."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -63,7 +63,8 @@ class Rebuilt:
 
 def rebuilt(scene: Scene, stand_ins: Mapping[str, str]) -> Rebuilt:
     """Return the scene with a "mesh", or a "triangle" for each face, in place of shapes of the types given."""
-    shapes, owners, numbers = [], [], []
+    shapes: list[Shape] = []
+    owners, numbers = [], []
     for index, shape in enumerate(scene.shapes):
         instead = stand_ins.get(NAMES[type(shape)])
         pieces = [shape] if instead is None else [_as_mesh(shape)] if instead == "mesh" else _as_triangles(shape)
@@ -74,12 +75,12 @@ def rebuilt(scene: Scene, stand_ins: Mapping[str, str]) -> Rebuilt:
     return Rebuilt(scene=replace(scene, shapes=tuple(shapes)), shapes=np.array(owners), faces=np.array(numbers))
 
 
-def _as_triangles(shape: Shape) -> list[Shape]:
+def _as_triangles(shape: Shape) -> Sequence[Shape]:
     mesh = _as_mesh(shape)
     assert isinstance(mesh, Mesh)
     corners = mesh.vertices[mesh.faces].astype(np.float64).tolist()
     about = {"albedo": mesh.albedo, "to_world": mesh.to_world, "two_sided": mesh.two_sided}
-    return [Triangle(**about, vertices=tuple(map(tuple, three))) for three in corners]
+    return [Triangle(**about, vertices=(tuple(p), tuple(q), tuple(r))) for p, q, r in corners]
 
 
 def _as_mesh(shape: Shape) -> Shape:
