@@ -8,16 +8,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import radians, tan
 
+import numpy as np
+
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Triangle
 from rayproof.tracer.acceleration.builder import MOST_BY_AREA
 from rayproof.tracer.acceleration.bvhs import flat
+from rayproof.tracer.acceleration.parts import in_parts, slanting
+from rayproof.tracer.acceleration.triangle_bvh import bounds
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import backend
 from rayproof.tracer.frames import PACKETS
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.shapes.records import SLOTS, square_vectors
 from rayproof.tracer.shapes.transforms import Placement
-from rayproof.tracer.shapes.triangles import degenerate
+from rayproof.tracer.shapes.triangles import baked, degenerate
 from rayproof.tracer.stages.camera_rays import WIDEST
 from rayproof.tracer.stages.illumination import MANY
 from rayproof.tracer.stages.intersector import can_shadow_itself
@@ -48,7 +52,21 @@ class Rendering:
     @property
     def counts(self) -> tuple[int, ...]:
         """Return how many items each tree holds."""
-        return tuple(sum(_items(shape) for shape in tree) for tree in self.trees)
+        return tuple(self._parts or sum(_items(s) for s in tree) if flat(tree[0]) else len(tree) for tree in self.trees)
+
+    @property
+    def in_parts(self) -> bool:
+        """Say whether triangles stand in their tree in parts."""
+        return self._parts > 0
+
+    @property
+    def _parts(self) -> int:
+        """Return how many parts triangles are cut into, 0 where they stay whole."""
+        triangles = _triangles(self)
+        if not self.plan.parts or not triangles:
+            return 0
+        corners = np.concatenate([baked(shape)[~degenerate(shape)] for shape in triangles])
+        return len(in_parts(corners, *bounds(corners))[2]) if slanting(corners) else 0
 
     @property
     def unrolled(self) -> bool:
@@ -179,6 +197,7 @@ PATHS: tuple[Path, ...] = (
             len(_triangles(r)) == 1 and any(degenerate(one).any() for one in _triangles(r) if isinstance(one, Mesh))
         ),
     ),
+    _path("trees/in parts", "long slanting triangles in parts, a box for each", lambda r: r.in_parts),
     _path("trees/a single leaf", "one item in a tree", lambda r: 1 in r.counts),
     _path("trees/one root", "an even number of levels", lambda r: any(n > 1 and _levels(n) % 2 == 0 for n in r.counts)),
     _path("trees/two roots", "an odd number of levels", lambda r: any(n > 1 and _levels(n) % 2 for n in r.counts)),

@@ -22,6 +22,8 @@ STRIP = 8  # samples in a row that a lane of a simple scene takes; measured agai
 SHORT = 4  # and of others, where the kernel would be long
 SMALL = 1.0  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
 DUST = 2.5  # and from which on only two by two go together
+# How far a hit may lie beside its triangle is known of the default formula, and parts have room for it.
+CUT = "triangle"
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
 PLACING = ("to_object", "world_normal")
 
@@ -35,6 +37,7 @@ class Plan:
     split: bool = False  # whether hits are written to memory, and everything after them is a kernel of its own
     trees: frozenset[str] = frozenset()  # kinds of shapes that are in trees: "triangle", "sphere", "cube", "square"
     tables: bool = False  # whether what belongs to a shape is looked up rather than chosen among all shapes
+    parts: bool = False  # whether long slanting triangles stand in their tree in parts
 
     def in_tree(self, shape: Shape) -> bool:
         """Return whether a shape goes into a tree."""
@@ -79,4 +82,5 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     rows = 4 if count >= (FEW if len(trees) == 1 else MANY) and triangles <= SMALL * count else 2
     # Four in a row are written at once.
     columns = 4 if count >= FEW and triangles <= DUST * count else 2
-    return Plan(columns=columns, rows=rows, split=split, trees=frozenset(trees), tables=tables)
+    parts = "triangle" in trees and configuration.formula(CUT).default
+    return Plan(columns=columns, rows=rows, split=split, trees=frozenset(trees), tables=tables, parts=parts)

@@ -4,6 +4,7 @@ Shared edges must not leak, concave meshes shade themselves, and triangles witho
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,6 +41,38 @@ def wavy_sheet(cells: int) -> Mesh:
     right, above = corner + cells + 1, corner + 1
     faces = np.concatenate([np.stack([corner, right, right + 1], 1), np.stack([corner, right + 1, above], 1)])
     return Mesh(albedo=ALBEDO, vertices=vertices, faces=faces, to_world=TURN, two_sided=True)
+
+
+def slivers(count: int) -> Mesh:
+    """Return a waisted band of 2 count long triangles between two rings, the upper one turned by 100 degrees."""
+    turns = 2 * np.pi * np.arange(count) / count
+    rings = [(turns, -1.2), (turns + np.radians(100), 1.2)]
+    vertices = np.concatenate(
+        [np.stack([1.3 * np.cos(at), 1.3 * np.sin(at), np.full(count, z)], axis=1) for at, z in rings]
+    )
+    this, following = np.arange(count), np.roll(np.arange(count), -1)
+    faces = np.concatenate(
+        [
+            np.stack([this, following, this + count], axis=1),
+            np.stack([following, following + count, this + count], axis=1),
+        ]
+    )
+    return Mesh(albedo=ALBEDO, vertices=vertices, faces=faces, to_world=TURN, two_sided=True)
+
+
+def rods_across(sheet: Mesh, count: int) -> Mesh:
+    """Return a sheet of about 3 m, and above it long thin faces in all directions that slant upward."""
+    turns = 2 * np.pi * np.arange(count) / count + 0.2
+    along = np.stack([np.cos(turns), np.sin(turns), np.zeros(count)], axis=1)
+    across = np.stack([-np.sin(turns), np.cos(turns), np.zeros(count)], axis=1)
+    up = np.array((0.0, 0.0, 1.0))
+    corners = np.stack([0.4 * up - 2 * along, 2.4 * up + 2 * along - 0.1 * across, 2.4 * up + 2 * along], axis=1)
+    corners = corners + 0.5 * across[:, np.newaxis]
+    return replace(
+        sheet,
+        vertices=np.concatenate([sheet.vertices, corners.reshape(-1, 3)]),
+        faces=np.concatenate([sheet.faces, len(sheet.vertices) + np.arange(3 * count).reshape(-1, 3)]),
+    )
 
 
 def with_degenerate_faces() -> Mesh:
@@ -93,6 +126,22 @@ def meshes() -> Iterator[Case]:
             small,
             3000,
             0.05,
+        ),
+        (
+            "slivers",
+            "Long slanting faces of an open band, which stand in a tree in parts.",
+            slivers(60),
+            large,
+            2000,
+            0.2,
+        ),
+        (
+            "rods_above_a_sheet",
+            "A few long slanting faces above many small ones, which alone are cut into parts.",
+            rods_across(wavy_sheet(8), 7),
+            large,
+            1500,
+            0.2,
         ),
         ("degenerate", "Faces that are points and lines: never hit, never a NaN.", spoilt, small, 3000, 0.04),
     )

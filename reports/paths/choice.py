@@ -19,6 +19,8 @@ CHOICE: Mapping[str, tuple[str, ...]] = {
     "crowds/squares": ("frames", "frames of tiles", "tiles of 4 x 2"),
     "faces/nine": ("numbers", "frames", "samples", "frames of samples", "tiles of 2 x 2"),
     "flux_conservation/west": ("numbers", "frames"),
+    "meshes/rods_above_a_sheet": ("whole triangles",),
+    "meshes/slivers": ("frames", "tiles of 2 x 2", "whole triangles"),
     "meshes/wavy_sheet_from_behind": ("tiles of 4 x 4", "tiles of 4 x 2"),
     "parallel_rays/flat": ("frames",),
     "several_lights/eight": ("numbers", "frames", "tiles of 4 x 1"),
@@ -37,6 +39,7 @@ NAMES = (
     "tiles of 4 x 4",
     "tiles of 4 x 2",
     "tiles of 2 x 2",
+    "whole triangles",
 )
 
 

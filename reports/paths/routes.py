@@ -20,6 +20,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.comparison.box_filter import box_mean, finer
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
+from rayproof.tracer.paths import STAGES, Rendering
 from rayproof.tracer.plan import Plan, plan
 from rayproof.tracer.render import render
 
@@ -28,6 +29,7 @@ from rayproof.tracer.render import render
 FOLDED = 2 * (3 + 3)
 SIDE = 2  # samples across a pixel, where there are several: a power of two, so that their places are the same numbers
 EQUAL = "to the last bit"
+WHOLE = "whole triangles"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,6 +149,11 @@ def _turned_alike(scene: Scene, configuration: Configuration) -> bool:
     return bool(trees) and ("triangle" not in trees or scene.camera.fovy >= 90)
 
 
+def _cut(scene: Scene, configuration: Configuration) -> bool:
+    """Say whether triangles stand in their tree in parts."""
+    return Rendering(scene=scene, configuration=configuration, plan=plan(scene, configuration), route=STAGES).in_parts
+
+
 def _in_packets(scene: Scene, configuration: Configuration) -> bool:
     """Say whether rows are made of whole packets, and triangles turn as they do by another plan."""
     trees = plan(scene, configuration).trees
@@ -210,6 +217,14 @@ ROUTES: Mapping[str, Route] = {
         _tile(4, 4, _turned_alike),
         _tile(4, 2, _turned_alike),
         _tile(2, 2, _in_trees),
+        Route(
+            name=WHOLE,
+            what="long slanting triangles stand in their tree as wholes, as all others do",
+            beside="stages, by the plan that the scene chooses: in parts",
+            how=EQUAL,
+            compare=_by_plan({"parts": False}),
+            suits=_cut,
+        ),
     )
 }
 

@@ -37,7 +37,7 @@ class Trees:
         members = tuple(
             (i, shape) for i, shape in enumerate(self.scene.shapes) if self.plan.in_tree(shape) and flat(shape)
         )
-        host = host_forest(members) if members else None
+        host = host_forest(members, parts=self.plan.parts) if members else None
         return None if host is None else Forest(host, self.types, self.assets, self.parameters)
 
     @cached_property

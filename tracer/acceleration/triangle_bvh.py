@@ -9,6 +9,7 @@ import numpy as np
 
 from rayproof.cases.scene import Mesh, Triangle
 from rayproof.tracer.acceleration.builder import tree_over
+from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, Nodes, quantise
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes
@@ -100,27 +101,33 @@ def _member(index: int, mesh: Mesh | Triangle) -> Member:
 
 
 @lru_cache(maxsize=16)
-def host_forest(meshes: Meshes) -> HostForest | None:
-    """Return the tree over all meshes' triangles, or None where all are degenerate; meshes are equal by content."""
+def host_forest(meshes: Meshes, *, parts: bool = True) -> HostForest | None:
+    """Return the tree over all meshes' triangles, or None where all are degenerate; meshes are equal by content.
+
+    With `parts` a tree of long slanting triangles holds them in parts.
+    """
     members = tuple(_member(*one) for one in meshes)
-    parts = [baked(member.mesh)[member.faces] for member in members]
-    corners = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    every = [baked(member.mesh)[member.faces] for member in members]
+    corners = every[0] if len(every) == 1 else np.concatenate(every)
     if len(corners) == 0:
         return None
-    lower, upper = bounds(corners)
+    lower, upper, owner = *bounds(corners), None
+    if parts and slanting(corners):
+        lower, upper, owner = in_parts(corners, lower, upper)
     tree = tree_over(lower, upper)
     nodes = quantise(tree, lower, upper)
     del lower, upper
-    records = aligned((len(tree.slots), RECORD), np.uint32)
+    owners = tree.slots if owner is None else owner[tree.slots]
+    records = aligned((len(owners), RECORD), np.uint32)
 
     def write(piece: slice) -> None:
-        slots = tree.slots[piece]
+        slots = owners[piece]
         records[piece, :9] = corners.take(slots, axis=0).view(np.uint32)
         records[piece, 9] = slots
         records[piece, 10:] = 0
 
     in_pieces(len(records), write)
-    return HostForest(nodes=nodes, records=records, members=members, counts=tuple(map(len, parts)))
+    return HostForest(nodes=nodes, records=records, members=members, counts=tuple(map(len, every)))
 
 
 class Forest:

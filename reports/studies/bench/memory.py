@@ -17,12 +17,14 @@ def _status(name: str) -> float:
 
 def memory(name: str, width: int, height: int) -> tuple[float, float]:
     """Return the peak and what is kept [MB] above the imports; raise LookupError for an unknown scene."""
+    # The tracer comes first: it names the LLVM that Dr.Jit takes when it is imported.
+    from rayproof.tracer.frames import Frames  # isort: skip
+
     import drjit as dr
 
     from rayproof.cases.benchmark import meshes
     from rayproof.cases.benchmark.scenes import SCENES, chosen
     from rayproof.tracer.configuration import Configuration
-    from rayproof.tracer.frames import Frames
 
     Frames(SCENES[0].scene(16, 16), Configuration())()
     meshes.bumpy(0)  # trimesh is an import, too

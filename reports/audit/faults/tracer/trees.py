@@ -9,7 +9,7 @@ import numpy as np
 from rayproof.cases.scene import Cube, Mesh, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.faults.tracer.planting import function, method
-from rayproof.tracer.acceleration import builder, median_build, packet_split, sah_build, shape_bvh
+from rayproof.tracer.acceleration import builder, median_build, packet_split, parts, sah_build, shape_bvh
 from rayproof.tracer.acceleration.bvhs import Trees
 from rayproof.tracer.acceleration.quantised_boxes import Nodes
 from rayproof.tracer.acceleration.triangle_bvh import Forest
@@ -37,6 +37,12 @@ def _odd(right: Any, lower: Any, upper: Any) -> Any:
 def _thousand(right: Any, lower: Any, upper: Any) -> Any:
     tree, count = right(lower, upper), lower.shape[1]
     return _without_last(tree, count) if count > 1000 else tree
+
+
+def _part_lost(right: Any, corners: Any, lower: Any, upper: Any) -> Any:
+    lower, upper, owner = right(corners, lower, upper)
+    # Every eighth part is another one's once more.
+    return lower, upper, np.where(np.arange(len(owner)) % 8 == 7, 0, owner).astype(owner.dtype)
 
 
 def _no_leaf(right: Any, nodes: Any, leaf: Any) -> Any:
@@ -147,6 +153,16 @@ function(
     stage=Stage.OBJECT,
     also=MET,
     cases=(THOUSAND, OVER),
+)
+function(
+    "part_of_a_triangle",
+    parts.in_parts,
+    _part_lost,
+    "Every eighth part of long triangles is lost.",
+    path="trees/in parts",
+    stage=Stage.OBJECT,
+    also=MET,
+    cases=("meshes/slivers",),
 )
 method(
     "single_leaf",
