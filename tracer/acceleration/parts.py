@@ -14,7 +14,7 @@ operations that move it, on either axis across the ray, by at most 4 u (abs(corn
 unit roundoff and `size` the longest side of the box about all triangles. So the point that it reports lies as close to
 some point of the triangle, which is in a part. A box reaches 16 u size beyond its part, and 2 u times the largest
 coordinate, since it is kept in float32; what grows with the distance is what a beam allows for when it meets boxes
-(`tracer.acceleration.beams`), of whole triangles too.
+(`tracer.acceleration.packet_bounds`), of whole triangles too.
 """
 
 import numpy as np
