@@ -29,6 +29,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "rayproof.reports.commands.expect:expect",
         "Accept what fails as known, shrink such a file, hold a run against it.",
     ),
+    "new": (
+        "rayproof.reports.commands.new:new",
+        "Write a starter for a formula of your own, with its slot's contract in it.",
+    ),
     "report": ("rayproof.reports.commands.report:report", "Publish a results folder again, without rendering."),
     "list": (
         "rayproof.reports.commands.list:catalogue",

@@ -1,22 +1,20 @@
 """Every registered formula of the tracer, in the order of the light path."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 from rayproof.cases.declarations import DeclaredRegistry
-from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
 from rayproof.tracer.clipping import CLIPPING
 from rayproof.tracer.feelers import FEELERS
+from rayproof.tracer.formula import KINDS, Formula, is_own
 from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.normals import NORMALS
+from rayproof.tracer.own_formula import own_formula
 from rayproof.tracer.shading import SHADING
 from rayproof.tracer.transforms import TRANSFORMS
 
-Kind = Literal["right", "control", "fault"]
-KINDS: tuple[Kind, ...] = ("right", "control", "fault")
 REGISTRIES: tuple[DeclaredRegistry[Callable[..., Any]], ...] = (
     CAMERA,
     CLIPPING,
@@ -26,44 +24,6 @@ REGISTRIES: tuple[DeclaredRegistry[Callable[..., Any]], ...] = (
     FEELERS,
     SHADING,
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Formula:
-    """A formula and what is known about it.
-
-    A "control" is a wrong form that the lecture prints or invites (`erratum`), or one that the literature knows to be
-    bad (`known_bad`), kept runnable; a "fault" is planted for the audit. Unless it is `equivalent` or
-    `known_bad`, its facts say what a renderer with it does: `says`, a verb phrase such as "leaves out 4 pi".
-    """
-
-    slot: str
-    variant: str
-    load: Callable[[], Callable[..., Any]]  # imports its module
-    covers: tuple[str, ...]  # specification ids
-    kind: Kind
-    stage: Stage  # the one blamed when it is wrong
-    folder: str  # the extension point, such as "intersections"
-    default: bool = False
-    erratum: str | None = None  # such as "E6"
-    known_bad: str | None = None  # where a form that computes the right thing in exact arithmetic breaks down
-    equivalent: str | None = None  # why a wrong form is right on every valid scene
-    facts: Mapping[str, Any]  # all that was registered, what only its slot knows included
-
-    @property
-    def name(self) -> str:
-        """Return "slot/variant"."""
-        return f"{self.slot}/{self.variant}"
-
-    @property
-    def function(self) -> Callable[..., Any]:
-        """Return the function itself."""
-        return self.load()
-
-    @property
-    def summary(self) -> str:
-        """Return the first line of the function's docstring."""
-        return (self.function.__doc__ or "").strip().split("\n")[0]
 
 
 def _formula(registry: DeclaredRegistry[Callable[..., Any]], name: str) -> Formula:
@@ -98,12 +58,20 @@ class Catalogue(Mapping[str, Formula]):
         return {formula.name: formula for formula in found}
 
     def __getitem__(self, name: str) -> Formula:
-        """Return the formula called "slot/variant"; raise LookupError that lists what is known."""
+        """Return the formula called "slot/variant"; a variant may be a function of the user's, "FILE.py:function".
+
+        Raises:
+            LookupError: there is none; the message lists what is known. Whether the user's file holds the function, is
+                found when the formula is loaded.
+
+        """
         if name in self._formulas:
             return self._formulas[name]
-        slot = name.split("/")[0]
+        slot, _, variant = name.partition("/")
         if slot not in self.slots:
             raise LookupError(f"no slot is called {slot!r}; known: {', '.join(sorted(self.slots))}")
+        if is_own(variant):
+            return own_formula(variant, default=self[f"{slot}/{self.slots[slot]}"])
         raise LookupError(f"no variant is called {name!r}; known: {', '.join(f.name for f in self.variants(slot))}")
 
     def __contains__(self, name: object) -> bool:
@@ -114,6 +82,19 @@ class Catalogue(Mapping[str, Formula]):
 
     def __len__(self) -> int:
         return len(self._formulas)
+
+    def named(self, text: str) -> Formula:
+        """Return the formula that a user writes "slot/variant", "slot=variant" or "slot=FILE.py:function".
+
+        Raises:
+            LookupError: there is none; the message lists what is known.
+            OwnFormulaError: the file does not import, or holds no function that the slot can call.
+
+        """
+        formula = self[text.replace("=", "/", 1)]
+        if is_own(formula.variant):
+            formula.load()
+        return formula
 
     @cached_property
     def slots(self) -> dict[str, str]:

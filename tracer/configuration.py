@@ -1,11 +1,22 @@
 """A configuration of the tracer: a precision, and one formula for every slot."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from rayproof.cases.rounding import PRECISIONS
-from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.formula import MARK, Formula, is_own
+from rayproof.tracer.own_formula import digest
+
+# A user's file may have slashes in its path; the next part begins after its function's name.
+_PART = re.compile(rf"(?:[^/=]+=[^=:]*{re.escape(MARK)}\w*|[^/]*)(?:/|$)")
+
+
+def parts_of(text: str) -> list[str]:
+    """Return the parts of a configuration's name: its precision, and "slot=variant" or "slot=FILE.py:function"."""
+    return [part.removesuffix("/") for part in _PART.findall(f"{text}/")[:-1]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -21,10 +32,9 @@ class Configuration:
     def __post_init__(self) -> None:
         if self.precision not in PRECISIONS:
             raise LookupError(f"no precision is called {self.precision!r}; known: {', '.join(PRECISIONS)}")
-        for slot, variant in self.formulas.items():
-            FORMULAS[f"{slot}/{variant}"]
+        formulas = {slot: FORMULAS[f"{slot}/{variant}"].variant for slot, variant in self.formulas.items()}
         order = FORMULAS.slots
-        chosen = {slot: self.formulas[slot] for slot in order if self.formulas.get(slot, order[slot]) != order[slot]}
+        chosen = {slot: formulas[slot] for slot in order if formulas.get(slot, order[slot]) != order[slot]}
         object.__setattr__(self, "formulas", chosen)
 
     @classmethod
@@ -36,7 +46,7 @@ class Configuration:
             LookupError: an unknown precision, slot or variant.
 
         """
-        precision, *parts = text.split("/")
+        precision, *parts = parts_of(text)
         chosen: dict[str, str] = {}
         for part in parts:
             slot, equals, variant = part.partition("=")
@@ -73,6 +83,16 @@ class Configuration:
     def faults(self) -> tuple[str, ...]:
         """Return the names of the planted faults in use."""
         return tuple(formula.name for formula in self.chosen if formula.kind == "fault")
+
+    @property
+    def own(self) -> dict[str, str]:
+        """Return the SHA-256 of each file of the user's that is in use, by "slot=FILE.py:function"; it is loaded.
+
+        Raises:
+            OwnFormulaError: one cannot be loaded, or does not fit its slot.
+
+        """
+        return {f"{slot}={name}": digest(self.formula(slot)) for slot, name in self.formulas.items() if is_own(name)}
 
     @property
     def controls(self) -> tuple[str, ...]:

@@ -51,25 +51,34 @@ def render(
     scene: Scene | str | Path | Mapping[str, Any],
     stages: Sequence[str] = ("radiance",),
     configuration: str = "float32",
+    formulas: Sequence[str] = (),
 ) -> Images:
     """Return what the tracer answers about a scene: stage -> float64 array (height, width, channels), row 0 at the top.
 
     `stages` are names such as "distance" or "radiance"; channels and units are those of docs/specification.md.
-    `configuration` is a precision and formulas, such as "float64/triangle=signed_areas".
+    `configuration` is a precision and formulas, such as "float64/triangle=signed_areas"; `formulas` are further ones,
+    such as "sphere/textbook" or a function of one's own, "sphere=./mine.py:nearest_hit".
 
     Raises:
         LookupError: there is no such configuration, or no formula for a shape.
-        ValueError: there is no such stage, or the scene is beyond what the precision can hold.
+        ValueError: there is no such stage, the scene is beyond what the precision can hold, or a function of one's own
+            does not fit its slot.
 
     """
     choose_packaged_llvm()
+    from rayproof.tracer.catalogue import FORMULAS
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.device.llvm import select as select_llvm
+    from rayproof.tracer.own_formula import forget
     from rayproof.tracer.render import render as trace
 
     asked = image_stages(stages)
     select_llvm()
-    answers = trace(_scene(scene), asked, Configuration.parse(configuration))
+    forget()
+    chosen = Configuration.parse(configuration)
+    named = {one.slot: one.variant for one in map(FORMULAS.named, formulas)}
+    chosen = Configuration(precision=chosen.precision, formulas={**chosen.formulas, **named})
+    answers = trace(_scene(scene), asked, chosen)
     return {stage.value: answers[stage] for stage in asked}
 
 

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.faults import FAULTS
+from rayproof.tracer.formula import is_own
 
 if TYPE_CHECKING:
-    from rayproof.tracer.catalogue import Formula
+    from rayproof.tracer.formula import Formula
 
 # An intersection says what is hit and how far away it is, and feelers run through it too: a fault may show in a shadow
 # alone. So may one of the way into object space.
@@ -53,25 +54,29 @@ def _meets(formula: "Formula") -> bool:
 def tracer_faults() -> tuple[PlantedFault, ...]:
     """Return the tracer's planted faults, and the wrong forms that the lecture prints."""
     from rayproof.tracer.catalogue import FORMULAS
-    from rayproof.tracer.configuration import Configuration
 
     return tuple(
-        PlantedFault(
-            name=formula.name,
-            where="tracer",
-            stage=formula.stage,
-            also=(*formula.facts.get("also", ()), *(MET if _meets(formula) else ())),
-            covers=formula.covers,
-            cases=tuple(formula.facts.get("cases", ())),
-            erratum=formula.erratum,
-            equivalent=formula.equivalent,
-            precision=formula.facts.get("precision", "float32"),
-            configuration=Configuration(
-                precision=formula.facts.get("precision", "float32"), formulas={formula.slot: formula.variant}
-            ).name,
-        )
+        _of_formula(formula)
         for formula in FORMULAS.values()
         if formula.kind in ("control", "fault") and formula.known_bad is None
+    )
+
+
+def _of_formula(formula: "Formula") -> PlantedFault:
+    from rayproof.tracer.configuration import Configuration
+
+    precision = formula.facts.get("precision", "float32")
+    return PlantedFault(
+        name=formula.name,
+        where="tracer",
+        stage=formula.stage,
+        also=(*formula.facts.get("also", ()), *(MET if _meets(formula) else ())),
+        covers=formula.covers,
+        cases=tuple(formula.facts.get("cases", ())),
+        erratum=formula.erratum,
+        equivalent=formula.equivalent,
+        precision=precision,
+        configuration=Configuration(precision=precision, formulas={formula.slot: formula.variant}).name,
     )
 
 
@@ -92,12 +97,19 @@ def in_paths() -> dict[str, list[str]]:
 def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
     """Return the faults whose name, or place, matches a glob; none for the liar, which plants nothing.
 
+    A fault of the user's own is a formula, slot=FILE.py:function.
+
     Raises:
         LookupError: none does.
+        OwnFormulaError: the user's file does not import, or holds no function that the slot can call.
 
     """
     if pattern == LIAR:
         return ()
+    if is_own(pattern):
+        from rayproof.tracer.catalogue import FORMULAS
+
+        return (_of_formula(FORMULAS.named(pattern)),)
     everything = (*tracer_faults(), *other_faults())
     found = tuple(one for one in everything if fnmatchcase(one.name, pattern) or one.where == pattern)
     if not found:

@@ -24,7 +24,8 @@ def audit(
         Folder for audit.json; a report in it shows the score.
     only
         Faults to plant: a pattern such as `sphere/*`, or one of tracer, reference, loader, judge, run, report; or liar,
-        the renderer that answers rightly only where the judge looks.
+        the renderer that answers rightly only where the judge looks; or a wrong formula of one's own, such as
+        sphere=./mine.py:nearest_hit.
     quick
         Fewer cases a fault at first, and fewer grades.
     jobs

@@ -4,6 +4,7 @@ import json as json_module
 from pathlib import Path
 from typing import Any
 
+from rayproof.reports.commands.lookup import Repeated, configurations
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
@@ -16,6 +17,7 @@ def bench(
     compare: Path | None = None,
     out: Path | None = None,
     json: Path | None = None,
+    formula: Repeated = (),
 ) -> int:
     """Time the tracer beside Mitsuba, Embree, Radiance and POV-Ray, interleaved, with the errors beside the times.
 
@@ -35,6 +37,9 @@ def bench(
         A results folder whose report shall show the benchmark.
     json
         Also write everything to this file; an interrupted benchmark leaves there what it has.
+    formula
+        A formula for our tracer, such as sphere/textbook, or a function of one's own as sphere=./mine.py:nearest_hit.
+        Its time is shown beside that of the default formulas. Repeatable.
 
     """
     from rayproof.reports.run.llvm import choose_packaged_llvm
@@ -48,6 +53,7 @@ def bench(
 
     with told_in_one_line():
         asked = chosen(scenes, quick=quick)
+        by = configurations(("float32",), formula)[0].name
         old = _earlier(compare)
         if out is not None:
             own(out)
@@ -55,11 +61,13 @@ def bench(
             writable_folder(json.parent)
     files = [file for file in (json, out / "bench.json" if out is not None else None) if file is not None]
 
-    names = everybody(quick=quick)
+    names = everybody(quick=quick, formulas=bool(formula))
     document, failed = begun(machine()), False
+    if formula:
+        document["formulas"] = by
     budget, sizes = (QUICK_BUDGET, QUICK_SIZES) if quick else (BUDGET, SIZES)
     tasks = [
-        Task(scene=one.name, size=size, contenders=names, machine=document["machine"], budget=budget)
+        Task(scene=one.name, size=size, contenders=names, machine=document["machine"], budget=budget, formulas=by)
         for one in asked
         for size in sizes
     ]
@@ -77,6 +85,10 @@ def bench(
         for file in files:
             write_json(file, document)
     show_table("Times: theirs over ours", HEAD, [row(entry) for entry in document["scenes"]])
+    for entry in document["scenes"]:
+        if "default" in entry:
+            told = _ratio(entry["default"], entry["default_interval"])
+            say(f"{entry['name']} {entry['width']}x{entry['height']}: {told} is the default formulas' time over {by}'s")
     for change in document.get("changes", ()):
         low, high = change["interval"]
         said = f"{change['name']} {change['width']}x{change['height']}: {change['verdict']}"

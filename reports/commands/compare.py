@@ -77,8 +77,8 @@ def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: i
     select()
     from rayproof.reports.studies.compare.comparison import compare as run_comparison
     from rayproof.reports.studies.compare.contenders import contender, seen
-    from rayproof.reports.studies.compare.own import OwnFormulaError
     from rayproof.reports.studies.compare.questions import questions
+    from rayproof.tracer.own_formula import OwnFormulaError
 
     with told_in_one_line():
         pair = seen(*(contender(name, precision=precision) for name in (base, candidate)))

@@ -1,13 +1,23 @@
 """`rayproof import` and `rayproof export`: scenes from other programs' files, and into them."""
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from rayproof.reports.commands.lookup import scene_named
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 
-def import_scene(file: Path, *, out: Path | None = None, width: int | None = None, height: int | None = None) -> int:
+def import_scene(
+    file: Path,
+    *,
+    out: Path | None = None,
+    width: int | None = None,
+    height: int | None = None,
+    allow_folder: Annotated[tuple[Path, ...], Parameter(negative="", show_default=False)] = (),
+) -> int:
     """Turn another program's scene into a scene file, and list what was dropped.
 
     Reads Mitsuba 3 XML (.xml), glTF (.glb, .gltf) with its point lights, and OBJ, PLY and STL meshes, which get a
@@ -23,6 +33,8 @@ def import_scene(file: Path, *, out: Path | None = None, width: int | None = Non
         Image width [px], in place of the file's. With --height.
     height
         Image height [px], in place of the file's. With --width.
+    allow_folder
+        A folder outside of FILE's own in which the `<path>` of a Mitsuba scene may look for files. Repeatable.
 
     """
     if (width is None) != (height is None):
@@ -35,7 +47,10 @@ def import_scene(file: Path, *, out: Path | None = None, width: int | None = Non
 
     size = None if width is None or height is None else (width, height)
     with told_in_one_line():
-        imported = interchange.import_scene(file, size)
+        for folder in allow_folder:
+            if not folder.is_dir():
+                raise UsageError(f"--allow-folder {folder}: there is no such folder")
+        imported = interchange.import_scene(file, size, allow_folder)
         writable_folder(target.parent)
         save_scene(imported.scene, target)
     for sentence in imported.dropped:

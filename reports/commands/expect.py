@@ -21,6 +21,8 @@ def expect(
     expires: str | None = None,
     issue: str | None = None,
     when: Repeated = (),
+    against: Path | None = None,
+    least_coverage: float | None = None,
     json: Path | None = None,
 ) -> int:
     """Write down what is known to fail, so that `rayproof run --expect FILE` goes red only for anything else.
@@ -44,6 +46,10 @@ def expect(
     when
         A condition of the new entries, KEY=PATTERN: `subject`, or a key of the run's environment such as `backend`.
         Repeatable.
+    against
+        With check: an earlier run's folder, or a history file; what became worse is red too.
+    least_coverage
+        With check: the share [%] of the checks that must be measured.
     json
         Also write what came of it to this file.
 
@@ -53,15 +59,21 @@ def expect(
 
     if what != "accept" and (reason is not None or expires is not None or issue is not None or when):
         raise UsageError("--reason, --expires, --issue and --when are for accept")
+    if what != "check" and (against is not None or least_coverage is not None):
+        raise UsageError("--against and --least-coverage are for check")
     with told_in_one_line():
         results = load_results(folder)
         known = () if what == "accept" and not file.exists() else load_expectations(file)
     suite = f"rayproof {results.get('rayproof', '')}".strip()
     if what == "check":
-        from rayproof.reports.gate.gating import gate
+        from rayproof.reports.gate.against import load_base
+        from rayproof.reports.gate.gating import SHUTTING, Demanded, held
 
-        found = gate(results, known, file=str(file))
-        for key in ("regressions", "tighten", "stale", "expired"):
+        with told_in_one_line():
+            base = None if against is None else load_base(against)
+        demanded = Demanded(expected=(str(file), known), against=base, least_coverage=least_coverage)
+        found = held(results, demanded)
+        for key in SHUTTING:
             for sentence in getattr(found, key):
                 say(f"{key}: {sentence}")
         say(found.sentence)

@@ -61,14 +61,22 @@ def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Conf
         UsageError: a name is not known; the message lists what is.
 
     """
+    from rayproof.reports.run.llvm import choose_packaged_llvm
     from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.formula import is_own
+    from rayproof.tracer.own_formula import forget
 
     if not names and not formulas:
         return ()
     # `rayproof list formulas` writes slot/variant, a configuration slot=variant; either is understood.
     parts = [formula if "=" in formula else formula.replace("/", "=", 1) for formula in formulas]
     with told_in_one_line():
-        return tuple(Configuration.parse("/".join([name, *parts])) for name in names or ("float32",))
+        found = tuple(Configuration.parse("/".join([name, *parts])) for name in names or ("float32",))
+        if any(is_own(one.name) for one in found):
+            choose_packaged_llvm()
+            forget()
+            _ = [one.own for one in found]  # loaded now: a mistake in it is told before anything is computed
+        return found
 
 
 def stages_named(names: str) -> tuple["Stage", ...]:

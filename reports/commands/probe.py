@@ -43,7 +43,8 @@ def probe(
     y
         The pixel's row; 0 is the top one.
     formula
-        A formula for the tracer, such as triangle=signed_areas. Repeatable.
+        A formula for the tracer, such as triangle=signed_areas, or a function of one's own as
+        sphere=./mine.py:nearest_hit. Repeatable.
     require
         A reference that answers on request only, such as certified. Repeatable.
     subject

@@ -12,6 +12,7 @@ from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, w
 from rayproof.reports.results.json_numbers import legible
 
 if TYPE_CHECKING:
+    from rayproof.reports.gate.gating import Demanded
     from rayproof.reports.subjects import Subject
     from rayproof.reports.subjects.surroundings import Surroundings
 
@@ -41,6 +42,8 @@ def run(
     dry_run: bool = False,
     history: Path | None = None,
     expect: Path | None = None,
+    against: Path | None = None,
+    least_coverage: float | None = None,
     json: Path | None = None,
     count: int | None = None,
     seed: int | None = None,
@@ -68,7 +71,8 @@ def run(
     configuration
         A tracer configuration, such as float32/triangle=signed_areas. Repeatable. Default: the suite's own list.
     formula
-        A formula for every configuration, such as triangle=signed_areas. Repeatable.
+        A formula for every configuration, such as triangle=signed_areas, or a function of one's own as
+        sphere=./mine.py:nearest_hit. Repeatable.
     subject
         Who is under test instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
     memory
@@ -99,6 +103,11 @@ def run(
     expect
         A file of checks that are known to fail, as `rayproof expect accept` writes it. The exit code is 0 if all that
         fails is expected, and 1 if anything else fails, or something fails less or no longer.
+    against
+        The folder of an earlier run, or a history file (--history). The exit code is 1 if anything became worse than
+        there, and 0 if all that fails did so there.
+    least_coverage
+        The share [%] of the checks that must be measured; with fewer the exit code is 1, whatever passes.
     json
         Also write results.json to this file.
     count
@@ -123,10 +132,13 @@ def run(
         )
     if dry_run and numbers is not None:
         raise UsageError("--dry-run says what cases and scene files take; random scenes are drawn as they are run")
-    if expect is not None and numbers is not None:
+    if numbers is not None and (expect is not None or against is not None or least_coverage is not None):
         raise UsageError(
-            "--expect is about named cases; of random scenes each verdict is held against certified values"
+            "--expect, --against and --least-coverage are about named cases; of random scenes each verdict is held "
+            "against certified values"
         )
+    if least_coverage is not None and not 0 <= least_coverage <= 100:
+        raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
     from rayproof.reports.processes.scratch import scratch
@@ -146,11 +158,7 @@ def run(
             tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
             check_selectors(selectors if numbers is None else (), tested)
             panel(required, tested)
-            expected = None
-            if expect is not None:
-                from rayproof.reports.gate.expectations import load_expectations
-
-                expected = load_expectations(expect)
+            demanded = demands(expect, against, least_coverage)
             if not dry_run:
                 own(out)
             if history is not None and not dry_run:
@@ -178,7 +186,7 @@ def run(
             full=full,
             all_routes=paths == "all",
             history=history,
-            expect=None if expected is None else (str(expect), expected),
+            demanded=demanded,
             diagnose=diagnose == "auto",
         )
         if dry_run:
@@ -206,6 +214,24 @@ def run(
     for folder in folders:
         write_one_file(folder, asked=single_file)
     return code
+
+
+def demands(expect: Path | None, against: Path | None, least_coverage: float | None) -> "Demanded | None":
+    """Return what a gate demands of a run, None where it is nothing; raise ValueError or OSError for an unusable file.
+
+    They are read now: OUT may be the folder of the earlier run, and its results are those that are compared with.
+    """
+    if expect is None and against is None and least_coverage is None:
+        return None
+    from rayproof.reports.gate.against import load_base
+    from rayproof.reports.gate.expectations import load_expectations
+    from rayproof.reports.gate.gating import Demanded
+
+    return Demanded(
+        expected=None if expect is None else (str(expect), load_expectations(expect)),
+        against=None if against is None else load_base(against),
+        least_coverage=least_coverage,
+    )
 
 
 def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tuple[int, int] | None:

@@ -28,7 +28,8 @@ def stability(
     Parameters
     ----------
     formulas
-        What to measure: a slot such as sphere, a formula such as sphere/haines, or a pattern. Default: all.
+        What to measure: a slot such as sphere, a formula such as sphere/haines, a pattern, or a function of one's own
+        as sphere=./mine.py:nearest_hit. Default: all.
     quick
         Draw fewer rays.
     ladder

@@ -2,13 +2,20 @@
 
 from pathlib import Path
 
+from rayproof.reports.commands.lookup import Repeated
 from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import own, told_in_one_line, writable_folder
 
 REPETITIONS, QUICK_REPETITIONS = 13, 5
 
 
-def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = None, quick: bool = False) -> int:
+def tradeoff(
+    *selectors: str,
+    out: Path = Path("report"),
+    json: Path | None = None,
+    quick: bool = False,
+    formula: Repeated = (),
+) -> int:
     """Measure error against run time and draw work-precision diagrams.
 
     Ends with 1 if one of the tracer's routes strays farther from the judged one than it declares.
@@ -24,6 +31,9 @@ def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = No
         Also write tradeoff.json to this file.
     quick
         Fewer repetitions, and without selectors one diagram of each kind.
+    formula
+        Draw these beside the defaults of their slots, and nothing else: sphere/textbook, or a function of one's own as
+        sphere=./mine.py:nearest_hit. Repeatable.
 
     """
     from rayproof.tracer.device.llvm import select
@@ -32,14 +42,17 @@ def tradeoff(*selectors: str, out: Path = Path("report"), json: Path | None = No
     from rayproof.reports.studies.tradeoff.files import write
     from rayproof.reports.studies.tradeoff.measuring import measure
     from rayproof.reports.studies.tradeoff.tasks import DEFAULT, QUICK, tasks
+    from rayproof.tracer.catalogue import FORMULAS
 
     with told_in_one_line():
-        found = tasks(selectors or (QUICK if quick else DEFAULT))
+        named = [FORMULAS.named(one) for one in formula]
+        found = tasks(selectors or (QUICK if quick else DEFAULT), named)
         own(out / "tradeoff")
         if json is not None:
             writable_folder(json.parent)
     with console().status("measuring") as status:
-        result = measure(*found, repetitions=QUICK_REPETITIONS if quick else REPETITIONS, tell=status.update)
+        repetitions = QUICK_REPETITIONS if quick else REPETITIONS
+        result = measure(*found, repetitions=repetitions, tell=status.update, named=named)
     written = write(out, result)
     write_json(json, result)
     rows = [[diagram["name"], len(diagram["points"]), "; ".join(diagram["front"])] for diagram in result["diagrams"]]

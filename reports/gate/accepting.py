@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from rayproof.reports.gate.against import GOOD
 from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
-from rayproof.reports.gate.gating import GOOD, figures
+from rayproof.reports.gate.gating import figures
 
 SLACK = 0.1  # of error and of wrong pixels, either way: what another processor's roundings may change
 

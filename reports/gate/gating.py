@@ -6,29 +6,36 @@ from dataclasses import asdict, dataclass, field
 from datetime import date
 from typing import Any
 
+from rayproof.reports.gate.against import GOOD, Base, standing
 from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
 from rayproof.reports.results.headline import blamed_items
 from rayproof.reports.results.outcomes import Outcome
 
-GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
+MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
+
+
+# What keeps a gate shut, the most telling first.
+SHUTTING = ("regressions", "worse", "uncovered", "tighten", "stale", "expired")
 
 
 @dataclass(kw_only=True)
 class Gate:
     """What came of it: each list holds sentences that begin with the check or the entry they are about."""
 
-    file: str
+    file: str  # what it holds a run against, in words
     regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
     tighten: list[str] = field(default_factory=list)  # fails less than expected, or no longer
     stale: list[str] = field(default_factory=list)  # entries about planned cases that meet no check of theirs
     expired: list[str] = field(default_factory=list)  # entries about planned cases whose last day is over
+    worse: list[str] = field(default_factory=list)  # what is worse than in the run or history that it is held against
+    uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured
     matched: list[str] = field(default_factory=list)  # checks that fail as expected, with the reason given
     cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected
 
     @property
     def red(self) -> bool:
         """Say whether the gate stays shut."""
-        return bool(self.regressions or self.tighten or self.stale or self.expired)
+        return any(getattr(self, kind) for kind in SHUTTING)
 
     @property
     def sentence(self) -> str:
@@ -38,11 +45,64 @@ class Gate:
         parts += [f"{len(self.tighten)} fail less than expected"] if self.tighten else []
         parts += [f"{len(self.stale)} entries meet no check"] if self.stale else []
         parts += [f"{len(self.expired)} entries are expired"] if self.expired else []
+        parts += [f"{len(self.worse)} became worse"] if self.worse else []
+        parts += self.uncovered
         return f"The gate {self.file} is {'shut' if self.red else 'open'}: {', '.join(parts)}."
 
     def record(self) -> dict[str, Any]:
         """Return it as results.json has it."""
         return {"sentence": self.sentence, "red": self.red, **asdict(self)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demanded:
+    """What a user demands of a run beside that it passes; nothing of it by default."""
+
+    expected: tuple[str, tuple[Expectation, ...]] | None = None  # what is known to fail: a file's name, its entries
+    against: Base | None = None  # nothing may be worse than there
+    least_coverage: float | None = None  # %, of the checks that must be measured
+
+    @property
+    def lets_through(self) -> bool:
+        """Say whether some failures are let through."""
+        return self.expected is not None or self.against is not None
+
+    @property
+    def anything(self) -> bool:
+        """Say whether anything is demanded."""
+        return self.lets_through or self.least_coverage is not None
+
+
+def held(results: Mapping[str, Any], demanded: Demanded, *, today: date | None = None) -> Gate:
+    """Return what a run's record (`results.json`) comes to before what is demanded of it."""
+    file, expected = demanded.expected or ("", ())
+    names = [file] if demanded.expected else []
+    names += [f"against {demanded.against.name}"] if demanded.against else []
+    names += [f"of at least {demanded.least_coverage:g} % coverage"] if demanded.least_coverage is not None else []
+    called = ", ".join(names)
+    if demanded.expected is not None:
+        found = gate(results, expected, file=called, today=today)
+    else:
+        found = Gate(file=called)
+        _hold_the_whole(results, found)
+    if demanded.against is not None:
+        stands = standing(results, demanded.against)
+        found.worse = stands.worse
+        if demanded.expected is None:
+            found.matched, found.cases = stands.as_before, stands.cases
+    if demanded.least_coverage is not None:
+        share, told = coverage(results)
+        if not share >= demanded.least_coverage:
+            found.uncovered = [f"{told}, and {demanded.least_coverage:g} % are demanded"]
+    return found
+
+
+def coverage(results: Mapping[str, Any]) -> tuple[float, str]:
+    """Return the share [%] of the planned checks that were measured (0 where none was planned), and it in words."""
+    planned = int(results["checks"]["planned"])
+    measured = sum(int(results["checks"].get(one.value, 0)) for one in MEASURED)
+    share = 100 * measured / planned if planned else 0.0
+    return share, f"{measured} of {planned} checks ({share:.1f} %) were measured"
 
 
 def gate(results: Mapping[str, Any], expected: Sequence[Expectation], *, file: str, today: date | None = None) -> Gate:
@@ -68,10 +128,14 @@ def gate(results: Mapping[str, Any], expected: Sequence[Expectation], *, file: s
             found.stale.append(f"{valid[place].name}: no check of the run is called so")
         elif all(verdict in GOOD for verdict in verdicts):
             found.tighten.append(f"{valid[place].name}: passes now, and is expected to fail: {valid[place].reason}")
+    _hold_the_whole(results, found)
+    return found
+
+
+def _hold_the_whole(results: Mapping[str, Any], found: Gate) -> None:
     found.regressions += [f"the whole run: {sentence}" for sentence in results.get("wrong_factors", [])]
     if not results.get("finished", False):
         found.regressions.append("the whole run: it is not finished, so that not all is known")
-    return found
 
 
 def _hold_case(case: Mapping[str, Any], valid: Sequence[Expectation], met: dict[int, list[str]], found: Gate) -> None:

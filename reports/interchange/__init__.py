@@ -1,10 +1,10 @@
 """Exchange: other programs' scenes read into the specification's vocabulary, and written out of it.
 
-To add a format: a function `(path, size) -> Imported` under `@IMPORTERS.register(".suffix")`, a function
+To add a format: a function `(path, size, allowed) -> Imported` under `@IMPORTERS.register(".suffix")`, a function
 `(scene, path) -> dropped` under `@EXPORTERS.register(".suffix")`, in a new file or folder here. A reader says in a
 sentence each what it left out or changed; nothing is dropped in silence. `size` is (width, height) in pixels where the
 user asked for one, else None. Files are distrusted: whatever is wrong ends in a SceneError of one line that names the
-file and the place, and nothing gets in from outside of the scene's own folder.
+file and the place, and nothing gets in from outside of the scene's own folder and of the folders `allowed`.
 """
 
 from collections.abc import Callable
@@ -17,6 +17,8 @@ from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene, SceneError
 
 Size = tuple[int, int] | None
+Folders = tuple[Path, ...]
+MOST_NAMED = 5  # things left out that a refusal names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,17 +29,19 @@ class Imported:
     dropped: tuple[str, ...]
 
 
-IMPORTERS: Registry[Callable[[Path, Size], Imported]] = Registry("importer", package="rayproof.reports.interchange")
+IMPORTERS: Registry[Callable[[Path, Size, Folders], Imported]] = Registry(
+    "importer", package="rayproof.reports.interchange"
+)
 EXPORTERS: Registry[Callable[[Scene, Path], tuple[str, ...]]] = Registry(
     "exporter", package="rayproof.reports.interchange"
 )
 
 
-def import_scene(path: Path, size: Size = None) -> Imported:
+def import_scene(path: Path, size: Size = None, allowed: Folders = ()) -> Imported:
     """Return the scene in another program's file; its suffix says which.
 
     Raises:
-        SceneError: the file is missing, of no known kind, or cannot be understood.
+        SceneError: the file is missing, of no known kind, cannot be understood, or nothing of it can be seen.
 
     """
     suffix = path.suffix.lower()
@@ -49,7 +53,11 @@ def import_scene(path: Path, size: Size = None) -> Imported:
         raise SceneError(f"{path}: is no regular file")
     # A file's numbers may leave the floats on the way; a scene refuses what comes of it, and says which.
     with np.errstate(all="ignore"):
-        return IMPORTERS[suffix](path, size)
+        imported = IMPORTERS[suffix](path, size, allowed)
+    if not imported.scene.shapes:
+        why = f"; left out: {', '.join(imported.dropped[:MOST_NAMED])}" if imported.dropped else ""
+        raise SceneError(f"{path}: no shape of it can be read, so there is nothing to see{why}")
+    return imported
 
 
 def export_scene(scene: Scene, path: Path) -> tuple[str, ...]:

@@ -1,19 +1,36 @@
 """OBJ, PLY and STL: the triangles as one mesh, with a camera that sees all of it and a light behind the shoulder."""
 
+import re
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 from rayproof.cases.mesh_file import read_mesh
+from rayproof.cases.mesh_headers import PLY_HEADER
 from rayproof.cases.scene import Mesh, Scene, SceneError
-from rayproof.reports.interchange import IMPORTERS, Imported, Size
+from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
 from rayproof.reports.interchange.framing import camera_for, light_for
 
 ALBEDO = (0.5, 0.5, 0.5)
+STATEMENT = re.compile(rb"^[ \t]*([A-Za-z_]+)\b", re.MULTILINE)
+COLOURED = re.compile(rb"^[ \t]*v(?:[ \t]+[^\s#]+){6}", re.MULTILINE)
+OBJ = {
+    "vn": "vertex normals",
+    "vt": "texture coordinates",
+    "mtllib": "material libraries",
+    "usemtl": "materials",
+    "s": "smoothing groups",
+    "l": "lines",
+    "p": "points",
+}
+KNOWN = {*OBJ, "v", "f", "o", "g"}  # the names of objects and groups have nowhere to go, and no say
+PLY = {"x", "y", "z", "vertex_indices", "vertex_index"}
 
 
 @IMPORTERS.register(".obj")
 @IMPORTERS.register(".ply")
 @IMPORTERS.register(".stl")
-def import_mesh(path: Path, size: Size) -> Imported:
+def import_mesh(path: Path, size: Size, allowed: Folders) -> Imported:
     """Return a scene with the mesh in `path`, two-sided, since such files often have their windings mixed up."""
     try:
         vertices, faces = read_mesh(path.name, path.parent)
@@ -23,7 +40,34 @@ def import_mesh(path: Path, size: Size) -> Imported:
     camera = camera_for((mesh,), size)
     scene = Scene(camera=camera, shapes=(mesh,), lights=(light_for(camera),))
     dropped = (
-        f"{path.name}: materials, textures, vertex normals; the mesh is grey (0.5), two-sided and shaded by faces",
+        *(f"{path.name}: {sentence}" for sentence in _left_out(path)),
+        f"{path.name}: it says nothing of the surface that is read; it is grey (0.5), two-sided and shaded by faces",
         f"{path.name}: it has no camera and no light; one of each was made that shows the whole mesh",
     )
     return Imported(scene=scene, dropped=dropped)
+
+
+def _left_out(path: Path) -> list[str]:
+    """Return a sentence for each kind of thing that a mesh file holds beside its triangles, in its order."""
+    content = path.read_bytes()
+    if path.suffix.lower() == ".obj":
+        statements = Counter(word.decode() for word in STATEMENT.findall(content))
+        coloured = COLOURED.search(content) is not None
+        found = [f"{OBJ[word]} ({count} lines)" for word, count in statements.items() if word in OBJ]
+        found += [f"statements {word!r} ({count} lines)" for word, count in statements.items() if word not in KNOWN]
+        return [*found, *(["vertex colours"] if coloured else [])]
+    if path.suffix.lower() == ".ply":
+        head = content[:PLY_HEADER].partition(b"end_header")[0].decode("ascii", errors="replace")
+        return list(_of_ply(head))
+    return []
+
+
+def _of_ply(head: str) -> Iterator[str]:
+    element = ""
+    for words in map(str.split, head.splitlines()):
+        if words[:1] == ["element"] and len(words) == 3:
+            element = words[1]
+            if element not in ("vertex", "face"):
+                yield f"{words[2]} elements {element!r}"
+        elif words[:1] == ["property"] and element in ("vertex", "face") and words[-1] not in PLY:
+            yield f"the property {words[-1]!r} of each {element}"

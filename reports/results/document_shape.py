@@ -79,6 +79,7 @@ OF_A_GATE: dict[str, Kind] = {
     **dict.fromkeys(("regressions", "tighten", "stale", "expired", "matched", "cases"), _NAMES),
     "red": ("true or false", lambda value: isinstance(value, bool)),
 }
+OF_A_LATER_GATE: dict[str, Kind] = dict.fromkeys(("worse", "uncovered"), _NAMES)
 OF_A_DETAIL: dict[str, Kind] = {"worst_ratio": _MAYBE_RATIO, "references": _NAMES}
 OF_A_CASE: dict[str, Kind] = {
     **dict.fromkeys(("stage", "item", "reason", "stresses", "reproduce"), _MAYBE_TEXT),
@@ -124,8 +125,11 @@ def shape_problem(results: Any) -> str | None:
         problem = problem or _first(results[key], dict.fromkeys(LEDGER, _COUNT), f"{key}.", needed=True)
     if problem is not None:
         return problem
-    if "gate" in results and (problem := _first(results["gate"], OF_A_GATE, "gate.", needed=True)):
-        return problem
+    if "gate" in results:
+        problem = _first(results["gate"], OF_A_GATE, "gate.", needed=True)
+        problem = problem or _first(results["gate"], OF_A_LATER_GATE, "gate.")
+        if problem is not None:
+            return problem
     for item, detail in results.get("coverage_detail", {}).items():
         where = f"coverage_detail.{item}"
         if problem := _entry_problem(detail, OF_A_DETAIL, where):

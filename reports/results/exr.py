@@ -17,10 +17,11 @@ from rayproof.reports.results.atomic import replacing
 _VISIBILITY = re.compile(r"visibility\.\d+")
 
 
-def write_answers(path: Path, answers: Answers, lights: int, *, comments: str = "") -> Path:
+def write_answers(path: Path, answers: Answers, lights: int, *, comments: str = "", double: bool = False) -> Path:
     """Write the image stages of `answers`, rounded once to float32, and return `path`.
 
-    `comments` go into the header's attribute of that name, which image viewers show.
+    `comments` go into the header's attribute of that name, which image viewers show. With `double` each channel X has
+    another, X.low, beside it: what the rounding took, rounded to float32 itself; 0 where X is not finite.
 
     `Stage.CAMERA` is no image and is left out, as is `visibility` where there is no light.
 
@@ -34,9 +35,12 @@ def write_answers(path: Path, answers: Answers, lights: int, *, comments: str = 
         if image.ndim != 3 or image.shape[-1] != len(names):
             raise ValueError(f"{stage} must have shape (height, width, {len(names)}), got {image.shape}")
         # An answer that overflows float32 is written as an infinity, which every reader counts.
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             rounded = image.astype(np.float32)
+            lost = np.where(np.isfinite(rounded), image - rounded, 0).astype(np.float32) if double else None
         channels |= {name: np.ascontiguousarray(rounded[..., index]) for index, name in enumerate(names)}
+        if lost is not None:
+            channels |= {f"{name}.low": np.ascontiguousarray(lost[..., index]) for index, name in enumerate(names)}
     sizes = {channel.shape for channel in channels.values()}
     if len(sizes) != 1:
         raise ValueError(f"an EXR needs stages of one size, got {sorted(sizes) or 'none'}")
@@ -45,6 +49,16 @@ def write_answers(path: Path, answers: Answers, lights: int, *, comments: str = 
         header["comments"] = comments
     with replacing(path) as draft:
         OpenEXR.File(header, channels).write(str(draft))
+    return path
+
+
+def write_arrays(path: Path, answers: Answers, *, comments: str = "") -> Path:
+    """Write the image stages of `answers` as NumPy's archive of float64 arrays, by the stages' names; return `path`."""
+    arrays: dict[str, Any] = {
+        stage.value: np.asarray(answers[stage], np.float64) for stage in IMAGE_STAGES if stage in answers
+    }
+    with replacing(path) as draft, draft.open("wb") as file:
+        np.savez_compressed(file, comments=np.array(comments), **arrays)
     return path
 
 

@@ -39,6 +39,7 @@ class CaseRun:
         require: tuple[str, ...],
         subject: Subject = THE_TRACER,
         memory: Memory | None = None,
+        own: tuple[str, ...] = (),
         full: bool = False,
         certified: bool = False,
         seconds: float | None = None,
@@ -52,6 +53,7 @@ class CaseRun:
         self._require = require
         self._subject = subject
         self._memory = memory
+        self._own = own  # the user's own formulas, each with the SHA-256 of its file
         self._key: str | None = None
         self._damaged: dict[str, str] = {}  # what is told of references whose kept render was damaged
         self._notes: tuple[str, ...] = ()
@@ -121,8 +123,8 @@ class CaseRun:
         case = self.planned.case
         if subject.is_tracer:
             routes = asked(self.planned.routes, configuration)
-            task = TracerTask(scene=case.scene, configuration=configuration, samples=case.samples, routes=routes)
-            return TRACER, task
+            about = {"scene": case.scene, "configuration": configuration, "samples": case.samples, "routes": routes}
+            return TRACER, TracerTask(**about, own=self._own)
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
         kept = subject.name == PROGRAM == self._subject.name

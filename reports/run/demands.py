@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from rayproof.reports.run.request import RunRequest
+from rayproof.tracer.formula import is_own
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,6 +16,7 @@ class Demands:
     require: tuple[str, ...]  # those that must answer
     full: bool  # every renderer's images are kept
     certified: bool  # verdicts are held against certified arithmetic
+    own: tuple[str, ...]  # the user's own formulas in use, each with the SHA-256 of its file
 
 
 def demands(request: RunRequest, references: tuple[str, ...]) -> Demands:
@@ -26,4 +28,14 @@ def demands(request: RunRequest, references: tuple[str, ...]) -> Demands:
         require=tuple(sorted(set(request.require))),
         full=request.full,
         certified=request.certified,
+        own=_own(request.configurations),
     )
+
+
+def _own(configurations: tuple[str, ...]) -> tuple[str, ...]:
+    if not any(is_own(name) for name in configurations):
+        return ()
+    from rayproof.tracer.configuration import Configuration
+
+    found = {place: digest for name in configurations for place, digest in Configuration.parse(name).own.items()}
+    return tuple(f"{place} {digest}" for place, digest in sorted(found.items()))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rayproof.reports.subjects import THE_TRACER, Subject
 
 if TYPE_CHECKING:
-    from rayproof.reports.gate.expectations import Expectation
+    from rayproof.reports.gate.gating import Demanded
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +39,7 @@ class RunRequest:
     subject: Subject = THE_TRACER  # who is under test
     cached: bool = True  # take references' renders from the cache
     history: Path | None = None  # where to keep what was found, for `rayproof history`
-    expect: tuple[str, tuple["Expectation", ...]] | None = None  # what is known to fail: a file's name, its entries
+    demanded: "Demanded | None" = None  # what is known to fail, and how much must be measured
     diagnose: bool = True  # say which known mistake explains the failures
     full: bool = False  # keep every renderer's images of every case, as EXR
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer

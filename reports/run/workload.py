@@ -77,6 +77,7 @@ def render_and_judge(
                     require=request.require,
                     subject=subject,
                     memory=memory,
+                    own=asked.own,
                     full=request.full,
                     certified=request.certified,
                     seconds=seconds,

@@ -183,16 +183,13 @@ def _configuration(formula: str | None, configuration: str, folder: Path) -> "Co
         LookupError, ValueError: there is no such formula or configuration.
 
     """
-    from rayproof.reports.studies.compare.contenders import FILE_MARK, contender
+    from rayproof.tracer.catalogue import FORMULAS
     from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.formula import MARK
 
     chosen = Configuration.parse(configuration)
     if formula is None:
         return chosen
-    if FILE_MARK in formula:
-        slot, _, place = formula.partition("=")
-        own = contender(f"{slot}={folder / place}", precision=chosen.precision).configuration
-        return replace(own, formulas={name: one for name, one in chosen.formulas.items() if name != slot})
-    return Configuration.parse(
-        "/".join([configuration, formula.replace("/", "=", 1) if "=" not in formula else formula])
-    )
+    slot, _, place = formula.partition("=")
+    named = FORMULAS.named(f"{slot}={folder / place}" if MARK in place else formula)
+    return replace(chosen, formulas={**chosen.formulas, named.slot: named.variant})

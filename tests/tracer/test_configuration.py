@@ -13,6 +13,8 @@ from rayproof.tracer.configuration import Configuration
     [
         "float32",
         "float64/ray=inverse_matrices/triangle=signed_areas",
+        "float64/sphere=mine.py:nearest_hit",
+        "float32/ray=half_depth/sphere=../some folder/mine.py:nearest_hit/triangle=/abs/mine.py:areas/cosine=scaled",
         *(f"float32/{f.slot}={f.variant}" for f in FORMULAS.values() if not f.default),
     ],
 )

@@ -9,7 +9,7 @@ import numpy as np
 
 from rayproof.cases.scene import Camera, Mesh, PointLight, Scene, SceneError
 from rayproof.cases.scene_fields import shown
-from rayproof.reports.interchange import IMPORTERS, Imported, Size
+from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
 from rayproof.reports.interchange.framing import camera_for, light_for
 from rayproof.reports.interchange.gltf.cameras import camera_of
 from rayproof.reports.interchange.gltf.document import Document, read_document
@@ -23,7 +23,7 @@ UNDERSTOOD = (LIGHTS, "KHR_mesh_quantization")
 
 @IMPORTERS.register(".glb")
 @IMPORTERS.register(".gltf")
-def import_gltf(path: Path, size: Size) -> Imported:
+def import_gltf(path: Path, size: Size, allowed: Folders) -> Imported:
     """Return the default scene of a glTF file.
 
     Raises:
@@ -46,9 +46,9 @@ def import_gltf(path: Path, size: Size) -> Imported:
 
 def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene:
     required = document.json.get("extensionsRequired", [])
-    for name in required:
+    for name in dict.fromkeys([*required, *document.json.get("extensionsUsed", [])]):
         if name not in UNDERSTOOD:
-            drop(f"the extension {shown(name)}, which it requires")
+            drop(f"the extension {shown(name)}{', which it requires' if name in required else ''}")
     meshes: list[Mesh] = []
     cameras: list[Camera] = []
     lights: list[PointLight] = []
@@ -69,6 +69,8 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
             lights += _light(document, light, to_world, drop)
     if document.listed("animations"):
         drop("its animations")
+    if (scenes := len(document.listed("scenes"))) > 1:
+        drop(f"{scenes - 1} of {scenes} scenes; the default one counts")
     if len(cameras) > 1:
         drop(f"{len(cameras) - 1} of {len(cameras)} cameras; the first one counts")
     if not cameras:

@@ -30,21 +30,19 @@ def material_of(shape: Element, drop: Callable[[str], None]) -> tuple[Rgb, bool]
         material = sides[0]
     if material.plugin == "diffuse":
         return _reflectance(material, "reflectance", drop), two_sided
-    name = next(
-        (name for name in ("diffuse_reflectance", "base_color", "reflectance") if name in material.properties), None
-    )
+    name = next((name for name in ("diffuse_reflectance", "base_color", "reflectance") if material.has(name)), None)
     drop(f"{material.place}: {material.plugin} is taken as diffuse{f', by its {name}' if name else ' and grey'}")
     return (_reflectance(material, name, drop) if name else GREY), two_sided
 
 
 def _reflectance(material: Element, name: str, drop: Callable[[str], None]) -> Rgb:
-    if name not in material.properties:
+    if not material.has(name):
         return GREY
     texture = next((child for known, child in material.children() if known == name), None)
     if texture is not None:
         drop(f"{texture.place}: the texture; the albedo is 0.5")
         return GREY
-    return rgb(material.properties[name], f"{material.place}: {name}", drop, white=(1.0, 1.0, 1.0))
+    return rgb(material.get(name, GREY), f"{material.place}: {name}", drop, white=(1.0, 1.0, 1.0))
 
 
 def rgb(value: Any, place: str, drop: Callable[[str], None], *, white: Rgb = EQUAL_ENERGY) -> Rgb:

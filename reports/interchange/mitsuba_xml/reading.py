@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from rayproof.cases.scene import Scene, SceneError
-from rayproof.reports.interchange import IMPORTERS, Imported, Size
+from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
 from rayproof.reports.interchange.framing import camera_for, light_for
 from rayproof.reports.interchange.mitsuba_xml.emitters import lights_of
 from rayproof.reports.interchange.mitsuba_xml.sensors import camera_of
@@ -16,7 +16,7 @@ OF_THE_RENDERER = ("Integrator", "Sampler", "ReconstructionFilter")
 
 
 @IMPORTERS.register(".xml")
-def import_mitsuba(path: Path, size: Size) -> Imported:
+def import_mitsuba(path: Path, size: Size, allowed: Folders) -> Imported:
     """Return the scene in a Mitsuba XML file; direct light only, whatever its integrator would add.
 
     Raises:
@@ -24,7 +24,7 @@ def import_mitsuba(path: Path, size: Size) -> Imported:
 
     """
     try:
-        return _scene(path, size)
+        return _scene(path, size, allowed)
     except SceneError:
         raise
     except (TypeError, AttributeError, KeyError, ValueError, OverflowError) as error:
@@ -32,9 +32,9 @@ def import_mitsuba(path: Path, size: Size) -> Imported:
         raise SceneError(f"{path}: is no scene for Mitsuba: {' '.join(str(error).split())}") from None
 
 
-def _scene(path: Path, size: Size) -> Imported:
+def _scene(path: Path, size: Size, allowed: Folders) -> Imported:
     try:
-        root = read_tree(path)
+        root = read_tree(path, allowed)
         root.budget.spend("shapes", count_shapes(root), by="it with its instances")
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
@@ -66,4 +66,8 @@ def _scene(path: Path, size: Size) -> Imported:
             drop(f"{child.place}: the integrator {child.plugin}; direct light is all that is computed")
         elif child.kind not in ("Shape", "Sensor", "Emitter", "BSDF", "Texture", *OF_THE_RENDERER):
             drop(f"{child.place}: the {child.kind.lower()} {child.plugin} ({name})")
+    for element in root.everything():
+        if element.kind not in ("Scene", "Film", *OF_THE_RENDERER):
+            for name in element.unread():
+                drop(f"{element.place}: the {name} of the {element.plugin}")
     return Imported(scene=Scene(camera=camera, shapes=shapes, lights=lights), dropped=tuple(dropped))

@@ -17,21 +17,25 @@ DEEPEST_INCLUDE = 8
 _PARAMETER = re.compile(r"\$(\w+)")
 
 
-def scan(path: Path, budget: Budget) -> None:
-    """Spend what reading a file and all that it includes takes.
+def scan(path: Path, budget: Budget, allowed: tuple[Path, ...] = ()) -> tuple[Path, ...]:
+    """Spend what reading a file and all that it includes takes; return the folders in which it looks for files.
+
+    They lie in its own folder, or in those `allowed`.
 
     Raises:
-        SceneError: it takes too much, is no XML, or includes what does not lie in its folder; without the file's name.
+        SceneError: it takes too much, is no XML, or includes what does not lie there; without the file's name.
 
     """
-    _Scan(path.parent, budget).file(path.resolve(), path.name, 0)
+    reading = _Scan(path.parent, budget, allowed)
+    reading.file(path.resolve(), path.name, 0)
+    return tuple(reading.searched)
 
 
 class _Scan:
-    def __init__(self, folder: Path, budget: Budget) -> None:
-        self._folder, self._budget = folder, budget
+    def __init__(self, folder: Path, budget: Budget, allowed: tuple[Path, ...]) -> None:
+        self._folder, self._budget, self._allowed = folder, budget, allowed
         self._values: dict[str, str] = {}  # of the parameters so far; the first value counts
-        self._searched: list[Path] = []
+        self.searched: list[Path] = []  # where `path` elements say that files lie
 
     def file(self, path: Path, name: str, level: int) -> None:
         """Scan one file; `level` includes lie around it."""
@@ -74,7 +78,7 @@ class _Scan:
         if tag == "default" and "name" in attributes:
             self._values.setdefault(attributes["name"], self._filled(attributes.get("value", "")))
         elif tag == "path":
-            self._searched.append(self._inside(self._filled(attributes.get("value", "")), place))
+            self.searched.append(self._inside(self._filled(attributes.get("value", "")), place))
         elif tag == "include":
             self._budget.spend("includes", 1, by=place)
             name = self._filled(attributes.get("filename", ""))
@@ -82,14 +86,16 @@ class _Scan:
 
     def _found(self, name: str, place: str, beside: Path) -> Path:
         """Return the path of an included file: beside the one that names it, or where a `path` said."""
-        candidates = [beside, *self._searched, self._folder]
+        candidates = [beside, *self.searched, self._folder]
         usable = next((where for where in candidates if (where / name).exists()), beside) if _plain(name) else beside
-        return path_within(name, self._folder, what=f"{place}: filename", largest=LARGEST, beside=usable)
+        within = next(one for one in (*self._allowed, self._folder) if _lies_in(usable, one) or one is self._folder)
+        return path_within(name, within, what=f"{place}: filename", largest=LARGEST, beside=usable)
 
     def _inside(self, name: str, place: str) -> Path:
         where = (self._folder / name).resolve() if _plain(name) else Path("/")
-        if not where.is_relative_to(self._folder.resolve()):
-            raise SceneError(f"{place}: value must be a folder inside the scene's own, got {shown(name)}")
+        if not any(_lies_in(where, one) for one in (self._folder, *self._allowed)):
+            hint = "another one is let in by --allow-folder"
+            raise SceneError(f"{place}: value must be a folder inside the scene's own, got {shown(name)}; {hint}")
         return where
 
     def _length(self, text: str) -> int:
@@ -100,6 +106,10 @@ class _Scan:
 
     def _filled(self, text: str) -> str:
         return _PARAMETER.sub(lambda match: self._values.get(match[1], match[0]), text)
+
+
+def _lies_in(where: Path, folder: Path) -> bool:
+    return where.resolve().is_relative_to(folder.resolve())
 
 
 def _plain(name: str) -> bool:

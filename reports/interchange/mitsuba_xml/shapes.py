@@ -112,8 +112,17 @@ def _plane(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, com
     return Plane(to_world=matrix(to_world), **common)
 
 
+def _folder_of(name: str, element: Element) -> Path:
+    """Return the first folder in which a file may lie that has it; the scene's own if none does."""
+    try:
+        return next((folder for folder in element.folders if (folder / name).is_file()), element.folders[0])
+    except (OSError, ValueError):  # too long a name, say: whoever reads it says so
+        return element.folders[0]
+
+
 def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, common: dict[str, Any]) -> Shape:
-    vertices, faces = read_mesh(str(element.get("filename", "")), folder, element.budget)
+    name = str(element.get("filename", ""))
+    vertices, faces = read_mesh(name, _folder_of(name, element), element.budget)
     if not element.get("face_normals", False):
         drop(f"{element.place}: vertex normals, if {element.get('filename', '')} has any; the mesh is shaded by faces")
     if _flipped(element, common):

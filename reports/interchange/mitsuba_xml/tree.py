@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -51,11 +51,24 @@ class Element:
     place: str  # file, line and column, with its id where it has one
     properties: dict[str, Any]
     budget: Budget  # the scene's: an element may be met again and again
+    folders: tuple[Path, ...]  # where the files lie that it may name
     _all: list["Element"]
+    _read: set[str] = field(default_factory=set)  # names of properties that somebody asked for
 
     def get(self, name: str, default: Any) -> Any:
         """Return a property, or `default` where the file does not say."""
+        self._read.add(name)
         return self.properties.get(name, default)
+
+    def has(self, name: str) -> bool:
+        """Return whether the file says something of a property."""
+        self._read.add(name)
+        return name in self.properties
+
+    def unread(self) -> list[str]:
+        """Return the names of plain properties that nobody asked for, if anybody asked for anything of this element."""
+        plain = [name for name, value in self.properties.items() if not isinstance(value, Reference)]
+        return [name for name in plain if name not in self._read] if self._read else []
 
     def children(self, kind: str | None = None) -> Iterator[tuple[str, "Element"]]:
         """Yield the names and elements below this one, in the file's order."""
@@ -65,6 +78,10 @@ class Element:
                 child = self._all[value.element]
                 if kind is None or child.kind == kind:
                     yield name, child
+
+    def everything(self) -> list["Element"]:
+        """Return all elements of the file."""
+        return self._all
 
     def matrix(self) -> np.ndarray:
         """Return `to_world`, float64 (4, 4); the identity where the file does not say."""
@@ -76,8 +93,10 @@ class Element:
         return value.matrix
 
 
-def read_tree(path: Path) -> Element:
+def read_tree(path: Path, allowed: tuple[Path, ...] = ()) -> Element:
     """Return the root element of a file: its parameters filled in, older names brought up to date, references resolved.
+
+    Its `path` elements may name folders inside its own and inside those `allowed`.
 
     Raises:
         SceneError: it asks for too much, Mitsuba's parser refuses it, in its own words on one line, or it includes a
@@ -85,7 +104,7 @@ def read_tree(path: Path) -> Element:
 
     """
     budget = Budget()
-    scan(path, budget)
+    searched = scan(path, budget, allowed)
     try:
         _, content = ask(
             "rayproof.reports.interchange.mitsuba_xml.parsing",
@@ -98,9 +117,9 @@ def read_tree(path: Path) -> Element:
     except ForeignError as error:
         raise SceneError(str(error)) from None
     document = json.loads(content)
-    folder = path.parent.resolve()
+    inside = [folder.resolve() for folder in (path.parent, *allowed)]
     for included in map(Path, document["files"][1:]):
-        if not included.resolve().is_relative_to(folder):
+        if not any(included.resolve().is_relative_to(folder) for folder in inside):
             raise SceneError(f"{included}, which it includes, must lie inside the file's folder")
     elements: list[Element] = []
     for stored in document["elements"]:
@@ -113,6 +132,7 @@ def read_tree(path: Path) -> Element:
                 place=f"{stored['place']}{f', {name!r}' if name else ''}",
                 properties={key: _property(value) for key, value in stored["properties"].items()},
                 budget=budget,
+                folders=(path.parent, *searched),
                 _all=elements,
             )
         )

@@ -71,6 +71,8 @@ def _gate(results: dict[str, Any]) -> list[str]:
         return []
     titles = {
         "regressions": "Not expected",
+        "worse": "Worse than before",
+        "uncovered": "Too little was measured",
         "tighten": "Fails less than expected",
         "stale": "Entries that meet no check",
         "expired": "Expired entries",
@@ -78,9 +80,9 @@ def _gate(results: dict[str, Any]) -> list[str]:
     }
     lines = []
     for key, title in titles.items():
-        if told[key]:
-            lines += [f"## {title}: {len(told[key])}\n", *(f"* {escaped(line)}" for line in told[key][:MOST_OF_A_GATE])]
-            left = len(told[key]) - MOST_OF_A_GATE
+        if listed := told.get(key, ()):
+            lines += [f"## {title}: {len(listed)}\n", *(f"* {escaped(line)}" for line in listed[:MOST_OF_A_GATE])]
+            left = len(listed) - MOST_OF_A_GATE
             lines += [f"* and {left} more, in `results.json`\n" if left > 0 else ""]
     return lines
 

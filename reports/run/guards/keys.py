@@ -84,7 +84,7 @@ HOW = (
     "json",
     "cached",
     "history",
-    "expect",
+    "demanded",
     "configurations",
     "trials",
     "patient",
@@ -114,6 +114,7 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("RecordKey", "routes"): ("numbers",),
     ("Demands", "identity"): ("another program",),
     ("Demands", "require"): ("analytic",),
+    ("Demands", "own"): ("sphere=mine.py:nearest_hit 0",),
     ("JudgementKey", "notes"): ("it says so",),
     ("RenderKey", "settings"): {"quality": "2"},
 }

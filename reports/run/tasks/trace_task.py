@@ -29,6 +29,8 @@ def trace(
     Between them stand no notes; last come the execution paths that it took, each with the routes (`reports.paths`).
     """
     configuration = Configuration.parse(task.configuration)
+    if task.own:
+        _unchanged(configuration, task.own)
     answers = render(task.scene, stages_of(task.scene), configuration)
     fine = None
     if task.samples > 1:
@@ -43,6 +45,13 @@ def trace(
         fine=fine,
     )
     return candidate, versions(), (), _consistency(task, configuration, answers), paths
+
+
+def _unchanged(configuration: Configuration, known: tuple[str, ...]) -> None:
+    """Raise RuntimeError if a user's file is not what it was when the run began; answers are kept under that."""
+    for place, digest in configuration.own.items():
+        if f"{place} {digest}" not in known:
+            raise RuntimeError(f"{place} has changed since the run began")
 
 
 def _consistency(task: TracerTask, configuration: Configuration, answers: Answers) -> list[dict[str, Any]]:

@@ -14,7 +14,9 @@ from rayproof.reports.processes.channel import Channel
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply, serve
 from rayproof.reports.studies.bench import CONTENDERS
+from rayproof.reports.studies.bench.contenders.ours import ask_about
 from rayproof.reports.studies.bench.document import entry, measured
+from rayproof.tracer.configuration import Configuration
 
 KIND = "bench"
 
@@ -32,6 +34,7 @@ class Task:
     contenders: tuple[str, ...]
     machine: dict[str, Any]
     budget: float  # s
+    formulas: str = "float32"  # by which the tracer renders: a configuration, of which the precision does not matter
 
 
 def _steps(task: Task) -> Iterator[Any]:
@@ -39,6 +42,7 @@ def _steps(task: Task) -> Iterator[Any]:
     (bench,) = chosen((task.scene,), quick=False)
     scene = bench.scene(*task.size)
     CONTENDERS.load()
+    ask_about(Configuration.parse(task.formulas))
     yield None
     found = measured(scene, task.contenders, task.budget)
     yield None

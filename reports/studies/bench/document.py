@@ -12,7 +12,17 @@ from rayproof.reports.studies.bench.branches import shared
 from rayproof.reports.studies.bench.errors import error, sampled
 from rayproof.reports.studies.bench.kernels import Kernel
 from rayproof.reports.studies.bench.limits import limit
-from rayproof.reports.studies.bench.measuring import CONTROL, DIRECT, MINIMAL, OURS, Timed, differing, ratio, timed
+from rayproof.reports.studies.bench.measuring import (
+    CONTROL,
+    DEFAULT,
+    DIRECT,
+    MINIMAL,
+    OURS,
+    Timed,
+    differing,
+    ratio,
+    timed,
+)
 from rayproof.reports.studies.bench.work import loops
 
 SCHEMA = 1
@@ -58,6 +68,7 @@ def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: dict[str, An
     ours = found[OURS]
     kernels = _counted(timing.kernels, ours.prepared)
     minimal, direct, control = (ratio(found, others) for others in (MINIMAL, DIRECT, (CONTROL,)))
+    default = ratio(found, (DEFAULT,))
     return {
         "name": bench.name,
         "about": bench.about,
@@ -76,6 +87,7 @@ def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: dict[str, An
         "ratio_direct_interval": direct["interval"] if direct else None,
         "control": control["ratio"] if control else None,
         "control_interval": control["interval"] if control else None,
+        **({"default": default["ratio"], "default_interval": default["interval"]} if default else {}),
         "pixels_differ": differing(found),
         "error": error(ours, pixels, truth),
         "compile_ms": 1e3 * ours.first_seconds,
@@ -105,7 +117,10 @@ def _contender(one: Timed, pixels: Any, truth: Any) -> dict[str, Any]:
     }
 
 
-def everybody(*, quick: bool) -> tuple[str, ...]:
-    """Return the contenders of a benchmark; a quick one does without those that take seconds a picture."""
-    slow = {"radiance", "povray", "mitsuba_scalar", "embree"}
-    return tuple(name for name in CONTENDERS if not quick or name not in slow)
+def everybody(*, quick: bool, formulas: bool = False) -> tuple[str, ...]:
+    """Return the contenders of a benchmark; a quick one does without those that take seconds a picture.
+
+    Our default formulas are one of them where it is about other `formulas`.
+    """
+    left_out = {"radiance", "povray", "mitsuba_scalar", "embree"} if quick else set()
+    return tuple(name for name in CONTENDERS if name not in left_out and (formulas or name != DEFAULT))

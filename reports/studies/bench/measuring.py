@@ -16,6 +16,7 @@ from rayproof.reports.studies.compare.statistics import LEVEL, median_interval
 
 OURS = "ours"
 CONTROL = "ours_again"
+DEFAULT = "ours_default"  # takes part where ours is by other formulas
 MINIMAL = ("mitsuba_minimal", "mitsuba_minimal_frozen")
 DIRECT = ("mitsuba_direct",)
 DIFFERS = 1e-3  # of the brightest value: what float32 never explains off an edge

@@ -5,31 +5,14 @@ from dataclasses import dataclass, replace
 
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.stages import Stage
-from rayproof.reports.studies.compare.own import own_formula
-from rayproof.tracer.catalogue import FORMULAS, Formula
-from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration, parts_of
+from rayproof.tracer.formula import Formula, is_own
 
-FILE_MARK = ".py:"
 # What of the camera shows in an image only through a ray by the inverse matrices, and what shows in none.
 MATRICES = ("view", "projection", "inverse")
 UNSEEN = ("corners", "pixel")
 BY_MATRICES = {"ray": "inverse_matrices"}
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Trial(Configuration):
-    """A configuration in which one slot is filled by a formula that is not in the catalogue."""
-
-    own: Formula
-
-    @property
-    def name(self) -> str:
-        """Return a name that no other configuration has; it cannot be parsed."""
-        return f"{super().name}/{self.own.slot}={self.own.variant}"
-
-    def formula(self, slot: str) -> Formula:
-        """Return the formula chosen for `slot`; raise LookupError for an unknown slot."""
-        return self.own if slot == self.own.slot else super().formula(slot)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,15 +28,16 @@ def contender(text: str, *, precision: str) -> Contender:
 
     A formula runs in `precision`. Raises ValueError or LookupError, in one line, for what does not exist.
     """
-    if FILE_MARK in text:
-        return Contender(label=text, configuration=Trial(precision=precision, own=own_formula(text)))
-    first, *rest = text.split("/")
+    first, *rest = parts_of(text)
     if first in PRECISIONS:
-        chosen = "/".join([first, *(_part(part) for part in rest)])
-        return Contender(label=text, configuration=Configuration.parse(chosen))
-    formula = FORMULAS[text.replace("=", "/", 1)]
-    formulas = {formula.slot: formula.variant}
-    return Contender(label=formula.name, configuration=Configuration(precision=precision, formulas=formulas))
+        chosen = Configuration.parse("/".join([first, *(_part(part) for part in rest)]))
+        label = text
+    else:
+        formula = FORMULAS.named(text)
+        chosen = Configuration(precision=precision, formulas={formula.slot: formula.variant})
+        label = text if is_own(text) else formula.name
+    _ = chosen.own  # loaded now: a mistake in it is told before anything is computed
+    return Contender(label=label, configuration=chosen)
 
 
 def _part(part: str) -> str:

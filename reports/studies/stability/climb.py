@@ -9,7 +9,8 @@ from scipy import stats
 from rayproof.cases.ladders.ladder import Inputs, Ladder
 from rayproof.reports.studies.stability.questions import QUESTIONS, Grades, Truth
 from rayproof.reports.studies.stability.slopes import Slope, fitted
-from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.formula import Formula, is_own
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +104,9 @@ def climb(given: Drawn, formula: Formula) -> Climb:
     parts = [np.flatnonzero((given.rungs == i) & grades.counted) for i in range(len(ladder.values))]
     rungs = tuple(_rung(value, grades, part) for value, part in zip(ladder.values, parts, strict=True))
     errors = [_finite(grades.error[part]) for part in parts]
-    law = ladder.law(formula.name, given.precision)
+    # Of a user's own formula nothing is predicted; where a slope can begin to show, the default's law says.
+    known = FORMULAS.slots[formula.slot] if is_own(formula.variant) else formula.variant
+    law = ladder.law(f"{formula.slot}/{known}", given.precision)
     first = law.skip if law else 0
     slope = fitted(ladder.values[first:], errors[first:], saturated=ladder.saturated, seed=ladder.seed % 2**32)
     return Climb(ladder=ladder, formula=formula, precision=given.precision, rungs=rungs, slope=slope)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from rayproof.cases.ladders.ladder import Ladder, Law
 from rayproof.reports.studies.stability.climb import Climb, Drawn
+from rayproof.tracer.formula import is_own
 
 WITNESS_LIMIT = 2.0**-60  # relative; the truth must be far better than the best answer
 
@@ -14,7 +15,7 @@ class Verdict:
 
     climb: Climb
     law: Law | None
-    expected: str  # pass or fail
+    expected: str  # pass or fail; of a user's own formula, none
     verdict: str  # pass or fail
     reasons: tuple[str, ...]  # why it failed
     surprise: str  # why this is not what the catalogue says; empty if it is
@@ -23,6 +24,16 @@ class Verdict:
 def judged(climb: Climb) -> Verdict:
     """Return the verdict: the gate, then the slope, then whether the catalogue said so."""
     ladder, name = climb.ladder, climb.formula.name
+    if is_own(climb.formula.variant):
+        gate = _gate(climb)
+        return Verdict(
+            climb=climb,
+            law=None,
+            expected="none",
+            verdict="fail" if gate else "pass",
+            reasons=(gate,) if gate else (),
+            surprise="",
+        )
     failure = ladder.failure(name, climb.precision)
     law = ladder.law(name, climb.precision)
     gate, slope = _gate(climb), _slope(climb, law)

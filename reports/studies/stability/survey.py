@@ -11,7 +11,8 @@ from rayproof.reports.studies.stability.climb import climb, drawn
 from rayproof.reports.studies.stability.guards import broken
 from rayproof.reports.studies.stability.judge import doubted, judged
 from rayproof.reports.studies.stability.records import record
-from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.formula import Formula, is_own
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,13 +30,19 @@ class Plan:
 
 
 def applies(ladder: Ladder, formula: Formula) -> bool:
-    """Return whether a formula climbs a ladder: every variant of its slots, planted faults aside."""
-    chosen = not ladder.only or formula.variant in ladder.only
+    """Return whether a formula climbs a ladder: every variant of its slots, planted faults aside.
+
+    A user's own formula climbs where the default of its slot does.
+    """
+    known = FORMULAS.slots[formula.slot] if is_own(formula.variant) else formula.variant
+    chosen = not ladder.only or known in ladder.only
     return formula.slot in ladder.slots and formula.kind != "fault" and chosen
 
 
 def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequence[str], quick: bool) -> Plan:
-    """Return the climbs of the formulas named by `patterns` (slot, slot/variant or a glob; none: all) on `ladders`.
+    """Return the climbs of the formulas named by `patterns` on `ladders`.
+
+    A pattern is a slot, slot/variant, a glob, or a function of the user's, slot=FILE.py:function; none: all.
 
     Raises:
         LookupError: a pattern names no formula that is on any ladder, or no ladder.
@@ -44,7 +51,11 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
     known = all_ladders()
     climbing = {name for ladder in known for name in FORMULAS if applies(ladder, FORMULAS[name])}
     formulas: set[str] = set()
-    for pattern in patterns or ("*",):
+    own = [FORMULAS.named(pattern) for pattern in patterns if is_own(pattern)]
+    for formula in own:
+        if not any(applies(ladder, formula) for ladder in known):
+            raise LookupError(f"the slot {formula.slot} is on no ladder")
+    for pattern in [one for one in patterns if not is_own(one)] or (() if own else ("*",)):
         found = {name for name in climbing if fnmatchcase(name, pattern) or name.split("/")[0] == pattern}
         if not found:
             raise LookupError(f"no formula on a ladder is called {pattern!r}; known: {', '.join(sorted(climbing))}")
@@ -61,8 +72,8 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
             tuple(
                 formula
                 for slot in ladder.slots
-                for formula in FORMULAS.variants(slot)
-                if formula.name in formulas and applies(ladder, formula)
+                for formula in (*FORMULAS.variants(slot), *own)
+                if (formula.name in formulas or formula in own) and formula.slot == slot and applies(ladder, formula)
             ),
         )
         for ladder in known

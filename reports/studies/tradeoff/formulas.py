@@ -20,8 +20,9 @@ from rayproof.reports.studies.tradeoff.clocks import kernel_seconds
 from rayproof.reports.studies.tradeoff.entry import Entry
 from rayproof.reports.studies.tradeoff.points import Point
 from rayproof.reports.studies.tradeoff.tails import quantile, tail
-from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formula import Formula
 from rayproof.tracer.render import render
 
 # Asked beside the tracer's formulas; its kernels run through Dr.Jit, so that they are timed by the same clock.
@@ -35,12 +36,16 @@ class Task:
 
     diagram: str
     slot: str
+    formulas: tuple[Formula, ...]
     scenes: tuple[Scene, ...]
 
 
-def variants(slot: str) -> tuple[Formula, ...]:
-    """Return the formulas of a slot without planted faults."""
-    return tuple(one for one in FORMULAS.variants(slot) if one.kind != "fault")
+def variants(slot: str, named: Sequence[Formula] = ()) -> tuple[Formula, ...]:
+    """Return the formulas of a slot without planted faults; if some are `named`, these, after the slot's default."""
+    if not named:
+        return tuple(one for one in FORMULAS.variants(slot) if one.kind != "fault")
+    mine = [one for one in named if one.slot == slot]
+    return (FORMULAS.variants(slot)[0], *(one for one in mine if not one.default)) if mine else ()
 
 
 def entries(task: Task, tell: Callable[[str], None]) -> list[Entry]:
@@ -51,7 +56,7 @@ def entries(task: Task, tell: Callable[[str], None]) -> list[Entry]:
     truths: dict[tuple[int, bytes], Truth] = {}
     found = []
     for precision in PRECISIONS:
-        for formula in variants(task.slot):
+        for formula in task.formulas:
             one = Configuration(precision=precision, formulas={task.slot: formula.variant})
             marks = [
                 _measured(task, number, render(scene, STAGES, one), precision, truths)

@@ -15,7 +15,7 @@ from rayproof.reports.studies.tradeoff.entry import Entry
 from rayproof.reports.studies.tradeoff.formulas import variants
 from rayproof.reports.studies.tradeoff.points import Point
 from rayproof.reports.studies.tradeoff.tails import quantile, tail
-from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.formula import Formula
 
 RAYS = 2**16  # in a timed launch; a question carries its rays to the device and back each time
 LADDER = "ladder"  # the first half of a diagram's name
@@ -33,8 +33,11 @@ def value_of(ladder: Ladder) -> float:
     return ladder.gate.reaches.get("float32", ladder.values[len(ladder.values) // 2])
 
 
-def ladder_entries(ladder: Ladder, tell: Callable[[str], None]) -> list[Entry]:
-    """Return the points of one ladder, measured and ready to be timed. Both precisions get the same float32 numbers."""
+def ladder_entries(ladder: Ladder, tell: Callable[[str], None], named: Sequence[Formula] = ()) -> list[Entry]:
+    """Return the points of one ladder, measured and ready to be timed. Both precisions get the same float32 numbers.
+
+    If formulas are `named`, they are asked, beside the defaults of their slots.
+    """
     tell(f"ladder {ladder.name}: errors")
     question = QUESTIONS[ladder.question]()
     inputs = ladder.draw(value_of(ladder), ladder.rays, np.random.default_rng(ladder.seed), "float32")
@@ -44,8 +47,8 @@ def ladder_entries(ladder: Ladder, tell: Callable[[str], None]) -> list[Entry]:
     formulas = [
         formula
         for slot in ladder.slots
-        for formula in variants(slot)
-        if not ladder.only or formula.variant in ladder.only
+        for formula in variants(slot, named)
+        if named or not ladder.only or formula.variant in ladder.only
     ]
     found = []
     for precision in PRECISIONS:

@@ -14,6 +14,7 @@ from rayproof.reports.studies.tradeoff.routes import ROUTES, route_entries
 from rayproof.reports.studies.tradeoff.sampling import sampling_entries
 from rayproof.reports.studies.tradeoff.tasks import Sampled
 from rayproof.tracer.device.versions import versions
+from rayproof.tracer.formula import Formula
 
 SAMPLES = "samples"
 KINDS = {SAMPLES: "samples", ROUTES: "paths", LADDER: "ladders"}  # the first half of a diagram's name; others are slots
@@ -33,14 +34,15 @@ def measure(
     *,
     repetitions: int,
     tell: Callable[[str], None],
+    named: Sequence[Formula] = (),
 ) -> dict[str, Any]:
-    """Return all points and diagrams as docs/tradeoff.md describes them."""
+    """Return all points and diagrams as docs/tradeoff.md describes them; of ladders those of the formulas `named`."""
     start = time.monotonic()
     ready = [entry for task in formulas for entry in entries(task, tell)]
     for one in sampled:
         ready += sampling_entries(f"{SAMPLES}/{one.family}", one.scene, tell)
         ready += route_entries(f"{ROUTES}/{one.family}", one.scene, tell)
-    ready += [entry for ladder in climbed for entry in ladder_entries(ladder, tell)]
+    ready += [entry for ladder in climbed for entry in ladder_entries(ladder, tell, named)]
     tell(f"run times of {len(ready)} points")
     seconds = interleave([entry.launch for entry in ready], repetitions=repetitions, budget=BUDGET)
     points = [entry.timed(times) for entry, times in zip(ready, seconds, strict=True)]

@@ -11,6 +11,7 @@ from rayproof.cases.stresses import STRESSES
 from rayproof.reports.studies.compare.concerned import KINDS, concerned
 from rayproof.reports.studies.tradeoff.formulas import Task, variants
 from rayproof.reports.studies.tradeoff.ladders import ladders
+from rayproof.tracer.formula import Formula
 
 DEFAULT = (
     "far_sphere_*", "far_cube_1e3", "far_triangle_1e3", "tangent_sphere", "sliver_*", "grazing_plane",
@@ -29,14 +30,19 @@ class Sampled:
     scene: Scene
 
 
-def tasks(selectors: Sequence[str]) -> tuple[tuple[Task, ...], tuple[Sampled, ...], tuple[Ladder, ...]]:
+def tasks(
+    selectors: Sequence[str], formulas: Sequence[Formula] = ()
+) -> tuple[tuple[Task, ...], tuple[Sampled, ...], tuple[Ladder, ...]]:
     """Return the diagrams of formulas, of whole images and of ladders that `selectors` name.
 
+    If formulas are named, they are what is drawn, beside the defaults of their slots, and no whole images.
+
     Raises:
-        LookupError: a selector names neither a case nor a stress nor a ladder.
+        LookupError: a selector names neither a case nor a stress nor a ladder, or nothing named shows the formulas.
 
     """
-    climbed = ladders(selectors)
+    named = tuple(formulas)
+    climbed = tuple(one for one in ladders(selectors) if any(variants(slot, named) for slot in one.slots))
     selectors = [one for one in selectors if not ladders([one])]
     stresses = [name for name in STRESSES if any(fnmatchcase(name, one) for one in selectors)]
     patterns = [one for one in selectors if not any(fnmatchcase(name, one) for name in STRESSES)]
@@ -44,31 +50,34 @@ def tasks(selectors: Sequence[str]) -> tuple[tuple[Task, ...], tuple[Sampled, ..
     families = {
         name: [case for case in cases if case.family == name] for name in dict.fromkeys(c.family for c in cases)
     }
-    formulas = [
+    found = [
         task
         for name in stresses
         for slot in STRESSES.about(name)["slots"]
-        if slot in SLOTS and (task := _task(name, slot, [scene for _, scene in STRESSES[name]()])) is not None
+        if slot in SLOTS and (task := _task(name, slot, [scene for _, scene in STRESSES[name]()], named)) is not None
     ]
-    formulas += [
+    found += [
         task
         for name, members in families.items()
         for slot in SLOTS
-        if (task := _task(name, slot, [case.scene for case in members])) is not None
+        if (task := _task(name, slot, [case.scene for case in members], named)) is not None
     ]
     sampled = []
-    for name, members in families.items():
+    for name, members in families.items() if not named else ():
         lit = [case for case in members if case.scene.lights and case.scene.clip == "depth"]
         # The family's own word that its pixels are averages comes first.
         lit.sort(key=lambda case: -case.samples)
         if lit:
             sampled.append(Sampled(family=name, scene=lit[0].scene))
-    return tuple(formulas), tuple(sampled), climbed
+    if named and not found and not climbed:
+        raise LookupError("none of the scenes and ladders named shows any of the formulas named")
+    return tuple(found), tuple(sampled), climbed
 
 
-def _task(family: str, slot: str, scenes: Sequence[Scene]) -> Task | None:
+def _task(family: str, slot: str, scenes: Sequence[Scene], named: tuple[Formula, ...]) -> Task | None:
     """Return the diagram of a slot on a family, or None where there is nothing to choose from or nothing to see."""
-    if slot not in KINDS or len(variants(slot)) < 2:
+    formulas = variants(slot, named)
+    if slot not in KINDS or len(formulas) < 2:
         return None
     showing = tuple(scene for scene in scenes if concerned(scene, [slot]))[:MOST_SCENES]
-    return Task(diagram=f"{slot}/{family}", slot=slot, scenes=showing) if showing else None
+    return Task(diagram=f"{slot}/{family}", slot=slot, formulas=formulas, scenes=showing) if showing else None

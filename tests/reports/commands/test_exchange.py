@@ -7,6 +7,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.scene_json import load_scene
 from rayproof.reports.cli import main
+from tests.reports.commands.conftest import Rayproof
 
 
 def test_export_then_import_makes_a_scene_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -47,3 +48,17 @@ def test_bad_usage_is_one_line_and_2(arguments: list[str], message: str, capsys:
     told = capsys.readouterr().err
     assert message in told
     assert told.count("\n") == 1
+
+
+def test_an_import_that_leaves_nothing_ends_with_2_and_says_what_was_left_out(
+    rayproof: Rayproof, tmp_path: Path
+) -> None:
+    (tmp_path / "a.xml").write_text('<scene version="3.0.0"><shape type="cylinder"/></scene>')
+
+    ended = rayproof("import", tmp_path / "a.xml", "--out", tmp_path / "a.json")
+
+    assert (ended.code, ended.error.count("\n")) == (2, 1)
+    assert "cylinder" in ended.error
+    assert not (tmp_path / "a.json").exists()
+    ended = rayproof("import", tmp_path / "a.xml", "--allow-folder", tmp_path / "nowhere")
+    assert (ended.code, "nowhere: there is no such folder" in ended.error) == (2, True)

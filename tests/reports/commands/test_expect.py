@@ -32,6 +32,16 @@ def test_a_known_failure_is_accepted_let_through_and_named(tmp_path: Path, capsy
     assert 'failures="0"' in junit
     assert "expected: fail" in junit
     assert "::error title=rayproof primitives" not in (out / "annotations.txt").read_text()
+    # Held against the run before, of which nothing became worse, and against a coverage that no run has.
+    better = ["run", CASE, "--configuration", "float32/lambert=cosine", "--out", str(tmp_path / "right")]
+    assert main([*better, "--history", str(tmp_path / "h.sqlite")]) == 0
+    assert main(["run", CASE, *FAULTY, "--out", str(out), "--against", str(out)]) == 0
+    for base in (tmp_path / "right", tmp_path / "h.sqlite"):
+        assert main(["run", CASE, *FAULTY, "--out", str(out), "--expect", str(known), "--against", str(base)]) == 1
+        assert load_results(out)["gate"]["worse"]
+    check = ["expect", "check", str(out), "--file", str(known)]
+    assert main(check) == 0
+    assert main([*check, "--least-coverage", "99"]) == (0 if load_results(out)["checks"]["unsupported"] == 0 else 1)
     # One expectation fewer, and what is not in the file any more is a regression.
     content = json.loads(known.read_text())
     known.write_text(json.dumps(content | {"expected": content["expected"][1:]}))

@@ -65,3 +65,22 @@ def test_a_scene_beyond_the_precision_is_refused_in_one_line(rayproof: Rayproof,
     assert ended.code == 2
     assert ended.error.splitlines()[-1].endswith("the squares of lengths beyond 1.15e+18 m overflow float32")
     assert not (tmp_path / "a.exr").exists()
+
+
+def test_double_writes_every_digit_of_float64_in_either_format(rayproof: Rayproof, tmp_path: Path) -> None:
+    for file in ("a.npz", "a.exr"):
+        ended = rayproof("render", "primitives/sphere", tmp_path / file, "--stages", "distance,radiance", "--double")
+        assert ended.code == 0, ended.error
+    scene = select(["primitives/sphere"])[0].scene
+    own = render(scene, [Stage.DISTANCE, Stage.RADIANCE], Configuration(precision="float64"))
+
+    with np.load(tmp_path / "a.npz") as arrays:
+        assert arrays["distance"].dtype == np.float64
+        assert np.array_equal(arrays["distance"], own[Stage.DISTANCE])
+        assert np.array_equal(arrays["radiance"], own[Stage.RADIANCE])
+    with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        channels = {name: channel.pixels.astype(np.float64) for name, channel in file.channels().items()}
+    for name, image in {"distance.V": own[Stage.DISTANCE][..., 0], "R": own[Stage.RADIANCE][..., 0]}.items():
+        both = channels[name] + channels[f"{name}.low"]
+        assert np.allclose(both, image, rtol=2.0**-47, atol=0)  # twice float32's 24 bits, and one for each sign
+        assert not np.array_equal(channels[name][np.isfinite(image)], image[np.isfinite(image)])

@@ -157,6 +157,76 @@ def changed(path: str, value: Any) -> dict[str, Any]:
     return whole
 
 
+PRIMITIVE = document()["meshes"][0]["primitives"][0]
+
+
+@pytest.mark.parametrize(
+    ("mode", "faces"),
+    [(5, [[0, 1, 2], [1, 2, 2], [2, 2, 1], [2, 3, 1]]), (6, [[1, 2, 0], [2, 2, 0], [2, 1, 0], [1, 3, 0]])],
+    ids=["strip", "fan"],
+)
+def test_strips_and_fans_are_triangles(mode: int, faces: list[list[int]], tmp_path: Path) -> None:
+    imported = read(tmp_path, document(meshes=[{"primitives": [{**PRIMITIVE, "mode": mode}]}]))
+
+    (mesh,) = imported.scene.shapes
+    assert isinstance(mesh, Mesh)
+    # By their corners in order, from whichever they begin (the last of a strip of 0 1 2 2 1 3 is turned).
+    turned = [sorted((f[i:] + f[:i]) for i in range(3))[0] for f in mesh.faces.tolist()]
+    assert turned == [sorted((f[i:] + f[:i]) for i in range(3))[0] for f in faces]
+    assert imported.dropped == ()
+
+
+def test_a_strip_of_a_square_winds_one_way(tmp_path: Path) -> None:
+    plain = {name: value for name, value in PRIMITIVE.items() if name != "indices"}
+
+    (mesh,) = read(tmp_path, document(meshes=[{"primitives": [{**plain, "mode": 5}]}])).scene.shapes
+
+    corners = world_triangles(mesh)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert len(normals) == 2
+    assert (normals[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("primitive", "sentence"),
+    [
+        ({"attributes": {"POSITION": 0, "COLOR_0": 0}}, "vertex colours"),
+        ({"attributes": {"POSITION": 0, "TEXCOORD_1": 0}}, "texture coordinates"),
+        ({"attributes": {"POSITION": 0, "_HEAT": 0}}, 'attribute "_HEAT"'),
+        ({"indices": 2}, "its last 2 vertices"),
+    ],
+)
+def test_what_a_primitive_has_beside_triangles_is_told(
+    primitive: dict[str, Any], sentence: str, tmp_path: Path
+) -> None:
+    accessors = [*document()["accessors"], {"bufferView": 1, "componentType": 5123, "count": 5, "type": "SCALAR"}]
+
+    imported = read(tmp_path, document(meshes=[{"primitives": [PRIMITIVE | primitive]}], accessors=accessors))
+
+    assert len(imported.dropped) == 1
+    assert sentence in imported.dropped[0]
+
+
+def test_what_a_material_and_the_file_have_beside_is_told(tmp_path: Path) -> None:
+    surface = document()["materials"][0]
+    material = surface | {"normalTexture": {}, "alphaMode": "BLEND", "extensions": {"KHR_materials_sheen": {}}}
+
+    told = "\n".join(read(tmp_path, document(materials=[material], extensionsUsed=["KHR_materials_sheen"])).dropped)
+
+    for sentence in ("normalTexture", "transparency", '"KHR_materials_sheen" of its material', 'the extension "KHR_m'):
+        assert sentence in told
+
+
+def test_a_file_of_which_nothing_is_left_is_refused_with_the_extension_that_it_requires(tmp_path: Path) -> None:
+    draco = {**PRIMITIVE, "extensions": {"KHR_draco_mesh_compression": {"bufferView": 0}}}
+    whole = document(meshes=[{"primitives": [draco]}], extensionsRequired=["KHR_draco_mesh_compression"])
+
+    with pytest.raises(SceneError, match=r"no shape of it can be read.*Draco|KHR_draco.*no shape") as caught:
+        read(tmp_path, whole)
+
+    assert 'the extension "KHR_draco_mesh_compression", which it requires' in str(caught.value)
+
+
 HOSTILE = {
     "another version": (changed("asset.version", "1.0"), "version 2"),
     "a list for a document": ([], "version 2"),

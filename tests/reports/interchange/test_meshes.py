@@ -78,3 +78,20 @@ def test_numbers_keep_their_digits(tmp_path: Path) -> None:
 
     assert isinstance(mesh, Mesh)
     assert mesh.vertices[0, 0] == np.float32(0.1)
+
+
+def test_what_a_mesh_file_holds_beside_triangles_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(
+        "mtllib a.mtl\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nvn 0 0 1\nvt 0 0\nl 1 2\nf 1 2 3\n"
+    )
+    (tmp_path / "a.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "property uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0 9\n1 0 0 9\n0 1 0 9\n3 0 1 2\n"
+    )
+
+    text, points = ("\n".join(import_scene(tmp_path / name).dropped) for name in ("a.obj", "a.ply"))
+
+    for sentence in ("vertex normals (1", "texture coordinates", "material libraries", "lines (1", "vertex colours"):
+        assert sentence in text
+    assert "the property 'red' of each vertex" in points

@@ -18,6 +18,7 @@ SENSOR = """<sensor type="perspective"><float name="fov" value="40"/>
 LIGHT = (
     '<emitter type="point"><point name="position" x="1" y="2" z="3"/><rgb name="intensity" value="2, 3, 4"/></emitter>'
 )
+BALL = '<shape type="sphere"/>'
 
 
 def read(folder: Path, body: str):
@@ -89,15 +90,16 @@ def test_what_comes_back_are_the_shapes_that_went_out(tmp_path: Path) -> None:
 
 
 def test_field_of_view_is_horizontal_unless_said_otherwise(tmp_path: Path) -> None:
-    across = read(tmp_path, SENSOR + LIGHT).scene.camera
-    upright = read(tmp_path, SENSOR.replace("<float", '<string name="fov_axis" value="y"/><float') + LIGHT).scene.camera
+    across = read(tmp_path, SENSOR + LIGHT + BALL).scene.camera
+    sensor = SENSOR.replace("<float", '<string name="fov_axis" value="y"/><float', 1)
+    upright = read(tmp_path, sensor + LIGHT + BALL).scene.camera
 
     assert np.tan(across.alpha) == pytest.approx(np.tan(np.radians(20)) / 2)
     assert upright.fovy == pytest.approx(40)
 
 
 def test_intensity_becomes_flux(tmp_path: Path) -> None:
-    (light,) = read(tmp_path, SENSOR + LIGHT).scene.lights
+    (light,) = read(tmp_path, SENSOR + LIGHT + BALL).scene.lights
 
     assert light.position == (1, 2, 3)
     np.testing.assert_allclose(light.flux, 4 * np.pi * np.array([2, 3, 4]))
@@ -105,7 +107,7 @@ def test_intensity_becomes_flux(tmp_path: Path) -> None:
 
 def test_a_spectrum_of_light_has_the_colour_that_mitsuba_gives_it(tmp_path: Path) -> None:
     body = LIGHT.replace('<rgb name="intensity" value="2, 3, 4"/>', '<spectrum name="intensity" value="5"/>')
-    (light,) = read(tmp_path, SENSOR + body).scene.lights
+    (light,) = read(tmp_path, SENSOR + body + BALL).scene.lights
 
     import mitsuba as mi
 
@@ -178,14 +180,16 @@ LEFT_OUT = {
     "the texture": DIFFUSE.format('<texture type="checkerboard" name="reflectance"/>'),
     "the integrator path": '<integrator type="path"/>',
     "flip_normals": '<shape type="sphere"><boolean name="flip_normals" value="true"/></shape>',
+    "the int_ior of the plastic": DIFFUSE.replace("diffuse", "plastic").format('<float name="int_ior" value="1.5"/>'),
+    "the phi_max of the sphere": '<shape type="sphere"><float name="phi_max" value="180"/></shape>',
     "the spectrum": DIFFUSE.format('<spectrum name="reflectance" value="400:0.2, 700:0.4"/>'),
 }
 
 
 @pytest.mark.parametrize("sentence", LEFT_OUT)
 def test_what_is_left_out_is_told(sentence: str, tmp_path: Path) -> None:
-    plain = read(tmp_path, SENSOR + LIGHT)
-    told = read(tmp_path, SENSOR + LIGHT + LEFT_OUT[sentence])
+    plain = read(tmp_path, SENSOR + LIGHT + BALL)
+    told = read(tmp_path, SENSOR + LIGHT + BALL + LEFT_OUT[sentence])
 
     assert not plain.dropped
     assert any(sentence in dropped for dropped in told.dropped), told.dropped
@@ -214,3 +218,36 @@ def test_bad_files_end_in_one_line(text: str, message: str, tmp_path: Path) -> N
 
     assert "\n" not in str(caught.value)
     assert "bad.xml" in str(caught.value)
+
+
+def test_a_parameter_of_the_sensor_that_has_no_say_is_told_and_none_of_the_film_s(tmp_path: Path) -> None:
+    more = '<float name="shutter_open" value="1"/><film type="hdrfilm"><string name="pixel_format" value="rgb"/>'
+
+    imported = read(tmp_path, SENSOR.replace('<film type="hdrfilm">', more) + LIGHT + BALL)
+
+    assert [line.partition(": ")[2] for line in imported.dropped] == ["the shutter_open of the perspective"]
+
+
+def test_a_file_of_which_no_shape_is_left_is_refused_and_says_what_was_left_out(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"no shape of it can be read.*the shape cylinder"):
+        read(tmp_path, SENSOR + LIGHT + '<shape type="cylinder"/>')
+
+
+def test_another_folder_is_let_in_only_where_it_is_allowed(tmp_path: Path) -> None:
+    folder, common = tmp_path / "scene", tmp_path / "common"
+    for one in (folder, common):
+        one.mkdir()
+    (common / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (common / "cube.xml").write_text(f'{HEAD}<shape type="cube"/></scene>')
+    (tmp_path / "secret.xml").write_text(f'{HEAD}<shape type="cube"/></scene>')
+    mesh = '<shape type="obj"><string name="filename" value="one.obj"/></shape>'
+    body = SENSOR + LIGHT + '<path value="../common"/><include filename="cube.xml"/>' + mesh
+
+    with pytest.raises(SceneError, match=r"inside the scene's own.*--allow-folder"):
+        read(folder, body)
+    allowed = import_scene(folder / "scene.xml", None, (common,))
+
+    assert [type(shape) for shape in allowed.scene.shapes] == [Cube, Mesh]
+    (folder / "scene.xml").write_text(f'{HEAD}{body}<path value=".."/><include filename="secret.xml"/></scene>')
+    with pytest.raises(SceneError, match="inside the scene's own"):
+        import_scene(folder / "scene.xml", None, (common,))

@@ -75,7 +75,7 @@ def test_a_file_s_formula_runs_in_the_configuration_that_is_asked_for(tmp_path: 
     judged = Conformance(case=case, folder=tmp_path, **named).check()
 
     (name,) = {check.configuration for check in judged.checks}
-    assert name == f"float64/triangle=woop/sphere={tmp_path}/mine.py:nearest_hit"
+    assert name == f"float64/sphere={tmp_path}/mine.py:nearest_hit/triangle=woop"
 
 
 def test_a_wrong_formula_fails_and_names_the_stage(suite: pytest.Pytester) -> None:

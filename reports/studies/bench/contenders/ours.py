@@ -1,7 +1,8 @@
 """The tracer: frames of one scene, warm and frozen, as `tracer.frames` makes them."""
 
 import time
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import drjit as dr
 import numpy as np
@@ -16,9 +17,11 @@ REPETITIONS = 9  # frames, of which the fastest one's kernels are held against t
 
 
 class _Ours:
-    """The tracer's default formulas in one precision."""
+    """The tracer in one precision, by its default formulas and those that the benchmark is asked about."""
 
     precision = "float32"
+    asked_about: ClassVar[Mapping[str, str]] = {}  # slot -> variant; each scene has a process, which sets it once
+    by_default = False
 
     @classmethod
     def missing(cls) -> str | None:
@@ -32,7 +35,9 @@ class _Ours:
     def prepare(self, scene: Scene) -> Prepared:
         """Load the scene."""
         start = time.perf_counter()
-        frames = Frames(scene, Configuration(precision=self.precision))
+        formulas = {} if self.by_default else self.asked_about
+        configuration = Configuration(precision=self.precision, formulas=formulas)
+        frames = Frames(scene, configuration)
         seconds = time.perf_counter() - start
         last: list[Any] = [None]
 
@@ -48,10 +53,15 @@ class _Ours:
             build_seconds=seconds,
             run=run,
             image=image,
-            does=f"one frozen frame, {self.precision}",
+            does=f"one frozen frame, {configuration.name}",
             kernels=lambda: fastest(run, times=REPETITIONS),
             asked=frames.asked,
         )
+
+
+def ask_about(configuration: Configuration) -> None:
+    """Let the tracer take part with the formulas of a configuration."""
+    _Ours.asked_about = configuration.formulas
 
 
 @CONTENDERS.register("ours")
@@ -62,6 +72,13 @@ class Ours(_Ours):
 @CONTENDERS.register("ours_again")
 class OursAgain(_Ours):
     """The same once more: the control, whose ratio to ours must be 1."""
+
+
+@CONTENDERS.register("ours_default")
+class OursByDefault(_Ours):
+    """The default formulas, where the benchmark is asked about others."""
+
+    by_default = True
 
 
 @CONTENDERS.register("ours_float64")

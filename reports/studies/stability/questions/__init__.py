@@ -15,7 +15,7 @@ import numpy as np
 
 from rayproof.cases.ladders.ladder import Inputs, Ladder
 from rayproof.cases.registry import Registry
-from rayproof.tracer.catalogue import Formula
+from rayproof.tracer.formula import Formula
 
 Answer = dict[str, np.ndarray]
 

@@ -12,8 +12,8 @@ from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
 from rayproof.reports.studies.stability.pairs import Pair
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.reports.studies.stability.shapes import SHAPES, Hit, towards
-from rayproof.tracer.catalogue import Formula
 from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.formula import Formula
 
 LENGTHS = {"sphere": ("o", "c", "r"), "triangle": ("o", "a", "b", "c")}
 

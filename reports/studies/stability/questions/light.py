@@ -14,8 +14,8 @@ from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import single
 from rayproof.reports.studies.stability.mathematics import dot
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from rayproof.tracer.catalogue import Formula
 from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.formula import Formula
 
 BITS = 256
 DTYPES: dict[str, Any] = {"float32": np.float32, "float64": np.float64}

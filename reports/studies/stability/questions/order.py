@@ -15,9 +15,9 @@ from rayproof.reports.studies.stability.exactly import Columns, confirmed, decid
 from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
 from rayproof.reports.studies.stability.shapes import Triangle
-from rayproof.tracer.catalogue import Formula
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.formula import Formula
 
 TRIANGLE = Triangle()
 

@@ -23,9 +23,9 @@ from rayproof.reports.studies.stability.mathematics import cross, dot, minus, no
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.reports.studies.stability.questions.distance import graded
 from rayproof.reports.studies.stability.shapes import SHAPES, Triangle, towards
-from rayproof.tracer.catalogue import Formula
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
+from rayproof.tracer.formula import Formula
 from rayproof.tracer.shapes.records import SLOTS, upload
 from rayproof.tracer.shapes.transforms import Placement
 

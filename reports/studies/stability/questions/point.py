@@ -19,8 +19,9 @@ from rayproof.reports.studies.stability.pairs import Pair
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.reports.studies.stability.questions.distance import Distance
 from rayproof.reports.studies.stability.questions.placed import angles
-from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.formula import Formula
 from rayproof.tracer.rays import Ray
 
 

@@ -20,9 +20,10 @@ from rayproof.reports.studies.stability.exactly import Columns, confirmed, decid
 from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.mathematics import dot, minus
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
-from rayproof.tracer.catalogue import FORMULAS, Formula
+from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
+from rayproof.tracer.formula import Formula
 from rayproof.tracer.rays import Hit, Interval, Ray
 from rayproof.tracer.shapes.error_bounds import clearance
 from rayproof.tracer.shapes.records import SphereArrays

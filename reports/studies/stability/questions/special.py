@@ -20,9 +20,9 @@ from rayproof.reports.studies.stability.questions.distance import Distance
 from rayproof.reports.studies.stability.questions.impossible import dark, impossible
 from rayproof.reports.studies.stability.questions.view_ray import ViewRay, looking, tangents
 from rayproof.reports.studies.stability.shapes import SHAPES, towards
-from rayproof.tracer.catalogue import Formula
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.formula import Formula
 
 MATTERS = ("eye", "target", "up", "sx", "sy")  # of a camera, for a direction
 

@@ -17,12 +17,12 @@ from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
 from rayproof.reports.studies.stability.questions.distance import Distance
-from rayproof.tracer.catalogue import Formula
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.context import Setting
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.device.buffers import Assets
 from rayproof.tracer.device.kernel_constants import LITERALS
+from rayproof.tracer.formula import Formula
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.stages.intersector import World
 

@@ -20,9 +20,9 @@ from rayproof.reports.studies.stability.exactly import Columns, evaluated, sampl
 from rayproof.reports.studies.stability.mathematics import cross, minus, normalized, plus, times
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.reports.studies.stability.questions.placed import angles
-from rayproof.tracer.catalogue import Formula
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.formula import Formula
 from rayproof.tracer.stages.camera_frame import Frame
 
 TANGENT_BITS = 300

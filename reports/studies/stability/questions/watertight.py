@@ -16,8 +16,8 @@ from rayproof.reports.studies.stability.exactly import rational, sample, single
 from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.mathematics import cross, dot, minus
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from rayproof.tracer.catalogue import Formula
 from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.formula import Formula
 from rayproof.tracer.shapes.records import TriangleArrays
 
 MARGIN = 1e-6

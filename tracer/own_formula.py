@@ -1,56 +1,97 @@
-"""A formula from the user's own file: loaded, checked against its slot's contract, every mistake told in one line."""
+"""A formula from the user's own file: loaded, checked against its slot's contract, every mistake told in one line.
 
+It is written slot=FILE.py:function, and stands in a configuration where a variant's name stands. To name one executes
+nothing: its file is imported when the function is first needed.
+"""
+
+import hashlib
 import importlib.util
 import inspect
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePath
 from types import ModuleType
 from typing import Any
 
-import drjit as dr
+from rayproof.tracer.formula import Formula
 
-from rayproof.tracer.catalogue import FORMULAS, Formula
+_LOADED: dict[tuple[object, ...], "Checked"] = {}  # by slot, place, and the file as it was found there
 
 
 class OwnFormulaError(ValueError):
     """The user's file or function is not what the slot needs; the message is one line that names it."""
 
 
-def own_formula(text: str) -> Formula:
-    """Return the formula of "slot=FILE.py:function", with the facts of the slot's default.
+def canonical(place: str) -> str:
+    """Return "FILE.py:function" by the shortest path that may have been written: ./mine.py:f is mine.py:f."""
+    path, _, function = place.rpartition(":")
+    return f"{PurePath(path)}:{function}"
+
+
+def own_formula(place: str, *, default: Formula) -> Formula:
+    """Return the function at "FILE.py:function" as a formula of the slot of `default`, with the facts of `default`.
+
+    `load` imports the file; it raises OwnFormulaError where that fails or the function does not fit the slot.
+    """
+    place = canonical(place)
+    return replace(
+        default,
+        variant=place,
+        load=lambda: _loaded(place, default),
+        default=False,
+        kind="right",
+        erratum=None,
+        known_bad=None,
+        equivalent=None,
+    )
+
+
+def digest(formula: Formula) -> str:
+    """Return the SHA-256 of the user's file of `formula` and of its neighbours that it imports.
 
     Raises:
-        LookupError: there is no such slot.
-        OwnFormulaError: the file does not import, or holds no function that the slot can call.
+        OwnFormulaError: it cannot be loaded.
 
     """
-    slot, equals, place = text.partition("=")
+    loaded = formula.load()
+    if not isinstance(loaded, Checked):
+        raise TypeError(f"{formula.name} is not the user's")
+    return loaded.content
+
+
+def forget() -> None:
+    """Read the user's files again when they are next needed: in a notebook they change while this process lives."""
+    _LOADED.clear()
+
+
+def _loaded(place: str, default: Formula) -> "Checked":
     path, _, name = place.rpartition(":")
-    if not equals or not name:
-        raise OwnFormulaError(f"{text}: a formula of one's own is written slot=FILE.py:function")
-    if slot not in FORMULAS.slots:
-        raise LookupError(f"no slot is called {slot!r}; known: {', '.join(sorted(FORMULAS.slots))}")
-    default = FORMULAS[f"{slot}/{FORMULAS.slots[slot]}"]
-    function = _function(Path(path), name)
-    _same_signature(place, function, default)
-    checked = Checked(place, function, default)
-    return replace(default, variant=place, load=lambda: checked, default=False, kind="right", erratum=None)
+    try:
+        found = Path(path).stat()
+    except OSError as error:
+        raise OwnFormulaError(f"{path}: there is no such file") from error
+    key = (default.slot, place, found.st_dev, found.st_ino, found.st_mtime_ns, found.st_size)
+    if key not in _LOADED:
+        function, content = _function(Path(path), name)
+        _same_signature(place, function, default)
+        _LOADED[key] = Checked(place, function, default, content)
+    return _LOADED[key]
 
 
-def _function(path: Path, name: str) -> Callable[..., Any]:
+def _function(path: Path, name: str) -> tuple[Callable[..., Any], str]:
+    """Return a function of a file, and the SHA-256 of all that the file is made of."""
     if not path.is_file():
         raise OwnFormulaError(f"{path}: there is no such file")
-    module = _imported(path)
+    module, content = _imported(path)
     function = getattr(module, name, None)
     if not callable(function):
         known = [key for key, value in vars(module).items() if inspect.isfunction(value)]
         raise OwnFormulaError(f"{path} has no function {name!r}; it has {', '.join(known) or 'none'}")
-    return function
+    return function, content
 
 
-def _imported(path: Path) -> ModuleType:
+def _imported(path: Path) -> tuple[ModuleType, str]:
     name = f"rayproof_own_{path.stem}"
     specification = importlib.util.spec_from_file_location(name, path)
     if specification is None or specification.loader is None:
@@ -59,26 +100,40 @@ def _imported(path: Path) -> ModuleType:
     # The file may import its neighbours, as a script would.
     folder = path.resolve().parent
     known = frozenset(sys.modules)
+    try:
+        source = path.read_bytes()
+    except OSError as error:
+        raise OwnFormulaError(f"{path}: {error.strerror}") from error
+    neighbours: list[Path] = []
     sys.path.insert(0, str(folder))
     sys.modules[name] = module  # where a dataclass looks up the module that it is made in
     try:
-        specification.loader.exec_module(module)
+        # Not by its loader: what it compiled before may be taken for the file as it is now.
+        exec(compile(source, str(path), "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:  # the boundary: whatever a stranger's file does on import is its error
         raise OwnFormulaError(f"{path} does not import: {_told(error, path)}") from error
     finally:
         if str(folder) in sys.path:
             sys.path.remove(str(folder))
         sys.modules.pop(name, None)
-        _forget_neighbours(folder, frozenset(sys.modules) - known)
-    return module
+        neighbours = _forget_neighbours(folder, frozenset(sys.modules) - known)
+    content = hashlib.sha256(source)
+    for neighbour in sorted(neighbours):
+        content.update(b"\0" + neighbour.name.encode() + b"\0" + hashlib.sha256(neighbour.read_bytes()).digest())
+    return module, content.hexdigest()
 
 
-def _forget_neighbours(folder: Path, names: frozenset[str]) -> None:
-    """Take those of `names` that lie in `folder` out of what is imported: another file's may be called the same."""
+def _forget_neighbours(folder: Path, names: frozenset[str]) -> list[Path]:
+    """Take those of `names` that lie in `folder` out of what is imported: another file's may be called the same.
+
+    Return the files that they were read from.
+    """
     own = {name for name in names if any(place.parent == folder for place in _places(sys.modules[name]))}
-    for name in names:
-        if name.partition(".")[0] in own:
-            del sys.modules[name]
+    forgotten = [name for name in names if name.partition(".")[0] in own]
+    files = [place for name in forgotten for place in _places(sys.modules[name]) if place.is_file()]
+    for name in forgotten:
+        del sys.modules[name]
+    return files
 
 
 def _places(module: ModuleType) -> list[Path]:
@@ -121,8 +176,8 @@ class Checked:
     The default's result is never evaluated, so it costs no run time: nothing of it reaches the kernel.
     """
 
-    def __init__(self, place: str, function: Callable[..., Any], default: Formula) -> None:
-        self.place, self.default = place, default
+    def __init__(self, place: str, function: Callable[..., Any], default: Formula, content: str) -> None:
+        self.place, self.default, self.content = place, default, content
         self._function = function
         self.__doc__ = function.__doc__
 
@@ -152,6 +207,8 @@ def _problem(result: Any, wanted: Any) -> str | None:
         return next((found for pair in zip(result, wanted, strict=True) if (found := _problem(*pair))), None)
     if type(result) is not type(wanted):
         return f"returns {_kind(result)}, the slot needs {_kind(wanted)}"
+    import drjit as dr  # not above: to read a configuration's name takes no Dr.Jit
+
     if dr.is_array_v(wanted):
         # A result of width 1 holds for every ray; a wider one must have one entry a ray.
         entries, needed = dr.width(result), dr.width(wanted)

@@ -1,0 +1,154 @@
+"""A formula of one's own, slot=FILE.py:function, in the commands that take formulas."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
+from rayproof.reports.audit.planted import planted
+from rayproof.reports.processes.worker import Reply
+from rayproof.reports.run import suite
+from rayproof.reports.run.demands import demands
+from rayproof.reports.run.messages import TracerTask
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.tasks.trace_task import trace
+from rayproof.reports.run.worker_settings import workers
+from rayproof.reports.studies.bench.contenders import ours
+from rayproof.reports.studies.bench.document import everybody
+from rayproof.reports.studies.tradeoff.tasks import tasks
+from rayproof.reports.subjects import TRACER
+from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.render import render
+from tests.reports.commands.conftest import Rayproof
+
+MINE = """
+import drjit as dr
+from factor import FACTOR
+
+def nearest_hit(ray, sphere, interval):
+    f = ray.origin - sphere.center
+    a, h = dr.squared_norm(ray.direction), -dr.dot(f, ray.direction)
+    quarter = h * h - a * (dr.squared_norm(f) - dr.square(sphere.radius * FACTOR))
+    root = dr.sqrt(dr.select(quarter >= 0, quarter, 0))
+    return dr.select(quarter >= 0, interval.smallest((h - root) / a, (h + root) / a), dr.inf)
+"""
+FORMULA = "sphere=mine.py:nearest_hit"
+NAME = f"float32/{FORMULA}"
+CASE = "primitives/sphere"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Stand in a folder with a formula and a neighbour that it imports."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "factor.py").write_text("FACTOR = 1\n")
+    return tmp_path
+
+
+def test_a_run_finds_it_and_its_workers_render_by_it(
+    rayproof: Rayproof, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "factor.py").write_text("FACTOR = 0.25\n")
+    requests: list[RunRequest] = []
+    monkeypatch.setattr(suite, "run", lambda request, _: (requests.append(request) or 0, ()))
+
+    assert rayproof("run", CASE, "--formula", "sphere=./mine.py:nearest_hit", "--jobs", 1).code == 0
+
+    (request,), replies = requests, list[Reply]()
+    assert request.configurations == (NAME,)
+    scene, pool = select([CASE])[0].scene, workers(request)
+    own = demands(request, ()).own
+    pool.submit(TRACER, TracerTask(scene=scene, configuration=NAME, samples=1, own=own), replies.append)
+    while not replies:
+        pool.step()
+    pool.close()
+    answered = replies[0].value[0].answers[Stage.OBJECT]
+    usual = render(scene, [Stage.OBJECT], Configuration())[Stage.OBJECT]
+    assert np.count_nonzero(answered >= 0) < 0.5 * np.count_nonzero(usual >= 0)  # half the radius
+
+
+def test_a_file_that_changes_during_a_run_is_an_error_and_its_content_is_in_every_key(folder: Path) -> None:
+    about = {"selectors": (), "out": folder, "resume": True, "require": (), "jobs": 1, "timeout": 1.0, "json": None}
+    request = RunRequest(**about, configurations=(NAME,))
+    before = demands(request, ()).own
+    scene = select([CASE])[0].scene
+    task = TracerTask(scene=scene, configuration=NAME, samples=1, own=before)
+    assert trace(task)[0].error is None
+
+    (folder / "mine.py").write_text(f"{MINE}\n# another\n")
+
+    assert demands(request, ()).own != before
+    with pytest.raises(RuntimeError, match=r"mine.py:nearest_hit has changed since the run began"):
+        trace(task)
+
+
+def test_probe_and_render_take_it(rayproof: Rayproof, folder: Path) -> None:
+    probed = rayproof("probe", CASE, 48, 36, "--formula", FORMULA, "--json", "p.json")
+    rendered = rayproof("render", CASE, "a.exr", "--formula", FORMULA)
+
+    assert (probed.code, rendered.code) == (0, 0), probed.error + rendered.error
+    columns = json.loads((folder / "p.json").read_text())["renderers"]
+    mine, truth = columns[f"tracer-{NAME}"], columns["analytic"]
+    assert np.isclose(mine["distance.V"], truth["distance.V"], rtol=1e-5)
+
+
+def test_it_climbs_ladders_where_nothing_is_expected_of_it(rayproof: Rayproof, folder: Path) -> None:
+    arguments = ("--ladder", "SPH-FAR", "--precision", "float32", "--quick", "--json", "s.json", "--out", "o")
+    ended = rayproof("stability", FORMULA, *arguments)
+
+    assert ended.code == 0
+    (climb,) = json.loads((folder / "s.json").read_text())["ladders"]
+    assert climb["formula"] == FORMULA
+    assert climb["expected"] == "none"
+    assert climb["slope"] == pytest.approx(2, abs=0.2)  # as the textbook's: it subtracts two squares
+
+
+def test_error_against_time_shows_it_beside_the_default_alone(folder: Path) -> None:
+    formulas, sampled, climbed = tasks(
+        ["far_sphere_1e3", "far_cube_1e3", "SPH-FAR", "BOX-FAR"], [FORMULAS.named(FORMULA)]
+    )
+
+    assert [[one.name for one in task.formulas] for task in formulas] == [["sphere/haines", FORMULA]]
+    assert (sampled, [ladder.name for ladder in climbed]) == ((), ["SPH-FAR"])
+
+
+def test_the_benchmark_draws_with_it_and_times_the_defaults_beside(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ours._Ours, "asked_about", {})
+    scene = select([CASE])[0].scene
+
+    ours.ask_about(Configuration.parse(NAME))
+
+    assert NAME in ours.Ours().prepare(scene).does
+    assert "sphere" not in ours.OursByDefault().prepare(scene).does
+    assert "ours_default" in everybody(quick=True, formulas=True)
+    assert "ours_default" not in everybody(quick=True)
+
+
+def test_the_audit_plants_it(folder: Path) -> None:
+    (fault,) = planted(FORMULA)
+
+    assert (fault.configuration, fault.covers) == (NAME, ("HIT-1",))
+
+
+@pytest.mark.parametrize("command", ["run", "render", "probe", "stability", "tradeoff", "bench", "audit"])
+def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof, folder: Path, command: str) -> None:
+    before, option = {
+        "run": ((CASE,), "--formula"),
+        "render": ((CASE, "a.exr"), "--formula"),
+        "probe": ((CASE, 1, 1), "--formula"),
+        "stability": ((), None),
+        "tradeoff": (("SPH-FAR",), "--formula"),
+        "bench": ((), "--formula"),
+        "audit": ((), "--only"),
+    }[command]
+    ended = rayproof(command, *before, *([option] if option else []), "sphere=mine.py:nearest")
+
+    assert ended.code == 2
+    assert ended.error == "rayproof: mine.py has no function 'nearest'; it has nearest_hit\n"

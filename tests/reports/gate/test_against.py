@@ -1,0 +1,95 @@
+"""Held against an earlier run: what became worse is red, what fails as before is let through and named."""
+
+from typing import Any
+
+import pytest
+
+from rayproof.reports.gate.against import Base, standing
+from rayproof.reports.gate.expectations import Expectation
+from rayproof.reports.gate.gating import Demanded, coverage, held
+from tests.reports.gate.test_gating import ENTRY, TODAY, check, run
+
+LEDGER = {"planned": 4, "pass": 2, "warn": 0, "fail": 1, "unsupported": 1}
+
+
+def against(earlier: dict[str, Any]) -> Demanded:
+    """Demand that a run is no worse than an earlier one."""
+    return Demanded(against=Base(name="before", results=earlier))
+
+
+def test_what_fails_as_before_is_let_through_and_named():
+    found = held(run(check()), against(run(check())))
+
+    assert not found.red
+    assert found.cases == ["shadows/one"]
+    assert found.matched == ["shadows/one: float32 analytic distance: fail, as in before"]
+
+
+@pytest.mark.parametrize(
+    ("now", "before", "said"),
+    [
+        (run(check(ratio=3.4)), run(check()), "error / limit 3.4, was 3"),
+        (run(check()), run(check(verdict="warn"), verdict="warn"), "fail, was warn"),
+        (run(check(verdict="error")), run(check()), "error, was fail"),
+        (run(check(), check(stage="normal")), run(check()), "fail, and was not made before"),
+        (run(check()), run(check(), check(stage="normal", verdict="pass")), "is not made any more"),
+        (run(check(), name="shadows/three"), run(check()), "before does not have it"),
+        (run(verdict="error"), run(verdict="pass"), "error, was pass"),
+    ],
+    ids=["error", "verdict", "crash", "new check", "lost check", "new case", "no checks"],
+)
+def test_whatever_became_worse_is_red(now: dict[str, Any], before: dict[str, Any], said: str):
+    found = held(now, against(before))
+
+    assert found.red
+    assert said in found.worse[0]
+    assert found.cases == []
+
+
+def test_a_run_that_is_not_finished_is_red():
+    assert held(run(check(), finished=False), against(run(check()))).red
+
+
+def test_what_became_better_or_a_tenth_worse_is_not_red():
+    for now in (run(check(ratio=0.5, verdict="pass"), verdict="pass"), run(check(ratio=3.2))):
+        assert standing(now, Base(name="before", results=run(check()))).worse == []
+
+
+def test_expected_and_worse_than_before_is_red():
+    before = run(check(verdict="pass"), verdict="pass")
+    demanded = Demanded(expected=("known.json", (ENTRY,)), against=Base(name="before", results=before))
+
+    found = held(run(check()), demanded, today=TODAY)
+
+    assert (found.red, found.regressions, len(found.worse)) == (True, [], 1)
+    assert found.sentence.startswith("The gate known.json, against before is shut: 1 failing checks are expected")
+
+
+def test_too_little_coverage_is_red_whatever_passes():
+    results = run(check(verdict="pass"), verdict="pass", checks=LEDGER)
+
+    assert coverage(results)[0] == 75
+    assert not held(results, Demanded(least_coverage=75)).red
+    found = held(results, Demanded(least_coverage=76))
+    assert found.uncovered == ["3 of 4 checks (75.0 %) were measured, and 76 % are demanded"]
+    assert found.red
+    assert held({**results, "checks": {"planned": 0}}, Demanded(least_coverage=1)).red
+
+
+def test_the_record_has_every_list_that_keeps_a_gate_shut():
+    stale = Expectation(**{**ENTRY.__dict__, "stage": "normal"})
+    old = Expectation(**{**ENTRY.__dict__, "expires": "2026-11-21"})
+    less = Expectation(**{**ENTRY.__dict__, "ratio": (5.0, 9.0)})
+
+    def shut(*entries: Expectation, **more: Any) -> set[str]:
+        record = held(run(check(**more)), Demanded(expected=("known.json", entries)), today=TODAY).record()
+        assert set(record) >= {"regressions", "tighten", "stale", "expired", "matched"}
+        assert record["red"] == any(record[key] for key in ("regressions", "tighten", "stale", "expired"))
+        return {key for key in ("regressions", "tighten", "stale", "expired") if record[key]}
+
+    assert shut(ENTRY) == set()
+    assert shut() == {"regressions"}
+    assert shut(ENTRY, stale) == {"stale"}
+    assert shut(ENTRY, old) == {"expired"}
+    assert shut(less) == {"tighten"}
+    assert shut(ENTRY, ratio=float("nan")) == {"regressions"}
