@@ -26,9 +26,10 @@ def test_one_suite_per_family_and_counts_that_add_up(published):
     suites = root.findall("testsuite")
 
     assert [suite.get("name") for suite in suites] == ["sphere", "lights", "evil", "mesh", "plane"]
-    for key in ("tests", "failures", "errors", "skipped"):
+    for key in ("tests", "failures", "errors"):
         assert int(root.get(key) or -1) == sum(int(suite.get(key) or -1) for suite in suites)
-    assert (root.get("tests"), root.get("failures"), root.get("errors"), root.get("skipped")) == ("9", "4", "2", "1")
+    assert (root.get("tests"), root.get("failures"), root.get("errors")) == ("9", "4", "2")
+    assert sum(int(suite.get("skipped") or -1) for suite in suites) == 1
 
 
 def test_characters_that_xml_cannot_carry_are_replaced(published):

@@ -1,0 +1,144 @@
+"""junit.xml and ctrf.json are valid by the schemas of those who read them.
+
+Jenkins' schema is the one in pytest's source distribution on PyPI (`schemas/junit-10.xsd`, MIT), CTRF's that of the npm
+package `ctrf` (`schemas/ctrf-0.0.json`, MIT). For Maven Surefire's no package of PyPI or npm was found: what it demands
+of a suite is written down here (surefire-test-report.xsd, as of Surefire 3).
+"""
+
+import json
+import re
+from collections.abc import Iterator
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import jsonschema
+import pytest
+
+from rayproof.reports.publish import publish_all
+from tests.reports.publish.sample import make_folder
+
+SCHEMAS = Path(__file__).parent / "schemas"
+# Of each element: the attributes that it must have, those that it may have, and its children in their order.
+SUREFIRE: dict[str, tuple[set[str], set[str], list[str]]] = {
+    "testsuite": (
+        {"name", "tests", "errors", "skipped", "failures"},
+        {"time", "group"},
+        ["properties", "testcase"],
+    ),
+    "properties": (set(), set(), ["property"]),
+    "property": ({"name", "value"}, set(), []),
+    "testcase": (
+        {"name", "time"},
+        {"classname", "group"},
+        ["failure", "skipped", "error", "system-out", "system-err"],
+    ),
+    "failure": ({"type"}, {"message"}, []),
+    "error": ({"type"}, {"message"}, []),
+    "skipped": (set(), {"message"}, []),
+    "system-out": (set(), set(), []),
+    "system-err": (set(), set(), []),
+}
+ONCE = {"testcase": {"skipped", "error", "system-out", "system-err"}}
+TIME = re.compile(r"[0-9]*(\.[0-9]{0,3})?")
+
+
+def complaints(element: ElementTree.Element) -> Iterator[str]:
+    """Yield what Surefire's schema has against an element and what is below it."""
+    needed, allowed, order = SUREFIRE[element.tag]
+    given = set(element.keys())
+    if missing := needed - given:
+        yield f"{element.tag} has no {sorted(missing)}"
+    if unknown := given - needed - allowed:
+        yield f"{element.tag} has the unknown {sorted(unknown)}"
+    if "time" in given and not TIME.fullmatch(element.get("time", "")):
+        yield f"{element.tag} has the time {element.get('time')}"
+    tags = [child.tag for child in element]
+    if strange := set(tags) - set(order):
+        yield f"{element.tag} holds the unknown {sorted(strange)}"
+        return
+    if tags != sorted(tags, key=order.index):
+        yield f"{element.tag} holds {tags} in another order than {order}"
+    for tag in ONCE.get(element.tag, set()):
+        if tags.count(tag) > 1:
+            yield f"{element.tag} holds {tag} twice"
+    for child in element:
+        yield from complaints(child)
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Return published folders: the sample as it is, and with a gate that let a failing case through."""
+    found = []
+    for name in ("plain", "gated"):
+        folder = tmp_path_factory.mktemp(name)
+        results = make_folder(folder)
+        if name == "gated":
+            failing = [case["name"] for case in results["cases"] if case["verdict"] == "fail"]
+            lists = {key: [] for key in ("regressions", "tighten", "stale", "expired")}
+            results["gate"] = {
+                "file": "f",
+                "sentence": "s",
+                "red": False,
+                **lists,
+                "matched": failing,
+                "cases": failing,
+            }
+            (folder / "results.json").write_text(json.dumps(results))
+        publish_all(folder)
+        found.append(folder)
+    return found
+
+
+def test_junit_is_valid_for_jenkins(folders: list[Path]) -> None:
+    xmlschema = pytest.importorskip("xmlschema", reason="xmlschema is not installed; ./rayproof test installs it")
+    schema = xmlschema.XMLSchema10(SCHEMAS / "junit-10.xsd")
+
+    for folder in folders:
+        schema.validate(folder / "junit.xml")
+    broken = ElementTree.parse(folders[0] / "junit.xml")
+    broken.getroot().set("skipped", "1")  # as it was once
+    assert not schema.is_valid(broken)
+
+
+def test_each_suite_of_junit_is_valid_for_surefire(folders: list[Path]) -> None:
+    suites = [suite for folder in folders for suite in ElementTree.parse(folder / "junit.xml").iter("testsuite")]
+
+    assert suites
+    assert [said for suite in suites for said in complaints(suite)] == []
+    kinds = {child.tag for suite in suites for child in suite.iter()}
+    assert kinds >= {"properties", "failure", "error", "skipped", "system-out"}
+
+
+def test_the_rules_of_surefire_refuse_what_they_should() -> None:
+    counts = 'tests="1" errors="0" skipped="0" failures="1"'
+    text = f'<testsuite name="a" {counts} time="1.5"><testcase name="b" time="1"/></testsuite>'
+    suite = ElementTree.fromstring(text)
+    assert list(complaints(suite)) == []
+
+    def spoilt(change: Any) -> list[str]:
+        one = deepcopy(suite)
+        change(one)
+        return list(complaints(one))
+
+    assert spoilt(lambda one: one.attrib.pop("skipped")) == ["testsuite has no ['skipped']"]
+    assert spoilt(lambda one: one.set("hostname", "x")) == ["testsuite has the unknown ['hostname']"]
+    assert spoilt(lambda one: one.set("time", "1e-3")) == ["testsuite has the time 1e-3"]
+    assert spoilt(lambda one: one.append(ElementTree.Element("properties")))[0].startswith("testsuite holds")
+    assert spoilt(lambda one: ElementTree.SubElement(one[0], "failure")) == ["failure has no ['type']"]
+    assert spoilt(lambda one: ElementTree.SubElement(one[0], "skipped", type="x")) == [
+        "skipped has the unknown ['type']"
+    ]
+    assert spoilt(lambda one: ElementTree.SubElement(one[0], "stack")) == ["testcase holds the unknown ['stack']"]
+
+
+def test_ctrf_is_valid_by_its_own_schema(folders: list[Path]) -> None:
+    schema = json.loads((SCHEMAS / "ctrf-0.0.json").read_text())
+
+    for folder in folders:
+        jsonschema.validate(json.loads((folder / "ctrf.json").read_text()), schema)
+    broken = json.loads((folders[0] / "ctrf.json").read_text())
+    broken["results"]["tests"][0]["status"] = "broken"
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(broken, schema)
