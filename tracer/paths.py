@@ -198,6 +198,11 @@ PATHS: tuple[Path, ...] = (
         ),
     ),
     _path("trees/in parts", "long slanting triangles in parts, a box for each", lambda r: r.in_parts),
+    _path(
+        "trees/one loop",
+        "one loop through the tree of triangles, not one in another",
+        lambda r: r.plan.pipelined and bool(_triangles(r)),
+    ),
     _path("trees/a single leaf", "one item in a tree", lambda r: 1 in r.counts),
     _path("trees/one root", "an even number of levels", lambda r: any(n > 1 and _levels(n) % 2 == 0 for n in r.counts)),
     _path("trees/two roots", "an odd number of levels", lambda r: any(n > 1 and _levels(n) % 2 for n in r.counts)),

@@ -22,6 +22,10 @@ STRIP = 8  # samples in a row that a lane of a simple scene takes; measured agai
 SHORT = 4  # and of others, where the kernel would be long
 SMALL = 1.0  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
 DUST = 2.5  # and from which on only two by two go together
+# From so many on, one loop goes through the triangles' tree where a kernel is fused: two rows at most, and from some
+# number on two columns, since a lane of more rays in float64 has no room for what it reads ahead.
+FINE = 0.5
+FINE_DUST = {"float32": 7.5, "float64": 1.0}
 # How far a hit may lie beside its triangle is known of the default formula, and parts have room for it.
 CUT = "triangle"
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
@@ -37,6 +41,7 @@ class Plan:
     split: bool = False  # whether hits are written to memory, and everything after them is a kernel of its own
     trees: frozenset[str] = frozenset()  # kinds of shapes that are in trees: "triangle", "sphere", "cube", "square"
     tables: bool = False  # whether what belongs to a shape is looked up rather than chosen among all shapes
+    pipelined: bool = False  # whether one loop goes through the tree of triangles, instead of one in another
     parts: bool = False  # whether long slanting triangles stand in their tree in parts
 
     def in_tree(self, shape: Shape) -> bool:
@@ -50,6 +55,7 @@ class Plan:
             f"{self.columns} x {self.rows} samples per lane" if self.columns * self.rows > 1 else "one sample per lane"
         )
         kernels = "hits and shading in kernels of their own" if self.split else "one kernel"
+        kernels += ", one loop through the tree of triangles" if self.pipelined else ""
         trees = f"in trees: {', '.join(sorted(self.trees))}" if self.trees else "every shape unrolled"
         return f"{trees}; {tile}; {kernels}"
 
@@ -78,9 +84,18 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
         return Plan(columns=columns if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
     split = count < FEW or not bounded
+    pipelined = not split and triangles > FINE * count
+    small, dust = (FINE, FINE_DUST[configuration.precision]) if pipelined else (SMALL, DUST)
     # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
-    rows = 4 if count >= (FEW if len(trees) == 1 else MANY) and triangles <= SMALL * count else 2
+    rows = 4 if count >= (FEW if len(trees) == 1 else MANY) and triangles <= small * count else 2
     # Four in a row are written at once.
-    columns = 4 if count >= FEW and triangles <= DUST * count else 2
-    parts = "triangle" in trees and configuration.formula(CUT).default
-    return Plan(columns=columns, rows=rows, split=split, trees=frozenset(trees), tables=tables, parts=parts)
+    columns = 4 if count >= FEW and triangles <= dust * count else 2
+    return Plan(
+        columns=columns,
+        rows=rows,
+        split=split,
+        trees=frozenset(trees),
+        tables=tables,
+        pipelined=pipelined,
+        parts="triangle" in trees and configuration.formula(CUT).default,
+    )

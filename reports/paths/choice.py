@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 # Case -> the routes by which its radiance, or all its stages, are rendered too.
 CHOICE: Mapping[str, tuple[str, ...]] = {
-    "alone/concave_mesh": ("numbers", "frames", "tiles of 4 x 4", "tiles of 2 x 2"),
+    "alone/concave_mesh": ("numbers", "frames", "tiles of 4 x 4", "tiles of 2 x 2", "one loop"),
     "antialiased/cube": ("samples", "frames of samples", "tiles of 8 x 1"),
     "clipping/faces_none": ("numbers", "frames"),
     "crowds/cubes": ("tiles of 4 x 4",),
@@ -21,7 +21,7 @@ CHOICE: Mapping[str, tuple[str, ...]] = {
     "flux_conservation/west": ("numbers", "frames"),
     "meshes/rods_above_a_sheet": ("whole triangles",),
     "meshes/slivers": ("frames", "tiles of 2 x 2", "whole triangles"),
-    "meshes/wavy_sheet_from_behind": ("tiles of 4 x 4", "tiles of 4 x 2"),
+    "meshes/wavy_sheet_from_behind": ("tiles of 4 x 4", "tiles of 4 x 2", "one loop"),
     "parallel_rays/flat": ("frames",),
     "several_lights/eight": ("numbers", "frames", "tiles of 4 x 1"),
     "several_lights/simplified": ("frames",),
@@ -39,6 +39,7 @@ NAMES = (
     "tiles of 4 x 4",
     "tiles of 4 x 2",
     "tiles of 2 x 2",
+    "one loop",
     "whole triangles",
 )
 

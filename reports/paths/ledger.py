@@ -15,7 +15,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.reports.cache.digests import code
 from rayproof.reports.paths.choice import CHOICE, ROUTED, asked
-from rayproof.reports.paths.routes import ROUTES, SIDE, WHOLE, by_tiles, suiting
+from rayproof.reports.paths.routes import ONE_LOOP, PIPELINED, ROUTES, SIDE, WHOLE, by_tiles, suiting
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.json_numbers import number
 from rayproof.reports.results.outcomes import Outcome
@@ -48,6 +48,8 @@ def renderings(route: str, scene: Scene, configuration: Configuration) -> Render
         return replace(about, route=FRAMES, plan=by_tiles(usual))
     if route == WHOLE:
         return replace(about, plan=replace(usual, parts=False))
+    if route == ONE_LOOP:
+        return replace(about, plan=replace(usual, **PIPELINED))
     several = plan(scene, configuration, samples=SIDE)
     if route == "samples":
         return replace(about, route=NUMBERS, samples=SIDE, plan=several)

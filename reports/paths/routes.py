@@ -29,7 +29,8 @@ from rayproof.tracer.render import render
 FOLDED = 2 * (3 + 3)
 SIDE = 2  # samples across a pixel, where there are several: a power of two, so that their places are the same numbers
 EQUAL = "to the last bit"
-WHOLE = "whole triangles"
+WHOLE, ONE_LOOP = "whole triangles", "one loop"
+PIPELINED = {"columns": 4, "rows": 2, "split": False, "pipelined": True}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,6 +218,16 @@ ROUTES: Mapping[str, Route] = {
         _tile(4, 4, _turned_alike),
         _tile(4, 2, _turned_alike),
         _tile(2, 2, _in_trees),
+        Route(
+            name=ONE_LOOP,
+            what="4 x 2 samples a lane, one loop through the tree of triangles: where they are as small as samples",
+            beside="stages, by the plan that the scene chooses: a loop in a loop",
+            how=EQUAL,
+            compare=_by_plan(PIPELINED),
+            suits=lambda scene, configuration: (
+                _turned_alike(scene, configuration) and "triangle" in plan(scene, configuration).trees
+            ),
+        ),
         Route(
             name=WHOLE,
             what="long slanting triangles stand in their tree as wholes, as all others do",

@@ -1,4 +1,7 @@
-"""Going through the tree loses no hit: bundles of rays against trying every triangle, and rays at edges and corners."""
+"""Going through the tree loses no hit: bundles of rays against trying every triangle, and rays at edges and corners.
+
+Half of it goes by one loop, half by a loop in a loop.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -106,11 +109,13 @@ def test_bundles_lose_no_hit_on_random_scenes(precision: str) -> None:
             grove=forest,
             beam=Beam(forest.nodes, rays[0].origin, [ray.direction for ray in rays]),
             meet=lambda triangle, k, rays=rays: FORMULA(rays[k], triangle, everywhere),
+            pipelined=seed % 2 == 1,
         )
         back = Walk(
             grove=forest,
             beam=Beam(forest.nodes, rays[0].origin, [feeler.origin - rays[0].origin for feeler in feelers]),
             meet=lambda triangle, k, feelers=feelers: FORMULA(feelers[k], triangle, segment),
+            pipelined=seed % 2 == 1,
         )
         met = nearest(walk, closer=CLOSER, limits=[types.Float(dr.inf)] * PER_LANE, width=LANES)
         blocked = any_hit(back, farthest=Single(WIDER), skips=None, active=[types.Bool(True)] * PER_LANE, width=LANES)
@@ -162,9 +167,10 @@ def test_feelers_that_part_lose_no_hit_either() -> None:
     assert hits > 40 * LANES * PER_LANE * 0.05
 
 
+@pytest.mark.parametrize("pipelined", [False, True])
 @pytest.mark.parametrize("moved", [0.0, 1e3])
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_no_ray_at_an_edge_or_a_corner_is_lost(moved: float, scale: float) -> None:
+def test_no_ray_at_an_edge_or_a_corner_is_lost(moved: float, scale: float, pipelined: bool) -> None:
     types = array_types("float32")
     generator = np.random.default_rng(11)
     side, count = 24, 4096
@@ -187,6 +193,7 @@ def test_no_ray_at_an_edge_or_a_corner_is_lost(moved: float, scale: float) -> No
         grove=forest,
         beam=Beam(forest.nodes, eye, [ray.direction for ray in rays]),
         meet=lambda triangle, k: FORMULA(rays[k], triangle, everywhere),
+        pipelined=pipelined,
     )
 
     met = nearest(walk, closer=CLOSER, limits=[types.Float(dr.inf)] * PER_LANE, width=len(directions))

@@ -100,11 +100,21 @@ def test_the_scene_decides() -> None:
     assert plan(scene(*[sphere] * 20), default).tables
     assert plan(scene(octahedron()), default).split
     assert not plan(large(scene(octahedron())), default).split
-    # Triangles nearly as small as pixels, and smaller ones.
-    for times, tile in ((40_000, (4, 2)), (100_000, (2, 2))):
+    # Triangles larger than pixels, about as small, and smaller ones.
+    double = Configuration(precision="float64")
+    for times, configuration, tile in (
+        (10_000, default, (4, 4)),
+        (20_000, default, (4, 2)),
+        (100_000, default, (4, 2)),
+        (100_000, double, (2, 2)),
+        (300_000, default, (2, 2)),
+    ):
         mesh = dataclasses.replace(octahedron(), faces=np.repeat(octahedron().faces, times, axis=0))
-        chosen = plan(large(scene(mesh)), default)
+        chosen = plan(large(scene(mesh)), configuration)
         assert (chosen.columns, chosen.rows, chosen.split) == (*tile, False)
+        assert chosen.pipelined is (tile != (4, 4))
+        # A lane of hits in a kernel of their own goes by nested loops.
+        assert not plan(scene(mesh), configuration).pipelined
     # A feeler that goes on behind the light cannot be bounded from there.
     assert plan(large(scene(octahedron())), endless).split
 
@@ -114,6 +124,7 @@ def test_a_plan_reads_as_one_line() -> None:
     assert Plan(columns=2, rows=2, split=True, trees=frozenset(("triangle",))).text == (
         "in trees: triangle; 2 x 2 samples per lane; hits and shading in kernels of their own"
     )
+    assert Plan(trees=frozenset(("triangle",)), pipelined=True).text.endswith("one loop through the tree of triangles")
 
 
 @pytest.mark.parametrize("what", [scene(Sphere(albedo=ALBEDO), FLOOR), everything()], ids=["unrolled", "trees"])

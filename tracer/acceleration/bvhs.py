@@ -65,6 +65,9 @@ class Trees:
     def _meet(self, grove: Grove, rays: Sequence[Ray], intervals: Sequence[Interval]) -> Callable[[Any, int], Any]:
         return lambda item, k: grove.meet(self.configuration, rays[k], item, intervals[k])
 
+    def _pipelined(self, grove: Grove) -> bool:
+        return self.plan.pipelined and grove is self.forest
+
     def nearest(
         self, rays: Sequence[Ray], intervals: Sequence[Interval], hits: list[Nearest], *, narrow: bool
     ) -> list[Nearest]:
@@ -91,7 +94,8 @@ class Trees:
         width = max(dr.width(ray.direction) for ray in rays)
         prepare(rays, together=narrow)
         beam = Beam(grove.nodes, rays[0].origin, [ray.direction for ray in rays])
-        walk = Walk(grove=grove, beam=beam, meet=self._meet(grove, rays, intervals))
+        meet = self._meet(grove, rays, intervals)
+        walk = Walk(grove=grove, beam=beam, meet=meet, pipelined=self._pipelined(grove))
         return nearest(walk, closer=self.configuration["nearest"], limits=limits, width=width)
 
     def nearer(self, grove: Grove, before: Nearest, distance: Any, number: Any) -> Nearest:
@@ -125,7 +129,8 @@ class Trees:
             def walk(group: Sequence[Any], turn: Any, grove: Grove = grove, triangles: bool = triangles) -> Any:
                 beam, farthest = self._feeling(grove, rays, light, group)
                 alike = turning_alike(rays, turn) if triangles else rays
-                return Walk(grove=grove, beam=beam, meet=self._meet(grove, alike, intervals)), farthest
+                meet = self._meet(grove, alike, intervals)
+                return Walk(grove=grove, beam=beam, meet=meet, pipelined=self._pipelined(grove)), farthest
 
             met = any_hit_in_groups(
                 grove.types,

@@ -7,6 +7,7 @@ Embree and many others quantise too: Mahovsky and Wyvill, "Memory-Conserving Bou
 Raytracing", Computer Graphics Forum 25 (2006)).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -147,7 +148,14 @@ class Nodes:
 
     def children(self, node: Any) -> list[tuple[list[Any], list[Any]]]:
         """Return the boxes of the four children of an inner node, each (lower, upper) with three grid coordinates."""
-        words = packets(self.types, self.words, node, AXES)
+        return self.boxes(self.read(node))
+
+    def read(self, node: Any) -> list[Any]:
+        """Return the words that hold the boxes of an inner node's children."""
+        return packets(self.types, self.words, node, AXES)
+
+    def boxes(self, words: Sequence[Any]) -> list[tuple[list[Any], list[Any]]]:
+        """Return the boxes that these words hold, as `children` does."""
         boxes = [words[AXES * child : AXES * child + AXES] for child in range(CHILDREN)]
         return [([_low(word) for word in box], [_high(word) for word in box]) for box in boxes]
 

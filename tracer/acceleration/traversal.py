@@ -1,8 +1,13 @@
-"""A bundle's way through a tree, without a stack: all rays of a lane go together.
+"""A bundle's way through a tree: all rays of a lane go together.
 
-The state is the node's heap index `key` and `trail`, three bits per level that say which siblings are still to be
-visited: to go back, climb to the deepest set bit and turn to that sibling. Which boxes are entered is decided for the
-bundle (`tracer.acceleration.beams`); in a leaf every ray meets every item by the formula that was chosen for it.
+Which boxes are entered is decided for the bundle (`tracer.acceleration.packet_bounds`); in a leaf every ray meets every
+item by the formula that was chosen for it. There are two ways of putting the steps in order, which visit the same
+leaves but for those that a hit shortly before has made needless:
+
+* nested: a loop goes down to the next leaf in a loop over leaves. Lanes that have a leaf wait for those that have none.
+* pipelined: one loop, whose turns are a step for each lane, and a leaf where any lane has come to one. The boxes of the
+  next turn are read before the leaf of this one is tested, so that memory works meanwhile. Where triangles are about as
+  small as pixels, the lanes of a packet go to different places, and both is worth more than the steps that go past.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,16 +18,13 @@ import drjit as dr
 
 from rayproof.tracer.acceleration.packet_bounds import Beam
 from rayproof.tracer.acceleration.quantised_boxes import Nodes
+from rayproof.tracer.acceleration.trail import DONE, nearest_child, pop
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.device.coherent_branches import where
 from rayproof.tracer.rays import Interval, Ray
 
 NONE = 0x7FFFFFFF  # the number of no item
-DONE = 0xFFFFFFFF  # the node of those that are done
-# What is pending on a level are the siblings x = 1 .. 3 of the current child, counted by exclusive or: bit x - 1. Of
-# the eight combinations, the one to turn to, and what is then pending as seen from there.
-FIRST = (0, 1, 2, 1, 3, 1, 2, 1)
-REST = (0, 0, 0, 4, 0, 2, 1, 6)
 # A bound of float64 is compared in float32, rounded up by more than the conversion may round down.
 WIDER = 1 + 2.0**-22
 
@@ -57,42 +59,16 @@ class Walk:
     grove: Grove
     beam: Beam
     meet: Callable[[Any, int], Any]
+    pipelined: bool = False
 
 
-def _below(types: ArrayTypes, table: Sequence[int], place: Any) -> Any:
-    """Return an entry below 16 of a table of eight: one word that is shifted."""
-    word = sum(entry << (4 * k) for k, entry in enumerate(table))
-    return (types.UInt(word) >> (place << 2)) & 15
+@dataclass(frozen=True, kw_only=True)
+class _Aim:
+    """What is looked for on the way: the state is a list of arrays of full width."""
 
-
-def _pop(types: ArrayTypes, key: Any, trail: Any) -> tuple[Any, Any]:
-    """Return the deepest node still to be visited, or key DONE where none is left."""
-    Single: Any = dr.float32_array_t(types.Float)
-    # The exponent of the lowest bit as a float: AVX2 has no instruction that counts zeros.
-    lowest = Single(dr.int32_array_t(types.UInt)(trail & (~trail + 1)))
-    bits: Any = dr.reinterpret_array(types.UInt, lowest)
-    zeros = (bits >> 23) - 127
-    done = trail == 0
-    levels = dr.select(done, 0, (zeros * 11) >> 5)  # a third, for all below 32
-    trail = trail >> (levels * 3)
-    pending = trail & 7
-    key = (key >> (levels * 2)) ^ _below(types, FIRST, pending)
-    return dr.select(done, DONE, key), (trail & ~types.UInt(7)) | _below(types, REST, pending)
-
-
-def _hits(types: ArrayTypes, hits: Sequence[Any], enters: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """Return whether any of four children is met, the nearest of them, and the others relative to it."""
-    UInt = types.UInt
-    t = [dr.select(hit, enter, dr.inf) for hit, enter in zip(hits, enters, strict=True)]
-    second, fourth = t[1] < t[0], t[3] < t[2]
-    upper = dr.select(fourth, t[3], t[2]) < dr.select(second, t[1], t[0])
-    odd = (upper & fourth) | (~upper & second)
-    child = dr.select(upper, UInt(2), 0) | dr.select(odd, UInt(1), 0)
-    bits = [dr.select(hit, UInt(1 << k), 0) for k, hit in enumerate(hits)]
-    some = (bits[0] | bits[1]) | (bits[2] | bits[3])
-    others = dr.select(odd, ((some & 5) << 1) | ((some >> 1) & 5), some)
-    others = dr.select(upper, ((others & 3) << 2) | (others >> 2), others)
-    return some != 0, child, others >> 1
+    met: Callable[[Sequence[tuple[Any, Any]], list[Any]], list[Any]]  # (items and numbers of a leaf, state) -> state
+    limit: Callable[[list[Any]], Any]  # state -> the t beyond which no box matters, float32
+    open: Callable[[list[Any]], Any] | None = None  # state -> whether there is still something to be found
 
 
 def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
@@ -104,8 +80,8 @@ def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
 
     def step(key: Any, trail: Any) -> tuple[Any, Any]:
         hits, enters = zip(*(walk.beam.meets(box, limit) for box in nodes.children(key)), strict=True)
-        some, child, others = _hits(types, hits, enters)
-        popped_key, popped_trail = _pop(types, key, trail)
+        some, child, others = nearest_child(types, hits, enters)
+        popped_key, popped_trail = pop(types, key, trail)
         return (
             dr.select(some, (key << 2) | child, popped_key),
             dr.select(some, (trail << 3) | others, popped_trail),
@@ -146,42 +122,92 @@ def _largest(values: Sequence[Any]) -> Any:
     return largest
 
 
+def _nested(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) -> list[Any]:
+    """Go through a tree from (key, trail), and return the state at the end."""
+    # A leaf is reached before the loop and at the end of each round: where there is none, none is looked at.
+    key, trail = _descend(walk, key, trail, aim.limit(state))
+
+    def step(key: Any, trail: Any, state: Any) -> tuple[Any, Any, list[Any]]:
+        state = aim.met(_leaf(walk, key), list(state))
+        key, trail = pop(walk.grove.types, key, trail)
+        if aim.open is not None:
+            key = dr.select(aim.open(state), key, DONE)
+        key, trail = _descend(walk, key, trail, aim.limit(state))
+        return key, trail, state
+
+    *_, state = dr.while_loop(
+        state=(key, trail, state),
+        cond=lambda key, trail, state: key != DONE,
+        body=step,
+        labels=("key", "trail", "state"),
+    )
+    return list(state)
+
+
+def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) -> list[Any]:
+    """Do the same in one loop, whose turns begin with the node's boxes in hand."""
+    nodes, types = walk.grove.nodes, walk.grove.types
+
+    def read(key: Any) -> list[Any]:
+        return nodes.read(dr.select(key < nodes.leaves, key, 0))
+
+    def turn(key: Any, trail: Any, boxes: Any, state: Any) -> tuple[Any, Any, list[Any], list[Any]]:
+        limit = aim.limit(state)
+        hits, enters = zip(*(walk.beam.meets(box, limit) for box in nodes.boxes(boxes)), strict=True)
+        some, child, others = nearest_child(types, hits, enters)
+        # A lane that stands at a leaf already, or is done, has read boxes that mean nothing.
+        some &= key < nodes.leaves
+        here = dr.select(some, (key << 2) | child, key)
+        trail = dr.select(some, (trail << 3) | others, trail)
+        at_leaf = (here >= nodes.leaves) & (here != DONE)
+        popped_key, popped_trail = pop(types, here, trail)
+        stays = some & ~at_leaf
+        key, trail = dr.select(stays, here, popped_key), dr.select(stays, trail, popped_trail)
+        # Both are read before the leaf is tested.
+        boxes, items = read(key), _leaf(walk, dr.select(at_leaf, here, DONE))
+        state = where(at_leaf, lambda: aim.met(items, list(state)), list(state))
+        if aim.open is not None:
+            key = dr.select(aim.open(state), key, DONE)
+        return key, trail, boxes, state
+
+    *_, state = dr.while_loop(
+        state=(key, trail, read(key), state),
+        cond=lambda key, trail, boxes, state: key != DONE,
+        body=turn,
+        labels=("key", "trail", "boxes", "state"),
+    )
+    return list(state)
+
+
+def _through(walk: Walk, aim: _Aim, active: Any, state: list[Any], width: int) -> list[Any]:
+    key, trail = _begin(walk, active, width)
+    return (_pipelined if walk.pipelined else _nested)(walk, aim, key=key, trail=trail, state=state)
+
+
 def nearest(
     walk: Walk, *, closer: Callable[[Any, Any], Any], limits: Sequence[Any], width: int
 ) -> list[tuple[Any, Any]]:
     """Return, per ray, distance (inf: none up to its limit) and number of the nearest item, at a tie the lower one."""
-    types = walk.grove.types
+    types, count = walk.grove.types, len(limits)
     Single: Any = dr.float32_array_t(types.Float)
 
-    def on(key: Any, trail: Any, bests: Sequence[Any]) -> tuple[Any, Any]:
-        farthest = _largest([dr.select(best < limit, best, limit) for best, limit in zip(bests, limits, strict=True)])
-        if types.precision == "float64":
-            farthest = Single(farthest) * WIDER
-        return _descend(walk, key, trail, farthest)
+    def limit(state: list[Any]) -> Any:
+        farthest = _largest([dr.select(best < end, best, end) for best, end in zip(state[:count], limits, strict=True)])
+        return Single(farthest) * WIDER if types.precision == "float64" else farthest
 
-    bests = [dr.full(types.Float, dr.inf, width) for _ in limits]
-    numbers = [dr.full(types.Int, NONE, width) for _ in limits]
-    # A leaf is reached before the loop and at the end of each round: where there is none, none is looked at.
-    key, trail = on(*_begin(walk, types.Bool(True), width), bests)
-
-    def going(key: Any, trail: Any, bests: Any, numbers: Any) -> Any:
-        return key != DONE
-
-    def step(key: Any, trail: Any, bests: Any, numbers: Any) -> tuple[Any, ...]:
-        bests, numbers = list(bests), list(numbers)
-        for item, candidate in _leaf(walk, key):
+    def met(items: Sequence[tuple[Any, Any]], state: list[Any]) -> list[Any]:
+        bests, numbers = state[:count], state[count:]
+        for item, candidate in items:
             for k, (best, number) in enumerate(zip(bests, numbers, strict=True)):
                 t = walk.meet(item, k)
                 # Where both are inf the number means nothing.
                 take = closer(t, best) | ((t == best) & (candidate < number))
                 bests[k], numbers[k] = dr.select(take, t, best), dr.select(take, candidate, number)
-        key, trail = on(*_pop(types, key, trail), bests)
-        return key, trail, bests, numbers
+        return [*bests, *numbers]
 
-    *_, bests, numbers = dr.while_loop(
-        state=(key, trail, bests, numbers), cond=going, body=step, labels=("key", "trail", "bests", "numbers")
-    )
-    return list(zip(bests, numbers, strict=True))
+    state = [dr.full(types.Float, dr.inf, width) for _ in limits] + [dr.full(types.Int, NONE, width) for _ in limits]
+    state = _through(walk, _Aim(met=met, limit=limit), types.Bool(True), state, width)
+    return list(zip(state[:count], state[count:], strict=True))
 
 
 def any_hit(
@@ -192,30 +218,26 @@ def any_hit(
     `farthest` bounds the beam's t (float32); `skips(number, k)` says which items ray k leaves out.
     """
     types = walk.grove.types
-    anyone = active[0]
-    for one in active[1:]:
-        anyone = anyone | one
-    key, trail = _descend(walk, *_begin(walk, anyone, width), farthest)
-    found = [dr.full(types.Float, dr.inf, width) for _ in active]
 
-    def going(key: Any, trail: Any, found: Any) -> Any:
-        return key != DONE
-
-    def step(key: Any, trail: Any, found: Any) -> tuple[Any, Any, Any]:
-        found = list(found)
-        for item, number in _leaf(walk, key):
+    def met(items: Sequence[tuple[Any, Any]], state: list[Any]) -> list[Any]:
+        found = list(state)
+        for item, number in items:
             for k in range(len(found)):
                 t = walk.meet(item, k)
                 counts = t < dr.inf
                 if skips is not None:
                     counts &= ~skips(number, k)
                 found[k] = dr.select(counts, t, found[k])
-        key, trail = _pop(types, key, trail)
-        open_ = types.Bool(False)
-        for k, one in enumerate(active):
-            open_ = open_ | (one & (found[k] == dr.inf))
-        key, trail = _descend(walk, dr.select(open_, key, DONE), trail, farthest)
-        return key, trail, found
+        return found
 
-    *_, found = dr.while_loop(state=(key, trail, found), cond=going, body=step, labels=("key", "trail", "found"))
-    return list(found)
+    def is_open(state: list[Any]) -> Any:
+        open_ = types.Bool(False)
+        for one, t in zip(active, state, strict=True):
+            open_ = open_ | (one & (t == dr.inf))
+        return open_
+
+    anyone = active[0]
+    for one in active[1:]:
+        anyone = anyone | one
+    aim = _Aim(met=met, limit=lambda state: farthest, open=is_open)
+    return _through(walk, aim, anyone, [dr.full(types.Float, dr.inf, width) for _ in active], width)

@@ -9,7 +9,7 @@ import numpy as np
 from rayproof.cases.scene import Cube, Mesh, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.faults.tracer.planting import function, method
-from rayproof.tracer.acceleration import builder, median_build, packet_split, parts, sah_build, shape_bvh
+from rayproof.tracer.acceleration import builder, median_build, packet_split, parts, sah_build, shape_bvh, traversal
 from rayproof.tracer.acceleration.bvhs import Trees
 from rayproof.tracer.acceleration.quantised_boxes import Nodes
 from rayproof.tracer.acceleration.triangle_bvh import Forest
@@ -43,6 +43,11 @@ def _part_lost(right: Any, corners: Any, lower: Any, upper: Any) -> Any:
     lower, upper, owner = right(corners, lower, upper)
     # Every eighth part is another one's once more.
     return lower, upper, np.where(np.arange(len(owner)) % 8 == 7, 0, owner).astype(owner.dtype)
+
+
+def _first_ray_blind(right: Any, walk: Any, aim: Any, **about: Any) -> Any:
+    first, *others = right(walk, aim, **about)
+    return [first + dr.inf, *others]
 
 
 def _no_leaf(right: Any, nodes: Any, leaf: Any) -> Any:
@@ -163,6 +168,17 @@ function(
     stage=Stage.OBJECT,
     also=MET,
     cases=("meshes/slivers",),
+)
+function(
+    "one_loop_first_ray",
+    traversal._pipelined,
+    _first_ray_blind,
+    "Where one loop goes through a tree, the first ray of a lane meets nothing.",
+    path="trees/one loop",
+    stage=Stage.OBJECT,
+    also=MET,
+    cases=("alone/concave_mesh", "meshes/wavy_sheet_from_behind"),
+    routes=("one loop",),
 )
 method(
     "single_leaf",
