@@ -5,7 +5,8 @@ is reached that a rendering reaches, in milliseconds, and no kernel is compiled.
 never be done, so it is asked in a process of its own: `python -m rayproof.reports.paths.lines`, or `asked`.
 
 A folder of formulas has its own registry and its own tests; what is counted is what puts formulas together. The
-ledger's own predicates are no part of that: nothing in the tracer asks them.
+ledger's own predicates are no part of that: nothing in the tracer asks them. Nor is what takes a formula from a user's
+file, which no case has.
 """
 
 import ast
@@ -23,7 +24,7 @@ from rayproof.reports.paths.unreached import FUNCTIONS, LINES
 
 TRACER = Path(__file__).parents[2] / "tracer"
 FORMULAS = ("camera", "clipping", "feelers", "intersections", "normals", "shading", "transforms")
-DECLARED = "paths.py"
+DECLARED, FROM_USERS = "paths.py", "own_formula.py"
 # Beside the cases that are chosen for routes: what one of them alone reaches.
 ALONE = ("acne/light_on_the_sphere", "crowds/spheres_beside_a_mesh", "faces/one", "faces/over_two_to_the_15")
 # Of shapes that are unrolled, and in trees of every kind: what another formula reaches, it reaches in these.
@@ -34,7 +35,7 @@ Places = dict[str, set[int]]  # file, relative to the tracer's folder -> lines
 def files() -> dict[str, Path]:
     """Return the tracer's files outside the folders of formulas, by their place in it."""
     found = {str(path.relative_to(TRACER)): path for path in sorted(TRACER.rglob("*.py"))}
-    return {name: path for name, path in found.items() if name.split("/")[0] not in (*FORMULAS, DECLARED)}
+    return {name: path for name, path in found.items() if name.split("/")[0] not in (*FORMULAS, DECLARED, FROM_USERS)}
 
 
 def _bodies(code: types.CodeType, *, imported: bool = True) -> Iterator[types.CodeType]:
