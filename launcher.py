@@ -106,6 +106,8 @@ def set_up(folder: Path, requirements: str) -> None:
         empty(folder)
         step("1/4 making the virtual environment", [sys.executable, "-m", "venv", str(folder)])
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
+    # Python compiles a module when it is first imported, and few of all that is installed ever are.
+    pip = [*pip, "--no-compile"]
     step(f"2/4 installing {requirements}", [*pip, "--require-hashes", "-r", str(CHECKOUT / requirements)])
     # The wheel that carries LLVM makes its library links at the first start of Python after its installation.
     step("3/4 linking the packaged LLVM", [python, "-c", "pass"])

@@ -122,7 +122,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Before anything heavy is imported: whoever is stopped while it starts ends in one line, too.
     with Stopping() as stopping:
         try:
-            return _called(sys.argv[1:] if arguments is None else list(arguments))
+            given = sys.argv[1:] if arguments is None else list(arguments)
+            return _overview() if given in ([], ["--help"], ["-h"]) else _called(given)
         except KeyboardInterrupt:
             pass
         except Exception as error:
@@ -133,6 +134,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 return NOT_MEASURED
         sys.stderr.write("rayproof: interrupted\n")
         return INTERRUPTED
+
+
+def _overview() -> int:
+    """Print what commands there are: at once, without what reads their arguments."""
+    wide = max(map(len, COMMANDS))
+    lines = [f"  {name:<{wide}}  {said}" for name, (_, said) in COMMANDS.items()]
+    about, codes = HELP.strip().split("\n\n")
+    end = "rayproof COMMAND --help says what a command takes, rayproof help TERM what a word means.\n"
+    try:
+        sys.stdout.write("\n".join(["Usage: rayproof COMMAND", "", about, "", *lines, "", codes, end]))
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read it has gone, and Python would say so when it ends
+        sys.stdout = None
+        return NOT_MEASURED
+    return 0
 
 
 def _called(given: list[str]) -> int:

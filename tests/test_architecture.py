@@ -10,7 +10,7 @@ import pytest
 
 CHECKOUT = Path(__file__).parents[1]
 BIN = Path(sys.executable).parent
-HEAVY = ("drjit", "matplotlib", "mitsuba", "numpy", "pyvista", "skimage", "trimesh")
+HEAVY = ("cyclopts", "drjit", "matplotlib", "mitsuba", "numpy", "pyvista", "rich", "skimage", "trimesh")
 
 
 def output(*command: str) -> str:

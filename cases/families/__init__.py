@@ -61,17 +61,46 @@ def select(patterns: Sequence[str]) -> tuple[Case, ...]:
     for pattern in (pattern for pattern in patterns if not _is_random(pattern)):
         # A plain name needs no family but its own: making the meshes takes half a second.
         family = pattern.partition("/")[0]
-        searched = cases_of(family) if family in CASE_FAMILIES else all_cases()
+        if family not in CASE_FAMILIES and not _is_glob(family):
+            searched: tuple[Case, ...] = ()
+        else:
+            searched = cases_of(family) if family in CASE_FAMILIES else all_cases()
         named = {case.name for case in searched if pattern == case.family or fnmatchcase(case.name, pattern)}
         if not named:
-            known = [*CASE_FAMILIES, *(case.name for case in all_cases())]
-            near = get_close_matches(pattern, known, n=3, cutoff=0.5)
+            near = _near(pattern)
             hint = f"did you mean {', '.join(near)}?" if near else f"families: {', '.join(CASE_FAMILIES)}"
             raise LookupError(f"no case matches {pattern[:80]!a}; {hint}")
         chosen |= named
     families = dict.fromkeys(sorted(name.partition("/")[0] for name in chosen))
     named = (case for family in families for case in cases_of(family) if case.name in chosen)
     return (*named, *drawn.values())
+
+
+def _is_glob(text: str) -> bool:
+    return any(letter in text for letter in "*?[")
+
+
+def _near(pattern: str) -> list[str]:
+    """Return up to three names like a pattern that names nothing.
+
+    They are families like its family and, where it has a second part, their cases like that. Only where no family is
+    like it every case is looked at, by its second part: that takes as long as making all scenes.
+    """
+    family, _, rest = pattern[:80].lower().partition("/")
+    families = [family] if family in CASE_FAMILIES else get_close_matches(family, CASE_FAMILIES, n=2, cutoff=0.6)
+    if not families:
+        parts = {case.name: case.name.partition("/")[2] for case in all_cases()}
+        near = get_close_matches(rest or family, sorted(set(parts.values())), n=3, cutoff=0.7)
+        return [name for part in near for name, other in parts.items() if other == part][:3]
+    if not rest:
+        return families
+    found = []
+    for one in families:
+        parts = [case.name.partition("/")[2] for case in cases_of(one)]
+        within = [part for part in parts if part.replace("_", "").startswith(rest.replace("_", "").replace("-", ""))]
+        near = dict.fromkeys([*get_close_matches(rest, parts, n=3, cutoff=0.6), *within])
+        found += [f"{one}/{part}" for part in near]
+    return found[:3] or families
 
 
 def _is_random(pattern: str) -> bool:

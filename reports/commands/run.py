@@ -124,6 +124,8 @@ def run(
     if not 0 < memory < MOST_MEMORY:
         raise UsageError(f"--memory must be positive and below {MOST_MEMORY:g}, got {memory} GiB")
     numbers = drawn(selectors, count, seed)
+    if numbers is None:  # before anything is started for them
+        check_names(selectors)
     if subject != TRACER and paths == "all":
         raise UsageError("--paths are the tracer's own, and --subject puts another renderer under test")
     if subject != TRACER and (configuration or formula):
@@ -288,6 +290,16 @@ def subject_named(
     with told_in_one_line():
         surroundings = Surroundings(variables=env, confined=confine)
         return under_test(subject, seconds=seconds, memory=8.0, surroundings=surroundings, before_oracle=False)
+
+
+def check_names(selectors: tuple[str, ...]) -> None:
+    """Raise UsageError for the first selector that names no case; scene files are looked at later."""
+    from rayproof.cases.families import select
+
+    with told_in_one_line():
+        for selector in selectors:
+            if not selector.endswith(".json"):
+                select([selector])
 
 
 def check_selectors(selectors: tuple[str, ...], subject: "Subject") -> None:

@@ -2,10 +2,9 @@
 
 import time
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -13,6 +12,9 @@ from rayproof.reports.results.headline import blamed_items, ratio_of
 from rayproof.reports.results.json_numbers import at_worst, legible
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, TRACING
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 COLOURS = {
     Outcome.PASS: "green",
@@ -32,30 +34,33 @@ NAME = 20  # columns of a terminal that a case's name gets at least
 DOING = {JUDGE: "judging", TRACING: "tracing", RECALLING: "looking up what is kept"}
 
 
+def _bar(console: Console) -> "Progress":
+    """Return a bar for a terminal; a log has none, and does not wait until it is imported."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return Progress(*columns, console=console)
+
+
 class CaseProgress:
     """Tell how far a run has come."""
 
     def __init__(self, console: Console, *, total: int) -> None:
         self._console = console
-        self._bar = Progress(
-            TextColumn("{task.description}", markup=False),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            console=console,
-            disable=not console.is_terminal,
-        )
-        self._task = self._bar.add_task("cases", total=total)
+        self._bar = _bar(console) if console.is_terminal else None
+        self._task = None if self._bar is None else self._bar.add_task("cases", total=total)
         self._total = total
         self._done = 0
         self._told: tuple[float, frozenset[str]] = (time.monotonic(), frozenset())  # when last, and what
 
     def __enter__(self) -> "CaseProgress":
-        self._bar.start()
+        if self._bar is not None:
+            self._bar.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bar.stop()
+        if self._bar is not None:
+            self._bar.stop()
 
     def working(self, cases: Collection[str], busy: Mapping[str, float]) -> None:
         """Tell what is being done of which cases, and for how long [s]; called about once a second.
@@ -66,7 +71,8 @@ class CaseProgress:
         if not doing:
             return
         text = legible(f"{next(iter(cases), '')}: {doing}" if len(cases) == 1 else doing)
-        self._bar.update(self._task, description=text)
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, description=text)
         now, what = time.monotonic(), frozenset(busy)
         waited = now - self._told[0]
         if not self._console.is_terminal and waited > (SOON if what != self._told[1] else NOW_AND_THEN):
@@ -78,7 +84,8 @@ class CaseProgress:
         self._done += 1
         self._told = time.monotonic(), self._told[1]
         outcome = Outcome(record["verdict"])
-        self._bar.update(self._task, completed=self._done, description=legible(record["name"]))
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, completed=self._done, description=legible(record["name"]))
         if not self._console.is_terminal or outcome is not Outcome.PASS:
             how = "kept" if again else f"{record['seconds']:.2f} s"
             line = f"[{self._done}/{self._total}] {outcome.value} {record['name']} ({how}) {record['reason']}".rstrip()

@@ -109,3 +109,28 @@ def test_a_bug_is_no_verdict(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch
 
     assert ended.code == 3
     assert "ZeroDivisionError: a bug" in ended.error
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("primtives/sphere", "primitives/sphere"),
+        ("primitives/shpere", "primitives/sphere"),
+        ("Primitives/Sphere", "primitives/sphere"),
+        ("shadows/everyblocker", "shadows/every_blocker"),
+        ("shadow", "shadows"),
+    ],
+)
+def test_a_mistyped_case_is_told_what_was_meant_before_anything_starts(
+    rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch, written: str, meant: str
+) -> None:
+    def made(*_: object) -> None:
+        raise AssertionError("a worker was started, or every scene made")
+
+    monkeypatch.setattr("rayproof.reports.run.prestart.early_workers", made)
+    monkeypatch.setattr("rayproof.cases.families.all_cases", made)
+
+    ended = rayproof("run", written)
+
+    assert ended.code == 2
+    assert ended.error == f"rayproof: no case matches {written!r}; did you mean {meant}?\n"
