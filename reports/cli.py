@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rayproof.reports.called import called, remember
 from rayproof.reports.processes.signals import Stopping
 
 if TYPE_CHECKING:
@@ -122,6 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Before anything heavy is imported: whoever is stopped while it starts ends in one line, too.
     with Stopping() as stopping:
         try:
+            remember()
             given = sys.argv[1:] if arguments is None else list(arguments)
             return _overview() if given in ([], ["--help"], ["-h"]) else _called(given)
         except KeyboardInterrupt:
@@ -141,9 +143,9 @@ def _overview() -> int:
     wide = max(map(len, COMMANDS))
     lines = [f"  {name:<{wide}}  {said}" for name, (_, said) in COMMANDS.items()]
     about, codes = HELP.strip().split("\n\n")
-    end = "rayproof COMMAND --help says what a command takes, rayproof help TERM what a word means.\n"
+    end = f"{called()} COMMAND --help says what a command takes, {called()} help TERM what a word means.\n"
     try:
-        sys.stdout.write("\n".join(["Usage: rayproof COMMAND", "", about, "", *lines, "", codes, end]))
+        sys.stdout.write("\n".join([f"Usage: {called()} COMMAND", "", about, "", *lines, "", codes, end]))
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read it has gone, and Python would say so when it ends
         sys.stdout = None

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Literal
 
+from rayproof.reports.called import called
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
@@ -41,7 +42,7 @@ def adapt(file: Path, *, language: Literal["python", "c++"] | None = None) -> in
     steps = [f"cd {file.parent}"] if str(file.parent) != "." else []
     steps += [build.format(file=file.name)] if build else []
     command = f'"exec:{call.format(file=file.name)} {{scene}} {{output}}"'
-    steps += [f"rayproof run primitives/sphere nearest --subject {command} --out report"]
+    steps += [f"{called()} run primitives/sphere nearest --subject {command} --out report"]
     for step in steps:
         say(f"    {step}")
     say("then put your renderer where YOUR RENDERER stands, declare what it can, and run without naming cases.")

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import scene_named
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
@@ -56,7 +57,7 @@ def import_scene(
     for sentence in imported.dropped:
         say(f"dropped: {sentence}")
     shapes, lights = len(imported.scene.shapes), len(imported.scene.lights)
-    say(f"{target}: {shapes} shapes, {lights} lights; judge it with: rayproof run {target}")
+    say(f"{target}: {shapes} shapes, {lights} lights; judge it with: {called()} run {target}")
     return 0
 
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from rayproof.reports.called import called
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
@@ -44,7 +45,7 @@ def new(what: Literal["formula"], slot: str, file: Path) -> int:
     mine = f"{slot}={file}:{name}"
     say(f"wrote {file}: the contract of {slot}, and {default.name} to be changed. It works as it stands. Next:")
     for step in (f"run --formula {mine}", f"compare {default.name} {mine}", f"stability {mine}"):
-        say(f"    rayproof {step}")
+        say(f"    {called()} {step}")
     return 0
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Mesh, Scene
+from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import one_case
 from rayproof.reports.commands.output import say, show_table, write_json
 
@@ -90,4 +91,4 @@ def short(value: Any) -> str:
 def reproduce(case: Case) -> list[str]:
     """Return the commands that run this case alone and look at its central pixel."""
     camera = case.scene.camera
-    return [f"rayproof run {case.name}", f"rayproof probe {case.name} {camera.width // 2} {camera.height // 2}"]
+    return [f"{called()} run {case.name}", f"{called()} probe {case.name} {camera.width // 2} {camera.height // 2}"]

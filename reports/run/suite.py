@@ -14,6 +14,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
 from rayproof.reports.cache.guards import ask_once, passed
 from rayproof.reports.cache.store import usual_store
+from rayproof.reports.called import called
 from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import Drawing
@@ -117,7 +118,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     for sentence in worse:
         console.print(f"worse than its history: {sentence}", style="yellow", soft_wrap=True)
     if hopeless is not None:
-        said = f"stopped: the first {FIRST} calls fail alike: {hopeless}; `rayproof call` makes one of them by hand"
+        said = f"stopped: the first {FIRST} calls fail alike: {hopeless}; `{called()} call` makes one of them by hand"
         console.print(legible(said), style="bold red", soft_wrap=True, markup=False)
         return NOT_MEASURED
     if interrupted:

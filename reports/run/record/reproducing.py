@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene_json import scene_to_json
+from rayproof.reports.called import called
 from rayproof.reports.run.plan import DEFAULTS
 from rayproof.reports.run.scene_case import FAMILY
 from rayproof.reports.subjects import THE_TRACER, Subject
@@ -31,5 +32,5 @@ def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject
     else:
         chosen = "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
     if case.family != FAMILY:
-        return f"rayproof run {case.name}{chosen}"
-    return f"rayproof run {shlex.quote(str(folder / 'scenes' / f'{case.name}.json'))}{chosen}"
+        return f"{called()} run {case.name}{chosen}"
+    return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{case.name}.json'))}{chosen}"

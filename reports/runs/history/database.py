@@ -14,6 +14,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+from rayproof.reports.called import called
 from rayproof.reports.results.json_numbers import at_worst, encodable
 
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
@@ -49,7 +50,7 @@ def opened(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
 
     """
     if not create and not path.is_file():
-        raise HistoryError(f"{path}: there is no such history; rayproof run --history {path} begins one")
+        raise HistoryError(f"{path}: there is no such history; {called()} run --history {path} begins one")
     try:
         with closing(sqlite3.connect(path, timeout=WAIT)) as connection, connection:
             _prepare(connection, path)

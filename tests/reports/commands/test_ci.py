@@ -89,3 +89,31 @@ def test_what_would_end_a_line_or_a_string_is_refused(rayproof: Rayproof, tmp_pa
 
     assert (ended.code, ended.error.count("\n")) == (2, 1)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_action_s_lines_run_gate_and_keep_a_report(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[3] / "action.yml").read_text()
+    install, *lines = [dedent(body) for body in re.findall(r"^ +run: \|\n((?: {8}.*\n)+)", text, re.MULTILINE)]
+    command = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
+    (tmp_path / "rayproof").write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c "{command}" "$@"\n')
+    (tmp_path / "rayproof").chmod(0o755)
+    inputs = {
+        "SELECTORS": "primitives/plane",
+        "SUBJECT": "embree",
+        "EXPECT": "",
+        "LEAST_COVERAGE": "1",
+        "OUT": "a report",
+    }
+    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
+    surroundings = {**os.environ, **inputs, "PATH": path, "GITHUB_STEP_SUMMARY": str(tmp_path / "summary")}
+
+    codes = [
+        subprocess.run(["bash", "-e", "-c", line], env=surroundings, cwd=tmp_path, check=False).returncode
+        for line in lines
+    ]
+
+    assert codes == [0, 0]
+    assert (tmp_path / "a report" / "index.html").is_file()
+    assert "rayproof" in (tmp_path / "summary").read_text()
+    assert "${{" not in "".join(lines)  # an input is no part of a script
+    assert '"$GITHUB_ACTION_PATH"' in install
