@@ -24,6 +24,7 @@ LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
 # Relative: what a renderer in float32 may lose beyond the counted roundings, and what files of other steps lose.
 LEAST = 1e-5
+TURNED = 16  # roundings of a ray's direction
 PLAINLY = 4.0  # limits: an answer so far from the right one would not have passed for it
 
 
@@ -35,6 +36,9 @@ class Answered:
     answers: Answers
     limits: Mapping[Stage, np.ndarray]  # (height, width) or (height, width, 3)
     edge: np.ndarray  # (height, width): something else begins within a pixel
+    place: np.ndarray | None = (
+        None  # (height, width): of each pixel, which one of the question's image it is; None: same
+    )
 
 
 class Unanswerable(Exception):  # noqa: N818  an answer, not a mishap
@@ -72,6 +76,7 @@ def answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
         answers={stage: moved(image) for stage, image in found.answers.items()},
         limits={stage: moved(limit) for stage, limit in found.limits.items()},
         edge=moved(found.edge),
+        place=place.reshape(height, width),
     )
 
 
@@ -112,6 +117,32 @@ def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene,
     if spoilt:
         answers, plain = _spoilt(scene, answers, way, spoilt[0], oracle)
     return scene, answers, plain
+
+
+def unsteady(way: Way, right: Answered, oracle: FullOracle) -> np.ndarray:
+    """Return the pixels (height, width) at which a turn of the rays by a rounding changes what a way meets or lights.
+
+    Raises:
+        Unanswerable: the way has no answer.
+
+    """
+    found = np.zeros(right.edge.shape, dtype=bool)
+    steady = _plain_answer(way, right, oracle)[1]
+    turn = gamma(TURNED, precision=PRECISION)
+    for aside in (-1, 1):
+        for along in (-1, 1):
+
+            def turned(given: Given, aside: float = turn * aside, along: float = turn * along) -> np.ndarray:
+                rays = given.right if Stage.RAY not in way.stages else way.stages[Stage.RAY](given)
+                one = np.cross(rays, np.eye(3)[np.argmin(np.abs(rays), axis=-1)])
+                other = np.cross(one, rays) / np.linalg.norm(rays, axis=-1, keepdims=True)
+                return rays + aside * one + along * other
+
+            answers = _plain_answer(replace(way, stages={**way.stages, Stage.RAY: turned}), right, oracle)[1]
+            for stage in (Stage.OBJECT, Stage.VISIBILITY):
+                if stage in steady:
+                    found |= np.any(answers[stage] != steady[stage], axis=-1)
+    return found
 
 
 def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.ndarray]:

@@ -18,6 +18,7 @@ from rayproof.reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, t
 SCREENING = 3  # failing cases that every hypothesis meets
 FAILING, PASSING = 10, 10  # cases that what is left meets
 LEAST_TELLING = 30  # pixels that tell a hypothesis from the right answer and agree with it
+MUTE = 1 / 3  # of the failing cases that a hypothesis explains: so many more may fail only where it says nothing
 LEAST_SEEN = 3  # failing cases that look like a mistake whose pixels roundings decide
 FIRST_MISTAKES = 4  # hypotheses of the first wrong stage that pairs begin with
 
@@ -125,9 +126,14 @@ def _left(
         candidate = Found(hypothesis=one, tallies=tallies)
         seen = [case for case in {case.case: case for case in (*screen, *failing)}.values() if case.case in tallies]
         explained = [case for case in seen if tallies[case.case].explains]
-        # A failure of few pixels, such as a feeler that grazes a face, speaks for nothing and against nothing.
-        left_over = [case for case in seen if not tallies[case.case].explains and not negligible(case)]
-        if candidate.telling >= LEAST_TELLING and 2 * len(explained) >= len(seen) and not left_over:
+        # A failure of few pixels, such as a feeler that grazes a face, speaks for nothing and against nothing; so does
+        # one whose pixels all lie where under the hypothesis rounding decides. That may be so in few cases.
+        mute = [case for case in seen if not tallies[case.case].explains and not negligible(case)]
+        if (
+            candidate.telling >= LEAST_TELLING
+            and 2 * len(explained) >= len(seen)
+            and len(mute) <= MUTE * len(explained)
+        ):
             found.append(candidate)
     return found
 

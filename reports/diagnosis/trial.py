@@ -10,7 +10,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Way
-from rayproof.reports.diagnosis.answering import PRECISION, Answered, Unanswerable, answer, right_answer
+from rayproof.reports.diagnosis.answering import PRECISION, Answered, Unanswerable, answer, right_answer, unsteady
 from rayproof.reports.judge.comparison.measurement import ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.judge.renderers import Candidate, Witness
@@ -81,6 +81,20 @@ class Evidence:
                 return stage
         return None
 
+    def unsure(self, way: Way) -> np.ndarray:
+        """Return the pixels (height, width) of which rounding decides under a way, once."""
+        key = "unsure", id(way)
+        if key not in self._kept:
+            supposed = self.under(way)
+            if way.asked is None:
+                found = unsteady(way, self.right, self.oracle)
+            else:
+                found = undecided(supposed.scene, self.oracle, shadow_epsilon=0.0)
+            if supposed.place is not None:
+                found = np.ravel(found)[supposed.place]
+            self._kept[key] = way, found
+        return self._kept[key][1]
+
     def under(self, way: Way) -> Answered:
         """Return what a way answers, once; raise Unanswerable where it has no answer."""
         if way.shading is not None and way.shading != self.scene.shading:
@@ -127,11 +141,9 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
     right = {stage: evidence.right.answers[stage] for stage in seen}
     judged = ~supposed.edge & ~evidence.never
     found = _tally(evidence, supposed, ours, right, judged)
-    if not found.fits and way.asked is not None and found.off <= NEARLY * found.judged:
-        # The changed question has edges of its own that no neighbouring pixel shows, such as coinciding faces.
-        unsure = undecided(supposed.scene, evidence.oracle, shadow_epsilon=0.0)
-        if unsure.shape == judged.shape:
-            found = _tally(evidence, supposed, ours, right, judged & ~unsure)
+    if not found.fits and not way.formulas and found.off <= NEARLY * found.judged:
+        # It has edges of its own that no neighbouring pixel shows: coinciding faces, or a border in its first row.
+        found = _tally(evidence, supposed, ours, right, judged & ~evidence.unsure(way))
     return found
 
 
