@@ -15,6 +15,9 @@ def audit(
     timeout: float = 120.0,
     json: Path | None = None,
     diagnose: bool = False,
+    pairs: int = 0,
+    faults: int = 0,
+    seed: int = 0,
 ) -> int:
     """Plant faults in the tracer, references, mesh loader and judge, one at a time, and print the kill matrix.
 
@@ -38,10 +41,20 @@ def audit(
         Measure instead how many mistakes are named rightly: build the C++ example that makes any of over a hundred
         mistakes on request, and diagnose each, or those that `--only` names (patterns, with commas). Needs a C++
         compiler and some 40 minutes of processor time.
+    pairs
+        With --diagnose: measure so many pairs of these mistakes instead, drawn at random; a minute each.
+    faults
+        With --diagnose: measure so many of the tracer's own wrong formulas instead, or besides, drawn at random.
+    seed
+        With --pairs or --faults: what is drawn.
 
     """
     if diagnose:
-        return _diagnosed(jobs=jobs or os.cpu_count() or 1, quick=quick, only=only, json=json)
+        return _diagnosed(
+            jobs=jobs or os.cpu_count() or 1, quick=quick, only=only, json=json, pairs=pairs, faults=faults, seed=seed
+        )
+    if pairs or faults:
+        raise UsageError("--pairs and --faults go with --diagnose")
     from rayproof.reports.audit.planted import planted
     from rayproof.reports.audit.request import AuditRequest
     from rayproof.reports.run.llvm import choose_packaged_llvm
@@ -61,18 +74,20 @@ def audit(
     )
 
 
-def _diagnosed(*, jobs: int, quick: bool, only: str, json: Path | None) -> int:
+def _diagnosed(*, jobs: int, quick: bool, only: str, json: Path | None, pairs: int, faults: int, seed: int) -> int:
     """Print how many mistakes are named rightly; return 1 if any is named wrongly."""
     from subprocess import CalledProcessError
 
     from rayproof.reports.commands.output import say, show_table, write_json
     from rayproof.reports.diagnosis.measuring import measure
 
+    if min(pairs, faults) < 0:
+        raise UsageError(f"--pairs and --faults must not be negative, got {pairs} and {faults}")
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
     try:
-        found = measure(jobs=jobs, quick=quick, only=only)
+        found = measure(jobs=jobs, quick=quick, only=only, pairs=pairs, faults=faults, seed=seed)
     except (FileNotFoundError, CalledProcessError, LookupError) as error:
         raise UsageError(f"--diagnose: {error}") from None
     write_json(json, found)

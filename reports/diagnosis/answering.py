@@ -120,14 +120,16 @@ def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene,
 
 
 def unsteady(way: Way, right: Answered, oracle: FullOracle) -> np.ndarray:
-    """Return the pixels (height, width) at which a turn of the rays by a rounding changes what a way meets or lights.
+    """Return the pixels (height, width) in which rounding decides what a way meets or lights.
+
+    That is where a turn of the rays by a rounding changes it, and where two shapes are met equally far away.
 
     Raises:
         Unanswerable: the way has no answer.
 
     """
-    found = np.zeros(right.edge.shape, dtype=bool)
-    steady = _plain_answer(way, right, oracle)[1]
+    scene, steady, _ = _plain_answer(way, right, oracle)
+    found = _equally_far(scene, steady[Stage.RAY])
     turn = gamma(TURNED, precision=PRECISION)
     for aside in (-1, 1):
         for along in (-1, 1):
@@ -143,6 +145,22 @@ def unsteady(way: Way, right: Answered, oracle: FullOracle) -> np.ndarray:
                 if stage in steady:
                     found |= np.any(answers[stage] != steady[stage], axis=-1)
     return found
+
+
+def _equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
+    """Return the pixels (height, width) whose ray meets a second shape no farther than the first, within rounding."""
+    from rayproof.reference.analytic.nearest import clip_interval
+    from rayproof.reference.analytic.surfaces import surface_of
+
+    flat, eye = rays.reshape(-1, 3), np.asarray(scene.camera.eye, dtype=np.float64)
+    low, high = clip_interval(scene, flat)
+    crossings = [surface_of(shape).first(eye, flat, low, high)[0] for shape in scene.shapes]
+    if len(crossings) < 2:
+        return np.zeros(rays.shape[:2], dtype=bool)
+    first, second = np.sort(crossings, axis=0)[:2]
+    reach = gamma(TURNED, precision=PRECISION) * (1 + float(np.linalg.norm(eye)) + first)
+    with np.errstate(invalid="ignore"):
+        return (second - first <= reach).reshape(rays.shape[:2])
 
 
 def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.ndarray]:

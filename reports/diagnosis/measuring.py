@@ -1,9 +1,11 @@
 """How many mistakes are named rightly, and how many wrongly, on a C++ program that shares no code with the tracer.
 
-The program, examples/renderers/mistaken.cpp, makes each of its mistakes on request. Some of them have no hypothesis, on
-purpose: whatever is said of these is a wrong name.
+The program, examples/renderers/mistaken.cpp, makes each of its mistakes on request, or several. Some of them have no
+hypothesis, on purpose: whatever is said of these is a wrong name. The tracer with one of its planted faults is measured
+by the same means.
 """
 
+import random
 import shutil
 import subprocess
 import sys
@@ -11,9 +13,10 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from fnmatch import fnmatch
 from functools import cache
+from itertools import combinations, permutations
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -56,16 +59,61 @@ SAME: Mapping[str, tuple[str, ...]] = {
     "factor_1_3": ("factor_of_exitance", "factor_of_irradiance"),
 }
 STAGED, ALONE = "all stages", "radiance alone"
+KNOWN_ONE, KNOWN_NONE = "a mistake that has a hypothesis", "a mistake that has none"
+TWO, PLANTED = "two mistakes at once", "a planted fault of the tracer"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Renderer:
+    """One that is measured: the program with some of its switches, or the tracer with one wrong formula."""
+
+    kind: str  # KNOWN_ONE, KNOWN_NONE, TWO or PLANTED
+    mistakes: tuple[str, ...]  # switches, or the formula
+    accepted: tuple[frozenset[str], ...]  # of each mistake that has a hypothesis, the names that are right
+    program: Path | None  # None: the tracer
+
+    @property
+    def name(self) -> str:
+        """Return its mistakes, or an empty text."""
+        return "+".join(self.mistakes)
+
+    def answers(self, case: Case, folder: Path) -> Answers:
+        """Return what it answers to a case."""
+        if self.program is not None:
+            return rendered(self.program, self.mistakes, case, folder)
+        from rayproof.reports.judge.oracle import stages_of
+        from rayproof.tracer.configuration import Configuration
+        from rayproof.tracer.render import render
+
+        ((slot, variant),) = (name.split("/") for name in self.mistakes)
+        stages = [stage for stage in stages_of(case.scene) if stage is not Stage.CAMERA]
+        return render(case.scene, stages, Configuration(precision="float32", formulas={slot: variant}))
+
+    def alone(self) -> "list[Renderer]":
+        """Return those that make one of its several mistakes."""
+        each = zip(self.mistakes, self.accepted, strict=True) if len(self.mistakes) > 1 else ()
+        return [replace(self, mistakes=(name,), accepted=(names,)) for name, names in each]
+
+    def told(self, found: Sequence[tuple[str, ...]]) -> bool:
+        """Say whether one of the causes that were found, each of one mistake or two, is what it does."""
+        return bool(self.accepted) and any(
+            len(names) == len(self.accepted)
+            and any(
+                all(name in right for name, right in zip(order, self.accepted, strict=True))
+                for order in permutations(names)
+            )
+            for names in found
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
     """What was said of one program."""
 
+    programs: str  # KNOWN_ONE, KNOWN_NONE, TWO or PLANTED
     mistake: str
-    known: bool
     written: str  # STAGED or ALONE
-    failing: int  # cases that it fails by its pixels
+    failing: int  # cases that it fails by its pixels; 0 where two mistakes show no more than one of them
     named: tuple[str, ...]  # the class of mistakes that was named
     right: bool
     seconds: float
@@ -121,24 +169,24 @@ def _grounds(names: tuple[str, ...]) -> dict[str, tuple[Case, np.ndarray, Answer
     return found
 
 
-def rendered(program: Path, mistake: str, case: Case, folder: Path) -> Answers:
-    """Return what the program answers to a case with a mistake."""
+def rendered(program: Path, mistakes: Sequence[str], case: Case, folder: Path) -> Answers:
+    """Return what the program answers to a case with some mistakes."""
     where = folder / case.name.replace("/", "-")
     scene = where / "scene.json"
     if not scene.exists():
         where.mkdir(parents=True, exist_ok=True)
         scene = hand_over(case.scene, where)
     image = where / "image.exr"
-    words = ["--mistake", mistake] if mistake else []
+    words = ["--mistake", ",".join(mistakes)] if mistakes else []
     subprocess.run([str(program), *words, str(scene), str(image)], check=True, capture_output=True, timeout=120)
     return {stage: np.asarray(value, dtype=np.float64) for stage, value in read_answers(image).items()}
 
 
-def evidence_of(program: Path, mistake: str, folder: Path, names: Sequence[str]) -> dict[str, list[Evidence]]:
-    """Return what the program shows with a mistake, with all its stages and with radiance alone."""
+def evidence_of(renderer: Renderer, folder: Path, names: Sequence[str]) -> dict[str, list[Evidence]]:
+    """Return what a renderer shows, with all its stages and with radiance alone."""
     oracle, found = Analytic(), {STAGED: [], ALONE: []}
     for case, mask, right in _grounds(tuple(names)).values():
-        answers = rendered(program, mistake, case, folder)
+        answers = renderer.answers(case, folder)
         for written in (STAGED, ALONE):
             ours = answers if written == STAGED else {s: i for s, i in answers.items() if s is Stage.RADIANCE}
             if ours:
@@ -157,51 +205,100 @@ def _evidence(case: Case, ours: Answers, mask: np.ndarray, right: Answered, orac
     return made(failed=bool(made(failed=False).wrong.any()))
 
 
-def outcomes(program: Path, mistake: str, known: bool, folder: Path, names: Sequence[str]) -> list[Outcome]:
-    """Return what is said of the program with a mistake, twice."""
+def outcomes(renderer: Renderer, folder: Path, names: Sequence[str]) -> list[Outcome]:
+    """Return what is said of a renderer, twice."""
     found = []
-    for written, evidence in evidence_of(program, mistake, folder, names).items():
+    shown = shows_more(renderer, folder, names)
+    for written, evidence in evidence_of(renderer, folder, names).items():
+        if not shown[written]:
+            evidence = []
         failing = sum(one.failed for one in evidence)
         searched = search(evidence)
-        named = tuple(dict.fromkeys("+".join(one.hypothesis.mistakes) for one in searched.found))
-        accepted = {CALLED.get(mistake, mistake), *SAME.get(mistake, ())} if known else set()
+        named = tuple(dict.fromkeys(one.hypothesis.mistakes for one in searched.found))
         found.append(
             Outcome(
-                mistake=mistake,
-                known=known,
+                programs=renderer.kind,
+                mistake=renderer.name,
                 written=written,
                 failing=failing,
-                named=named,
-                right=bool(accepted & set(named)),
+                named=tuple("+".join(names) for names in named),
+                right=renderer.told(named),
                 seconds=round(searched.seconds, 2),
             )
         )
     return found
 
 
-def _job(arguments: tuple[Path, str, bool, Path, tuple[str, ...]]) -> list[Outcome]:
-    program, mistake, known, folder, names = arguments
+def shows_more(renderer: Renderer, folder: Path, names: Sequence[str]) -> dict[str, bool]:
+    """Say, by what is written, whether all mistakes of a renderer show something else than any of them alone."""
+    found: dict[str, bool] = {STAGED: True, ALONE: True}
+    for one in renderer.alone():
+        apart = set()
+        for case, _, _ in _grounds(tuple(names)).values():
+            ours, theirs = renderer.answers(case, folder), one.answers(case, folder)
+            apart |= {stage for stage in ours if not np.array_equal(ours[stage], theirs[stage], equal_nan=True)}
+        found = {STAGED: found[STAGED] and bool(apart), ALONE: found[ALONE] and Stage.RADIANCE in apart}
+    return found
+
+
+def _job(arguments: tuple[Renderer, Path]) -> list[Outcome]:
+    renderer, folder = arguments
     with tempfile.TemporaryDirectory(dir=folder) as place:
-        return outcomes(program, mistake, known, Path(place), names)
+        return outcomes(renderer, Path(place), ())
+
+
+def switched(program: Path) -> list[Renderer]:
+    """Return the program without a switch, and with each."""
+    found = [Renderer(kind=KNOWN_NONE, mistakes=(), accepted=(), program=program)]
+    for name, known in listed(program):
+        right = (frozenset({CALLED.get(name, name), *SAME.get(name, ())}),) if known else ()
+        kind = KNOWN_ONE if known else KNOWN_NONE
+        found.append(Renderer(kind=kind, mistakes=(name,), accepted=right, program=program))
+    return found
+
+
+def drawn_pairs(program: Path, count: int, seed: int) -> list[Renderer]:
+    """Return the program with two switches that have a hypothesis, so many pairs drawn at random."""
+    ones = [one for one in switched(program) if one.accepted]
+    pairs = random.Random(seed).sample(list(combinations(ones, 2)), count)
+    return [
+        replace(one, kind=TWO, mistakes=one.mistakes + two.mistakes, accepted=one.accepted + two.accepted)
+        for one, two in pairs
+    ]
+
+
+def drawn_faults(count: int, seed: int) -> list[Renderer]:
+    """Return the tracer with one of its wrong formulas, so many drawn at random."""
+    from rayproof.reports.diagnosis.mistakes.formulas import NAME_OF
+
+    names = sorted(NAME_OF)
+    chosen = random.Random(seed).sample(names, min(count, len(names)))
+    return [
+        Renderer(kind=PLANTED, mistakes=(name,), accepted=(frozenset({NAME_OF[name]}),), program=None)
+        for name in chosen
+    ]
 
 
 def table(found: Sequence[Outcome]) -> list[dict[str, Any]]:
-    """Return the figures: named right, named wrong and not named, for what has a hypothesis and what has none."""
+    """Return the figures: named right, named wrong and not named, for each kind of renderers that was measured."""
     rows = []
-    for known in (True, False):
+    for kind in (KNOWN_ONE, KNOWN_NONE, TWO, PLANTED):
         for written in (STAGED, ALONE):
-            here = [one for one in found if one.known is known and one.written == written and one.failing]
+            those = [one for one in found if one.programs == kind and one.written == written]
+            if not those:
+                continue
+            here = [one for one in those if one.failing]
             right, wrong = sum(one.right for one in here), sum(one.wrong for one in here)
             rows.append(
                 {
-                    "programs": "a mistake that has a hypothesis" if known else "a mistake that has none",
+                    "programs": kind,
                     "written": written,
                     "of": len(here),
                     "right": right,
                     "class_of_at_most_2": sum(one.right and len(_classes(one)) <= 2 for one in here),
                     "wrong": wrong,
                     "does_not_know": len(here) - right - wrong,
-                    "unseen": sum(not one.failing for one in found if one.known is known and one.written == written),
+                    "unseen": len(those) - len(here),
                 }
             )
     return rows
@@ -220,10 +317,13 @@ def _classes(one: Outcome) -> set[str]:
     return {same.get(name, name) for name in one.named}
 
 
-def measure(*, jobs: int, quick: bool, only: str = "*") -> dict[str, Any]:
+def measure(
+    *, jobs: int, quick: bool, only: str = "*", pairs: int = 0, faults: int = 0, seed: int = 0
+) -> dict[str, Any]:
     """Return the figures over the switches that patterns with commas name; of one in eight of them if `quick`.
 
-    What is said of a switch is printed as soon as it is known.
+    Instead over so many `pairs` of switches or planted `faults`, or both, drawn by a seed. What is said of one is
+    printed as soon as it is known.
 
     Raises:
         LookupError: no switch is called so.
@@ -236,22 +336,25 @@ def measure(*, jobs: int, quick: bool, only: str = "*") -> dict[str, Any]:
         folder = Path(made)
         program = built(folder)
         wanted = only.split(",")
-        switches = [one for one in [("", False), *listed(program)] if any(fnmatch(one[0], name) for name in wanted)]
-        if not switches:
+        asked = [one for one in switched(program) if any(fnmatch(one.name, name) for name in wanted)]
+        if not asked:
             raise LookupError(f"no mistake of {SOURCE.name} is called {only!r}")
         if quick:
-            switches = switches[::8]
+            asked = asked[::8]
+        if pairs or faults:
+            asked = [*drawn_pairs(program, pairs, seed), *drawn_faults(faults, seed)]
         found: list[Outcome] = []
         with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-            waiting = [pool.submit(_job, (program, *switch, folder, ())) for switch in switches]
+            waiting = [pool.submit(_job, (renderer, folder)) for renderer in asked]
             for done in as_completed(waiting):
                 found += done.result()
                 for one in done.result():
-                    print(f"{len(found) // 2} of {len(switches)}: {said(one)}", file=sys.stderr, flush=True)  # noqa: T201
+                    print(f"{len(found) // 2} of {len(asked)}: {said(one)}", file=sys.stderr, flush=True)  # noqa: T201
     plain = [one for one in found if not one.mistake]
     found = sorted((one for one in found if one.mistake), key=lambda one: (one.mistake, one.written))
     return {
         "table": table(found),
+        "seed": seed,
         "wrong_names": [asdict(one) for one in (*found, *plain) if one.wrong],
         "without_a_switch": [asdict(one) for one in plain],
         "programs": [asdict(one) for one in found],

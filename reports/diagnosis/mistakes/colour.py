@@ -95,7 +95,15 @@ _radiance(
     "writes radiance as sRGB, cut off to 8 bits",
     lambda given: _cut(srgb(np.clip(given.right, 0, 1))),
 )
-_radiance("bgr", "writes blue for red and red for blue", lambda given: given.right[..., ::-1])
+MISTAKES.register("bgr")(
+    Mistake(
+        says="writes blue for red and red for blue",
+        items=("RAD-4",),
+        ways=tuple(
+            Way(stages={stage: lambda given: given.right[..., ::-1]}) for stage in (Stage.RADIANCE, Stage.EXITANCE)
+        ),
+    )
+)
 _exitance("no_albedo", "leaves the albedo out", lambda given: given.answers[Stage.IRRADIANCE])
 _exitance("albedo_squared", "multiplies by the albedo twice", lambda given: _albedo(given) * given.right)
 _exitance(

@@ -37,25 +37,55 @@ NAMES = {
     "position/fault_left_in_object_space": "position_in_object_space",
     "simplified/fault_over_four_pi": "four_pi_in_simplified",
 }
-# Said elsewhere, by the oracle, which has edges and limits of its own; and acne, by how it looks.
-ELSEWHERE = frozenset(
-    {
-        "clip_depth/fault_far_ignored", "clip_depth/fault_near_ignored", "clip_depth/shell", "clip_none/fault_behind",
-        "clip_shell/fault_planes", "sphere/fault_center_ignored", "square/fault_full_size_local",
-        "cube_normal/fault_greatest_value", "cube_normal/fault_unsigned", "facing/fault_never",
-        "sphere_normal/center_kept", "sphere_normal/fault_inward", "world_normal/fault_inverse_untransposed",
-        "world_normal/fault_model_matrix", "world_normal/fault_unnormalised", "obstructed/fault_never",
-        "exitance/fault_albedo_squared", "exitance/fault_channels_swapped", "exitance/fault_white",
-        "falloff/fault_hemisphere", "falloff/fault_inverse", "falloff/fault_no_four_pi", "hidden/fault_front",
-        "hidden/fault_never", "lambert/fault_missing", "lambert/fault_squared", "radiance/fault_clamped",
-        "radiance/fault_no_pi", "radiance/fault_srgb", "radiance_simplified/fault_over_pi",
-        "sum_lights/fault_last_dropped", "sum_lights/fault_mean", "sum_lights/fault_clamped",
-        "ray/fault_not_normalised", "feeler/fault_bare", "segment/endless",
-        "half_extent/fault_horizontal_angle", "half_extent/fault_no_aspect", "half_extent/fault_whole_angle",
-        "basis/fault_left_handed", "basis/fault_up_as_given", "sample/corner", "ndc/fault_not_flipped",
-        "feeler/fault_wide_offset", "nearest/fault_first", "nearest/fault_last",
-    }
-)  # fmt: skip
+# Said elsewhere, under the name given: by the oracle, which has edges and limits of its own, or by how it looks.
+ELSEWHERE = {
+    "clip_depth/fault_far_ignored": "far_ignored",
+    "clip_depth/fault_near_ignored": "near_ignored",
+    "clip_depth/shell": "clips_by_shell",
+    "clip_none/fault_behind": "behind_the_eye",
+    "clip_shell/fault_planes": "clips_by_planes",
+    "sphere/fault_center_ignored": "center_ignored",
+    "square/fault_full_size_local": "square_doubled",
+    "cube_normal/fault_greatest_value": "cube_normal_greatest_value",
+    "cube_normal/fault_unsigned": "cube_normal_unsigned",
+    "facing/fault_never": "normal_never_turned",
+    "sphere_normal/center_kept": "normal_keeps_center",
+    "sphere_normal/fault_inward": "normal_inward",
+    "world_normal/fault_inverse_untransposed": "normal_by_inverse",
+    "world_normal/fault_model_matrix": "normal_by_model",
+    "world_normal/fault_unnormalised": "normal_not_normalised",
+    "obstructed/fault_never": "no_shadows",
+    "exitance/fault_albedo_squared": "albedo_squared",
+    "exitance/fault_channels_swapped": "bgr",
+    "exitance/fault_white": "no_albedo",
+    "falloff/fault_hemisphere": "two_pi",
+    "falloff/fault_inverse": "linear_falloff",
+    "falloff/fault_no_four_pi": "no_four_pi",
+    "hidden/fault_front": "front_hidden",
+    "hidden/fault_never": "back_seen",
+    "lambert/fault_missing": "no_cosine",
+    "lambert/fault_squared": "cosine_squared",
+    "radiance/fault_clamped": "clamped",
+    "radiance/fault_no_pi": "no_pi",
+    "radiance/fault_srgb": "srgb",
+    "radiance_simplified/fault_over_pi": "pi_in_simplified",
+    "sum_lights/fault_last_dropped": "last_of_several_left_out",
+    "sum_lights/fault_mean": "mean_of_lights",
+    "sum_lights/fault_clamped": "lights_clamped",
+    "ray/fault_not_normalised": "not_normalised",
+    "feeler/fault_bare": "acne",
+    "segment/endless": "beyond_the_light",
+    "half_extent/fault_horizontal_angle": "fovx_for_fovy",
+    "half_extent/fault_no_aspect": "no_aspect",
+    "half_extent/fault_whole_angle": "whole_angle",
+    "basis/fault_left_handed": "left_handed",
+    "basis/fault_up_as_given": "up_as_given",
+    "sample/corner": "pixel_corner",
+    "ndc/fault_not_flipped": "upside_down",
+    "feeler/fault_wide_offset": "feeler_offset",
+    "nearest/fault_first": "first_hit",
+    "nearest/fault_last": "last_hit",
+}
 # The same mistake of other renderers: that take the normal where the ray meets the shape in object space; whose feelers
 # ask for any hit, so that both roots count for them, and are no unit vectors; and that have no tree of boxes.
 ELSE = {
@@ -69,12 +99,15 @@ ELSE = {
 SQUARES = ("local", "half_vectors")
 
 
-def _wanted(formula: Formula) -> bool:
-    wrong = formula.kind in ("control", "fault") and formula.equivalent is None and formula.known_bad is None
-    return wrong and formula.name not in ELSEWHERE
+def _wrong(formula: Formula) -> bool:
+    return formula.kind in ("control", "fault") and formula.equivalent is None and formula.known_bad is None
 
 
-for _formula in (one for one in FORMULAS.values() if _wanted(one)):
+# Each wrong formula with the name of the mistake that it makes.
+NAME_OF = {
+    one.name: ELSEWHERE.get(one.name) or NAMES.get(one.name, one.name) for one in FORMULAS.values() if _wrong(one)
+}
+for _formula in (FORMULAS[name] for name in NAME_OF if name not in ELSEWHERE):
     _name, _says = NAMES.get(_formula.name, _formula.name), _formula.facts.get("says")
     if _says is None:
         raise ValueError(f"the wrong formula {_formula.name} must declare in words what a renderer with it does: says=")

@@ -1,5 +1,6 @@
 """Of a C++ program that shares no code with the tracer mistakes are named, and none is named wrongly."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,11 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis import measuring
+from rayproof.reports.diagnosis import MISTAKES, measuring
+from rayproof.reports.diagnosis import search as searching
+from rayproof.reports.diagnosis.hypotheses import Hypothesis
 from rayproof.reports.diagnosis.mistakes.acne import scattered
-from rayproof.reports.diagnosis.trial import Evidence
+from rayproof.reports.diagnosis.trial import Evidence, trial
 
 CASES = (
     "primitives/plane",
@@ -30,28 +33,35 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return measuring.built(tmp_path_factory.mktemp("mistaken"))
 
 
+def switched(program: Path, mistake: str) -> measuring.Renderer:
+    (found,) = (one for one in measuring.switched(program) if one.name == mistake)
+    return found
+
+
 @pytest.mark.parametrize("mistake", ["no_pi", "normal_by_model", "gamma_2_2"])
 def test_a_mistake_is_named_by_all_stages_and_by_radiance_alone(program: Path, mistake: str, tmp_path: Path) -> None:
-    for one in measuring.outcomes(program, mistake, known=True, folder=tmp_path, names=CASES):
+    for one in measuring.outcomes(switched(program, mistake), tmp_path, CASES):
         assert one.failing
         assert one.right, one
 
 
 @pytest.mark.parametrize("mistake", ["", "ambient"])
 def test_of_what_nobody_knows_nothing_is_named(program: Path, mistake: str, tmp_path: Path) -> None:
-    for one in measuring.outcomes(program, mistake, known=False, folder=tmp_path, names=CASES):
+    for one in measuring.outcomes(switched(program, mistake), tmp_path, CASES):
         assert bool(one.failing) == bool(mistake)
         assert one.named == ()
 
 
 def test_a_name_for_a_program_that_has_no_hypothesis_is_a_wrong_name() -> None:
-    said = {"written": measuring.ALONE, "failing": 3, "seconds": 1.0}
+    def said(mistake: str, *, kind: str, named: tuple[str, ...], right: bool) -> measuring.Outcome:
+        return measuring.Outcome(
+            programs=kind, mistake=mistake, written=measuring.ALONE, failing=3, named=named, right=right, seconds=1.0
+        )
+
     found = [
-        measuring.Outcome(mistake="fog", known=False, named=("no_pi",), right=False, **said),
-        measuring.Outcome(
-            mistake="no_pi", known=True, named=("no_pi", "factor_of_radiance_physical"), right=True, **said
-        ),
-        measuring.Outcome(mistake="srgb", known=True, named=(), right=False, **said),
+        said("fog", kind=measuring.KNOWN_NONE, named=("no_pi",), right=False),
+        said("no_pi", kind=measuring.KNOWN_ONE, named=("no_pi", "factor_of_radiance_physical"), right=True),
+        said("srgb", kind=measuring.KNOWN_ONE, named=(), right=False),
     ]
 
     rows = {(row["programs"], row["written"]): row for row in measuring.table(found)}
@@ -59,6 +69,63 @@ def test_a_name_for_a_program_that_has_no_hypothesis_is_a_wrong_name() -> None:
     assert [one.mistake for one in found if one.wrong] == ["fog"]
     known = rows["a mistake that has a hypothesis", measuring.ALONE]
     assert (known["of"], known["right"], known["class_of_at_most_2"], known["does_not_know"]) == (2, 1, 1, 1)
+
+
+def test_a_pair_is_named_only_by_both(program: Path) -> None:
+    pair = measuring.drawn_pairs(program, 1, seed=3)[0]
+    (one,), (two,) = (sorted(names) for names in (pair.accepted[0] - pair.accepted[1], pair.accepted[1]))
+
+    assert [alone.mistakes for alone in pair.alone()] == [(pair.mistakes[0],), (pair.mistakes[1],)]
+    assert pair.told([(two, one)])
+    assert not any(pair.told([names]) for names in ((one,), (two,), (one, one), (one, "fog")))
+
+
+def test_a_switch_that_another_hides_is_no_pair(program: Path, tmp_path: Path) -> None:
+    of = {name: switched(program, name) for name in ("no_cosine", "cosine_squared", "no_pi")}
+
+    def both(one: str, two: str) -> measuring.Renderer:
+        first, second = of[one], of[two]
+        return replace(first, mistakes=(one, two), accepted=first.accepted + second.accepted)
+
+    case = ("primitives/plane",)
+    assert all(measuring.shows_more(both("no_cosine", "no_pi"), tmp_path, case).values())
+    hidden = replace(both("no_cosine", "no_pi"), mistakes=("no_pi", "no_pi"))
+    assert not any(measuring.shows_more(hidden, tmp_path, case).values())
+
+
+@pytest.mark.parametrize(
+    ("mistake", "case"),
+    [("pixel_corner", "flux_conservation/north"), ("no_aspect", "nearest/coincident")],
+)
+def test_what_rounding_alone_decides_under_a_mistake_does_not_contradict_it(
+    program: Path, mistake: str, case: str, tmp_path: Path
+) -> None:
+    (one,) = measuring.evidence_of(switched(program, mistake), tmp_path, (case,))[measuring.STAGED]
+    (way,) = MISTAKES[mistake].ways
+
+    tally = trial(one, way)
+
+    assert tally is not None
+    assert tally.fits
+    assert tally.judged > 0.7 * one.wrong.size
+
+
+def test_a_failing_case_that_says_nothing_under_the_right_mistake_does_not_take_its_name(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = ("clipping/sphere_depth", "parallel_rays/flat", "walls/far", "clipping/sphere_shell", "primitives/plane")
+    (way,) = MISTAKES["far_ignored"].ways
+    asked = Hypothesis(mistakes=("far_ignored",), parameters={}, way=way)
+    monkeypatch.setattr(searching, "singles", lambda _: [asked])
+
+    for evidence in measuring.evidence_of(switched(program, "far_ignored"), tmp_path, names).values():
+        flat = next(one for one in evidence if one.case == "parallel_rays/flat")
+        tally = trial(flat, way)
+
+        assert flat.failed
+        assert tally is not None
+        assert (tally.fits, tally.agree) == (True, 0), "else it says something"
+        assert [one.hypothesis for one in searching.search(evidence, pairs=False).found] == [asked]
 
 
 def shown(one: Evidence, dark: np.ndarray) -> Evidence:
