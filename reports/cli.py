@@ -35,6 +35,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Write a starter for a formula of your own, with its slot's contract in it.",
     ),
     "report": ("rayproof.reports.commands.report:report", "Publish a results folder again, without rendering."),
+    "view": ("rayproof.reports.commands.view:view", "Show any two images in the report's viewer."),
     "list": (
         "rayproof.reports.commands.list:catalogue",
         "List cases, formulas, references, metrics, laws or mistakes.",

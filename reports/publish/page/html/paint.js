@@ -4,7 +4,7 @@
   "use strict";
 
   const SIGNED = new Set(["ray", "normal"]);
-  const LIGHT = new Set(["irradiance", "exitance", "radiance"]);
+  const LIGHT = new Set(["irradiance", "exitance", "radiance", "colour"]);
   rayproof.hasExposure = (stage) => LIGHT.has(stage);
 
   // What both images are shown by, taken from the reference (or ours where there is none).
