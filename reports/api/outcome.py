@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 GOOD = ("pass", "warn")
 MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
@@ -87,7 +88,7 @@ class CaseResult(_NoTruth):
     """One case of a run: its verdict, its checks, and its images with their limits."""
 
     folder: Path
-    record: Mapping[str, Any] = field(repr=False)
+    record: CaseRecord = field(repr=False)
 
     @property
     def name(self) -> str:
@@ -135,7 +136,7 @@ class CaseResult(_NoTruth):
         """
         (wanted,) = image_stages([stage])
         name = self._known(renderer)
-        renders, notes = kept_images(self.folder, dict(self.record), only=[name])
+        renders, notes = kept_images(self.folder, self.record, only=[name])
         if wanted not in renders.get(name, {}):
             why = f": {notes[0]}" if notes else ""
             raise LookupError(f"{self.name} kept no image of {stage} by {name}{why}")
@@ -173,7 +174,7 @@ class Run(_NoTruth):
     """A finished run: what was covered, the verdict, what failed and why, and every case's images."""
 
     folder: Path  # results and report; `index.html` opens in a browser
-    record: Mapping[str, Any] = field(repr=False)  # results.json, as docs/results.md describes it
+    record: RunRecord = field(repr=False)  # results.json, as docs/results.md describes it
     code: int  # the exit code that `rayproof run` had
 
     @property
@@ -185,8 +186,9 @@ class Run(_NoTruth):
     def counts(self) -> Mapping[str, int]:
         """Return how many cases were planned, measured and unsupported, and how many ended in each verdict."""
         summary = self.record["summary"]
-        measured = sum(summary.get(outcome.value, 0) for outcome in MEASURED)
-        return MappingProxyType({"planned": summary["planned"], "measured": measured, **summary})
+        counted = cast("dict[str, int]", summary)
+        measured = sum(counted.get(outcome.value, 0) for outcome in MEASURED)
+        return MappingProxyType({"planned": counted["planned"], "measured": measured, **counted})
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -254,7 +256,7 @@ def legible_lines(lines: Sequence[str]) -> str:
 
 def loaded(folder: Path, code: int) -> Run:
     """Return the run whose results are in a folder; raise OSError or ValueError if they cannot be read."""
-    return Run(folder=folder, record=MappingProxyType(load_results(folder)), code=code)
+    return Run(folder=folder, record=cast(RunRecord, MappingProxyType(load_results(folder))), code=code)
 
 
 @dataclass(frozen=True, kw_only=True)

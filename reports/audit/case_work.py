@@ -16,6 +16,7 @@ from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.paths.verdict import sentence
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import ConsistencyRecord
 from rayproof.reports.run.messages import ReferenceTask, TracerTask
 from rayproof.reports.run.tasks import handlers
 
@@ -80,7 +81,7 @@ def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness]
             fault=fault.name,
             case=case.name,
             outcome=Outcome.FAIL,
-            stage=Stage(differing["stage"]),
+            stage=Stage(str(differing["stage"])),
             item=None,
             blamed="tracer",
             reason=sentence(differing),
@@ -89,7 +90,7 @@ def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness]
     return _sighting(fault.name, case, judged, looks)
 
 
-def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Candidate, dict[str, Any] | None]:
+def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Candidate, ConsistencyRecord | None]:
     """Return what the tracer answers with one of its paths spoilt, and the first of its routes that differs."""
     task = TracerTask(scene=case.scene, configuration=fault.precision, samples=1, routes=fault.routes)
     with FAULTS[fault.name]():

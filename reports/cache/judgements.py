@@ -18,6 +18,7 @@ from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.cache.entries import DamagedEntryError
 from rayproof.reports.cache.store import Entry, Store
 from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.results.records import CaseRecord
 
 # What asks references, judges, and writes a record with its files; the tracer's code is told by its answers.
 CODE = (
@@ -35,7 +36,7 @@ LEVEL = 1  # of zlib: a record is read back as often as it is written
 class Judgement:
     """A case's record and the files that belong to it, by their paths in the results folder."""
 
-    record: dict[str, Any]
+    record: CaseRecord
     files: Mapping[str, bytes]
 
     def write(self, folder: Path) -> None:
@@ -92,7 +93,7 @@ def _judgement(entry: Entry) -> Judgement:
     return Judgement(record=record, files=files)
 
 
-def keep(store: Store, key: str, folder: Path, record: Mapping[str, Any]) -> None:
+def keep(store: Store, key: str, folder: Path, record: CaseRecord) -> None:
     """Keep a record with its files; a store that cannot be written keeps nothing, and nothing depends on it."""
     names = [record["scene"], record.get("pixels"), *(render.get("image") for render in record["renders"])]
     arrays = {RECORD: _packed(json.dumps(record).encode())}
@@ -116,7 +117,7 @@ def _packed(data: bytes) -> np.ndarray:
     return np.frombuffer(zlib.compress(data, LEVEL), dtype=np.uint8)
 
 
-def _about(record: Mapping[str, Any]) -> dict[str, Any]:
+def _about(record: CaseRecord) -> dict[str, Any]:
     """Return what a listing tells of an entry."""
     return {
         "kind": "judgement",

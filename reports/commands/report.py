@@ -5,6 +5,7 @@ from typing import Any
 
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.results.records import RunRecord
 
 FEW = 12  # names in a line
 MOST = 40  # rows of a table in the terminal; the page and the JSON have all
@@ -68,7 +69,7 @@ def report(
     return 0
 
 
-def look(folder: Path, results: dict[str, Any], pictures: Path | None, case: str | None, *, figures: bool) -> None:
+def look(folder: Path, results: RunRecord, pictures: Path | None, case: str | None, *, figures: bool) -> None:
     """Open a published report in Chromium, to take pictures of it or to time it."""
     from rayproof.reports.publish.browser.chromium import missing
     from rayproof.reports.publish.browser.figures import figures as measured
@@ -86,7 +87,7 @@ def look(folder: Path, results: dict[str, Any], pictures: Path | None, case: str
         show_table(str(folder), ["", "folder", "single file"], measured(folder, results))
 
 
-def write_one_file(folder: Path, results: dict[str, Any] | None = None, *, asked: bool) -> None:
+def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: bool) -> None:
     """Write the report of a published results folder as one file, and say where and how large it is.
 
     An earlier one is written anew though nobody `asked`: it would tell of another run.

@@ -4,7 +4,7 @@ An item is out only by a check that passes and that every known mistake of the i
 failed. Of a case that no mistake was asked about, for its size or for lack of time, only the stages that pass speak.
 """
 
-from collections.abc import Iterable, Mapping, MutableMapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,6 +19,7 @@ from rayproof.reports.diagnosis.search import Clock
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence
 from rayproof.reports.judge.verdict.blame import candidates
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord
 
 PASSING = 4  # passing cases that are asked, those of the most shapes, lights and matrices
 LEAST_PARAMETER = 0.01  # relative: an exponent or a factor that is off by less would be called a rounding
@@ -33,7 +34,7 @@ class Blamed:
     excluded: Mapping[str, str] = field(default_factory=dict)
 
 
-def passing(case: Mapping[str, Any], configuration: str) -> frozenset[Stage]:
+def passing(case: CaseRecord, configuration: str) -> frozenset[Stage]:
     """Return the stages at which every check of a configuration passes."""
     verdicts: dict[str, set[str]] = {}
     for check in case.get("checks", []):
@@ -43,7 +44,7 @@ def passing(case: Mapping[str, Any], configuration: str) -> frozenset[Stage]:
     return frozenset(stage for stage in Stage if (told := verdicts.get(stage.value, set())) & GOOD and told <= quiet)
 
 
-def guilty(case: Mapping[str, Any]) -> str | None:
+def guilty(case: CaseRecord) -> str | None:
     """Return the configuration that fails at the stage blamed, or None."""
     return next(
         (
@@ -55,7 +56,7 @@ def guilty(case: Mapping[str, Any]) -> str | None:
     )
 
 
-def by_stages(case: Mapping[str, Any], *, ran: bool) -> Blamed | None:
+def by_stages(case: CaseRecord, *, ran: bool) -> Blamed | None:
     """Return what the stages of one case leave; None where it does not fail at a stage.
 
     `ran` says that the configuration's own list of items is known, as the tracer's is.
@@ -75,8 +76,8 @@ Check = tuple[str, Stage]  # a case and a stage that passes there
 
 
 def narrowed(
-    cases: Sequence[tuple[Mapping[str, Any], Evidence, Blamed]],
-    others: Iterable[tuple[Mapping[str, Any], Evidence]],
+    cases: Sequence[tuple[CaseRecord, Evidence, Blamed]],
+    others: Iterable[tuple[CaseRecord, Evidence]],
     configuration: str,
     *,
     seconds: float,
@@ -213,8 +214,8 @@ def _richness(scene: Scene) -> int:
 
 
 def _one_of_each_kind_first(
-    cases: Sequence[tuple[Mapping[str, Any], Evidence, Blamed]],
-) -> list[tuple[Mapping[str, Any], Evidence, Blamed]]:
+    cases: Sequence[tuple[CaseRecord, Evidence, Blamed]],
+) -> list[tuple[CaseRecord, Evidence, Blamed]]:
     """Return the cases so that those of another stage or other shapes come first."""
     seen: dict[tuple[Any, ...], int] = {}
     places = []
@@ -225,7 +226,7 @@ def _one_of_each_kind_first(
     return [cases[index] for index in sorted(range(len(cases)), key=lambda index: (places[index], index))]
 
 
-def put(record: MutableMapping[str, Any], blamed: Blamed) -> None:
+def put(record: CaseRecord, blamed: Blamed) -> None:
     """Write what may be to blame into a case's record: its `item` is one only if nothing else is left."""
     record["blamed_items"] = list(blamed.items)
     record["excluded"] = dict(blamed.excluded)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from rayproof.reports.diagnosis.trial import Evidence, undecided
 from rayproof.reports.results.float_codec import inflated
 from rayproof.reports.results.images import inside, kept_images
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, CauseRecord, RunRecord
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.VISIBILITY)]
 LARGEST = 2000  # faces: of a larger mesh nearly every pixel is an edge, and edges prove nothing
@@ -26,7 +27,7 @@ FOR_BLAME = 4.0  # s of processor time that the search for a cause leaves
 MOST_OTHERS = 30  # cases beyond the run that are asked whether they tell two mistakes apart
 
 
-def diagnose(folder: Path, results: Mapping[str, Any], *, seconds: float) -> list[dict[str, Any]]:
+def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseRecord]:
     """Return the causes of a run's failures as `diagnosis` of results.json; none where nothing failed by its pixels.
 
     What is blamed in the cases is narrowed to what a cause or the known mistakes leave of it.
@@ -48,16 +49,16 @@ def diagnose(folder: Path, results: Mapping[str, Any], *, seconds: float) -> lis
     if len({tuple(sorted(one.hypothesis.mistakes)) for one in searched.found}) > 1:
         others = _others(set(evidence), failing[0].stages, oracle)
     failed = sum(_verdict(case, configuration) == Outcome.FAIL.value for case in results["cases"])
-    causes = entries(searched, failing, others, of=failed)
+    causes = cast("list[CauseRecord]", entries(searched, failing, others, of=failed))
     narrow(results, evidence, configuration, causes, seconds=max(FOR_BLAME, seconds - clock.spent))
     return causes
 
 
 def narrow(
-    results: Mapping[str, Any],
+    results: RunRecord,
     evidence: Mapping[str, Evidence],
     configuration: str,
-    causes: list[dict[str, Any]],
+    causes: list[CauseRecord],
     *,
     seconds: float,
 ) -> None:
@@ -91,7 +92,7 @@ def narrow(
             cause["sentence"] = f"{cause['sentence']} {what_is_left(asked)}".rstrip()
 
 
-def _worst(results: Mapping[str, Any]) -> tuple[str | None, str]:
+def _worst(results: RunRecord) -> tuple[str | None, str]:
     """Return the renderer under test whose checks fail most, as its images and as its checks name it."""
     count: dict[str, int] = {}
     for case in results["cases"]:
@@ -108,7 +109,7 @@ def _worst(results: Mapping[str, Any]) -> tuple[str | None, str]:
     return None, ""
 
 
-def _verdict(case: Mapping[str, Any], configuration: str) -> str | None:
+def _verdict(case: CaseRecord, configuration: str) -> str | None:
     """Return whether a renderer fails in a case or passes; None where neither is known."""
     verdicts = {check["verdict"] for check in case.get("checks", []) if check.get("configuration") == configuration}
     if Outcome.FAIL.value in verdicts:
@@ -119,9 +120,7 @@ def _verdict(case: Mapping[str, Any], configuration: str) -> str | None:
     )
 
 
-def _evidence(
-    folder: Path, case: Mapping[str, Any], renderer: str, configuration: str, oracle: Analytic
-) -> Evidence | None:
+def _evidence(folder: Path, case: CaseRecord, renderer: str, configuration: str, oracle: Analytic) -> Evidence | None:
     verdict, path = _verdict(case, configuration), case.get("scene")
     if verdict is None or not isinstance(path, str) or not inside(folder, path):
         return None
@@ -133,7 +132,7 @@ def _evidence(
         return None
 
     def images() -> dict[Stage, np.ndarray]:
-        found, _ = kept_images(folder, dict(case), only=[renderer])
+        found, _ = kept_images(folder, case, only=[renderer])
         return {
             stage: np.asarray(image, dtype=np.float64)
             for stage, image in found.get(renderer, {}).items()
@@ -155,7 +154,7 @@ def faces(scene: Scene) -> int:
     return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
 
 
-def _mask(case: Mapping[str, Any], configuration: str) -> np.ndarray | None:
+def _mask(case: CaseRecord, configuration: str) -> np.ndarray | None:
     """Return the pixels that the judge left undecided, as the record has them; None where it has not."""
     kept = case.get("masks")
     if not isinstance(kept, Mapping) or kept.get("configuration") != configuration:

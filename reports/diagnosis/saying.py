@@ -1,12 +1,13 @@
 """What a search came to, as results.json has it and in sentences: one entry a cause, with all that fits as well."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.search import Found, Searched
 from rayproof.reports.diagnosis.trial import Evidence, differ, trial
 from rayproof.reports.results.item_titles import TITLES
+from rayproof.reports.results.records import CaseRecord
 
 FEW = 4  # items that are told by name
 
@@ -110,7 +111,7 @@ def _sentence(
     return f"{said}."
 
 
-def what_is_left(cases: Sequence[Mapping[str, Any]]) -> str:
+def what_is_left(cases: Sequence[CaseRecord]) -> str:
     """Return in a sentence which items the cases that nothing explains leave, and which are excluded in all of them."""
     told = [case for case in cases if case.get("blamed_items")]
     if not told:

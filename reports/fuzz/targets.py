@@ -13,6 +13,7 @@ import numpy as np
 from rayproof.cases.scene import Camera, PointLight, Scene, SceneError, Sphere
 from rayproof.cases.scene_json import load_scene, scene_to_json
 from rayproof.cases.stages import Stage
+from rayproof.reports.results.records import RunRecord
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,17 +203,16 @@ def capabilities() -> Target:
     )
 
 
-def _results() -> dict[str, Any]:
-    from rayproof.reports.results.document_shape import LEDGER
-    from rayproof.reports.results.outcomes import Outcome
+def _results() -> RunRecord:
+    from rayproof.reports.results.outcomes import LEDGER, Outcome
 
     measured = {
         "worst_ratio": 2.0,
         "worst_error": 1e-3,
         "limit": 5e-4,
         "pixel": [1, 2],
-        "ours": 1,
-        "theirs": 2,
+        "ours": [1.0],
+        "theirs": [2.0],
         "interior": 9,
     }
     check = {
@@ -268,7 +268,7 @@ def _results() -> dict[str, Any]:
         },
     }
     ledger = dict.fromkeys(LEDGER, 0) | {"planned": 1, Outcome.FAIL.value: 1}
-    return {
+    results: Any = {
         "schema": 2,
         "rayproof": "0.1",
         "command": "rayproof run",
@@ -299,6 +299,7 @@ def _results() -> dict[str, Any]:
             "cases": {"a/b": {"points": [], "error_steps": [], "time_steps": []}},
         },
     }
+    return results
 
 
 def results() -> Target:
@@ -323,7 +324,7 @@ def journal() -> Target:
     with tempfile.TemporaryDirectory() as folder:
         with Journal(Path(folder), resume=False) as written:
             for number in range(3):
-                written.append(f"key{number}", {"name": f"a/{number}", "verdict": "pass", "checks": []})
+                written.append(f"key{number}", {"name": f"a/{number}", "family": "a", "verdict": "pass", "checks": []})
         seed = Path(folder, NAME).read_bytes()
 
     def read(path: Path) -> Any:

@@ -8,12 +8,13 @@ from typing import Any
 from rayproof.reports.gate.against import GOOD
 from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
 from rayproof.reports.gate.gating import figures
+from rayproof.reports.results.records import RunRecord
 
 SLACK = 0.1  # of error and of wrong pixels, either way: what another processor's roundings may change
 
 
 def accepted(
-    results: Mapping[str, Any],
+    results: RunRecord,
     known: Sequence[Expectation],
     *,
     reason: str,
@@ -49,7 +50,7 @@ def accepted(
     return (*known, *new), len(new)
 
 
-def pruned(results: Mapping[str, Any], known: Sequence[Expectation]) -> tuple[tuple[Expectation, ...], list[str]]:
+def pruned(results: RunRecord, known: Sequence[Expectation]) -> tuple[tuple[Expectation, ...], list[str]]:
     """Return the entries without those whose checks pass, others narrowed to what is there, and what was done.
 
     It only shrinks: no entry is added, and none becomes wider. Entries about cases that were not run stay as they are.

@@ -12,6 +12,7 @@ from typing import Any
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CheckRecord, RunRecord
 
 SCHEMA = 1
 # A crash, or a check of which nothing came, is no known failure: it shows nothing.
@@ -45,12 +46,12 @@ class Expectation:
         """Say whether it is about a case."""
         return fnmatchcase(name, self.case)
 
-    def about(self, case: str, check: Mapping[str, Any]) -> bool:
+    def about(self, case: str, check: CheckRecord) -> bool:
         """Say whether it is about a check of a case."""
         named = ((check[key], getattr(self, key)) for key in ("configuration", "reference", "stage"))
         return self.about_case(case) and all(fnmatchcase(str(value), pattern) for value, pattern in named)
 
-    def holds_for(self, results: Mapping[str, Any]) -> bool:
+    def holds_for(self, results: RunRecord) -> bool:
         """Say whether its conditions are those of a run."""
         known = {**results.get("environment", {}), SUBJECT: results.get(SUBJECT, "tracer")}
         return all(fnmatchcase(str(known.get(key, "")), pattern) for key, pattern in self.when.items())

@@ -1,15 +1,16 @@
 """Hold a finished run against what is expected of it."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import date
-from typing import Any
+from typing import cast
 
 from rayproof.reports.gate.against import GOOD, Base, standing
 from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
 from rayproof.reports.results.headline import blamed_items
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, CheckRecord, GateRecord, RunRecord
 
 MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
 
@@ -49,9 +50,9 @@ class Gate:
         parts += self.uncovered
         return f"The gate {self.file} is {'shut' if self.red else 'open'}: {', '.join(parts)}."
 
-    def record(self) -> dict[str, Any]:
+    def record(self) -> GateRecord:
         """Return it as results.json has it."""
-        return {"sentence": self.sentence, "red": self.red, **asdict(self)}
+        return cast(GateRecord, {"sentence": self.sentence, "red": self.red, **asdict(self)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +74,7 @@ class Demanded:
         return self.lets_through or self.least_coverage is not None
 
 
-def held(results: Mapping[str, Any], demanded: Demanded, *, today: date | None = None) -> Gate:
+def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -> Gate:
     """Return what a run's record (`results.json`) comes to before what is demanded of it."""
     file, expected = demanded.expected or ("", ())
     names = [file] if demanded.expected else []
@@ -97,15 +98,16 @@ def held(results: Mapping[str, Any], demanded: Demanded, *, today: date | None =
     return found
 
 
-def coverage(results: Mapping[str, Any]) -> tuple[float, str]:
+def coverage(results: RunRecord) -> tuple[float, str]:
     """Return the share [%] of the planned checks that were measured (0 where none was planned), and it in words."""
-    planned = int(results["checks"]["planned"])
-    measured = sum(int(results["checks"].get(one.value, 0)) for one in MEASURED)
+    counted = cast("dict[str, int]", results["checks"])
+    planned = counted["planned"]
+    measured = sum(counted.get(one.value, 0) for one in MEASURED)
     share = 100 * measured / planned if planned else 0.0
     return share, f"{measured} of {planned} checks ({share:.1f} %) were measured"
 
 
-def gate(results: Mapping[str, Any], expected: Sequence[Expectation], *, file: str, today: date | None = None) -> Gate:
+def gate(results: RunRecord, expected: Sequence[Expectation], *, file: str, today: date | None = None) -> Gate:
     """Return what a run's record (`results.json`) comes to before expectations.
 
     Only entries about planned cases count, so that the shards of a suite can share a file.
@@ -132,13 +134,13 @@ def gate(results: Mapping[str, Any], expected: Sequence[Expectation], *, file: s
     return found
 
 
-def _hold_the_whole(results: Mapping[str, Any], found: Gate) -> None:
+def _hold_the_whole(results: RunRecord, found: Gate) -> None:
     found.regressions += [f"the whole run: {sentence}" for sentence in results.get("wrong_factors", [])]
     if not results.get("finished", False):
         found.regressions.append("the whole run: it is not finished, so that not all is known")
 
 
-def _hold_case(case: Mapping[str, Any], valid: Sequence[Expectation], met: dict[int, list[str]], found: Gate) -> None:
+def _hold_case(case: CaseRecord, valid: Sequence[Expectation], met: dict[int, list[str]], found: Gate) -> None:
     """Hold the checks of one case against the entries about them."""
     bad = expected = 0
     for check in case["checks"]:
@@ -173,7 +175,7 @@ def _hold_case(case: Mapping[str, Any], valid: Sequence[Expectation], met: dict[
         found.cases.append(case["name"])
 
 
-def _objection(case: Mapping[str, Any], check: Mapping[str, Any], entry: Expectation) -> tuple[str, str] | None:
+def _objection(case: CaseRecord, check: CheckRecord, entry: Expectation) -> tuple[str, str] | None:
     """Return what a check that fails has against an entry, or None if it fails as the entry says."""
     ratio, wrong = figures(check)
     if check["verdict"] not in EXPECTABLE or math.isnan(ratio) or any(_not_finite(check)):
@@ -190,12 +192,12 @@ def _objection(case: Mapping[str, Any], check: Mapping[str, Any], entry: Expecta
     return None
 
 
-def figures(check: Mapping[str, Any]) -> tuple[float, int]:
+def figures(check: CheckRecord) -> tuple[float, int]:
     """Return a check's worst error over its limit, and how many pixels are over it."""
     return float(check.get("ratio") or 0.0), int((check.get("examined") or {}).get("wrong", 0))
 
 
-def _not_finite(check: Mapping[str, Any]) -> Iterator[bool]:
+def _not_finite(check: CheckRecord) -> Iterator[bool]:
     """Yield of each value that the check shows of the one under test whether it is NaN or infinite."""
     for key in ("end_to_end", "continued"):
         for value in (check.get(key) or {}).get("ours") or ():

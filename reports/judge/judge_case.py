@@ -1,7 +1,6 @@
 """Judging a case: every candidate before every witness at every stage, then who is wrong, then a verdict."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from rayproof.reports.judge.tolerance.pair_limits import Terms
 from rayproof.reports.judge.tolerance.scene_context import Ground, ground
 from rayproof.reports.judge.verdict.case_verdict import Judged, sum_up
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import ExpectationRecord
 
 
 def judge_case(
@@ -69,7 +69,7 @@ def judge_case(
     witnesses = [without(witness, misshapen[witness.name]) for witness in witnesses]
 
     checks: list[Check] = []
-    expectations: list[dict[str, Any]] = []
+    expectations: list[ExpectationRecord] = []
     sparse: list[str] = []
     crowds: set[str] = set()
     beyond: dict[str, Excess] = {}

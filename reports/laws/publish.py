@@ -24,6 +24,7 @@ from rayproof.reports.results.document import save_results
 from rayproof.reports.results.exr import write_answers
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, CheckRecord, MeasurementRecord, RenderRecord
 from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.reproducing import write_scene
 
@@ -79,7 +80,7 @@ def _faults(configuration: str, request: LawsRequest) -> tuple[str, ...]:
     return Configuration.parse(configuration).faults
 
 
-def _record(folder: Path, pair: Pair, reports: Sequence[LawReport], request: LawsRequest) -> dict[str, Any]:
+def _record(folder: Path, pair: Pair, reports: Sequence[LawReport], request: LawsRequest) -> CaseRecord:
     """Return the record of one law on one case, as docs/results.md describes a case's."""
     about = LAWS.about(pair.law)
     name = f"{pair.law}/{pair.case.name.replace('/', '.')}"
@@ -131,14 +132,14 @@ def _record(folder: Path, pair: Pair, reports: Sequence[LawReport], request: Law
     }
 
 
-def _reason(reports: Sequence[LawReport], broken: dict[str, Any] | None) -> str:
+def _reason(reports: Sequence[LawReport], broken: CheckRecord | None) -> str:
     if broken is not None:
         return str(broken["reason"])
     said = [one.error or one.unsupported for one in reports if one.error or one.unsupported]
     return str(said[0]) if said else ""
 
 
-def _checks(report: LawReport) -> list[dict[str, Any]]:
+def _checks(report: LawReport) -> list[CheckRecord]:
     """Return a check for each stage: the worst of its relations."""
     if report.error is not None or not any(one.examined for one in report.judged):
         why = report.error or report.unsupported or "The law has nothing to say of this scene."
@@ -154,8 +155,8 @@ def _checks(report: LawReport) -> list[dict[str, Any]]:
     return found
 
 
-def _check(report: LawReport, stage: str, outcome: Outcome, why: str, judged: Judged | None) -> dict[str, Any]:
-    measurement = None
+def _check(report: LawReport, stage: str, outcome: Outcome, why: str, judged: Judged | None) -> CheckRecord:
+    measurement: MeasurementRecord | None = None
     if judged is not None:
         measurement = {
             "worst_ratio": judged.worst,
@@ -180,7 +181,7 @@ def _check(report: LawReport, stage: str, outcome: Outcome, why: str, judged: Ju
     }
 
 
-def _renders(folder: Path, name: str, reports: Sequence[LawReport], request: LawsRequest) -> list[dict[str, Any]]:
+def _renders(folder: Path, name: str, reports: Sequence[LawReport], request: LawsRequest) -> list[RenderRecord]:
     """Write the images of the subject and what the law says of them; return the record's renders."""
     found = []
     # Of numbers that are no stage's image, such as a matrix or one pixel's sum, there is nothing to show.

@@ -19,6 +19,7 @@ from rayproof.reports.paths.routes import ONE_LOOP, PIPELINED, ROUTES, SIDE, WHO
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.json_numbers import number
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import backend
 from rayproof.tracer.paths import FRAMES, NUMBERS, PATHS, STAGES, Rendering
@@ -128,7 +129,7 @@ def _killed(faults: Iterable[Mapping[str, Any]], named: Collection[str]) -> dict
     }
 
 
-def _worst(cases: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, float]]:
+def _worst(cases: Iterable[CaseRecord]) -> dict[str, dict[str, float]]:
     """Return route -> case -> the largest error over its limit that a run found; '' is the judged route.
 
     Cases that did not pass speak of no path: somebody has to look at them.

@@ -9,7 +9,7 @@ answer is judged with it; nobody is adjudicated, since every reference would sid
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.comparison.box_filter import box_mean, finer
+from rayproof.reports.results.records import ConsistencyRecord
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.paths import STAGES, Rendering
@@ -240,7 +241,7 @@ ROUTES: Mapping[str, Route] = {
 }
 
 
-def compare(route: str, scene: Scene, configuration: Configuration, answers: Answers) -> dict[str, Any]:
+def compare(route: str, scene: Scene, configuration: Configuration, answers: Answers) -> ConsistencyRecord:
     """Return what `consistency` of a record says of one route: the first stage that differs by more than its limit.
 
     `worst` is the largest difference as a multiple of the limit; where no bit may differ, 0 or inf. `differ` counts
@@ -258,7 +259,8 @@ def compare(route: str, scene: Scene, configuration: Configuration, answers: Ans
             row, column = (int(at) for at in np.unravel_index(int(ratio.argmax()), ratio.shape))
             first = {"stage": one.stage.value, "differ": int(beyond.sum()), "pixel": [column, row]}
     failed = {"stage": None, "differ": 0, "pixel": None} if first is None else first
-    return entry | {"pixels": pixels, "worst": worst, "verdict": "pass" if first is None else "fail"} | failed
+    found = {"pixels": pixels, "worst": worst, "verdict": "pass" if first is None else "fail"}
+    return cast(ConsistencyRecord, entry | found | failed)
 
 
 def _ratios(one: Compared) -> np.ndarray:

@@ -1,26 +1,26 @@
 """What routes that differ mean for a case: it fails, at the first stage that differs."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, ConsistencyRecord
 
 # A failure, an error and a suspicion stand: they were found by those who know what is right.
 STANDS = (Outcome.FAIL, Outcome.ERROR, Outcome.REFERENCE_SUSPECT)
 
 
-def held_together(record: dict[str, Any], consistency: Sequence[dict[str, Any]]) -> None:
+def held_together(record: CaseRecord, consistency: Sequence[ConsistencyRecord]) -> None:
     """Put into a case's record how its routes compare; one that differs fails the case."""
     record["consistency"] = list(consistency)
     failed = [entry for entry in consistency if entry["verdict"] == Outcome.FAIL]
     if failed and Outcome(record["verdict"]) not in STANDS:
         first = failed[0]
-        record |= {"verdict": Outcome.FAIL.value, "stage": first["stage"], "item": None, "reason": sentence(first)}
+        record.update({"verdict": Outcome.FAIL.value, "stage": first["stage"], "item": None, "reason": sentence(first)})
 
 
-def sentence(entry: dict[str, Any]) -> str:
+def sentence(entry: ConsistencyRecord) -> str:
     """Return in words where a route differs."""
-    column, row = entry["pixel"]
+    column, row = entry["pixel"] or (0, 0)
     return (
         f"{entry['configuration']} by {entry['path']}: {entry['stage']} differs from {entry['with']} in "
         f"{entry['differ']} pixels, most in ({column}, {row}); {entry['how']}"
@@ -36,7 +36,7 @@ def together(paths: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, list[str
     return {name: sorted(routes) for name, routes in sorted(found.items())}
 
 
-def paths_of(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
+def paths_of(records: Iterable[CaseRecord]) -> dict[str, dict[str, int]]:
     """Return path -> how many cases of a run took it, and in how many its answer was compared with another."""
     found: dict[str, dict[str, int]] = {}
     for record in records:

@@ -8,16 +8,16 @@ It reads `results` (see docs/results.md) and what lies below `folder`, writes be
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from rayproof.cases.registry import Registry
+from rayproof.reports.results.records import RunRecord
 
-Publisher = Callable[[Path, dict[str, Any]], list[Path]]
+Publisher = Callable[[Path, RunRecord], list[Path]]
 
 PUBLISHERS: Registry[Publisher] = Registry("publisher", package="rayproof.reports.publish")
 
 
-def publish_all(folder: Path, results: dict[str, Any] | None = None) -> list[Path]:
+def publish_all(folder: Path, results: RunRecord | None = None) -> list[Path]:
     """Write every publication of the results folder anew and return the paths written.
 
     `results` are what `load_results` gave, where that was asked already: reading them takes as long as most publishers.

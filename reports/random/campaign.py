@@ -1,6 +1,6 @@
 """`rayproof run random`: batches of random scenes through an ordinary run, and what their verdicts were worth."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.plan import DEFAULTS
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.suite import FAILED, INTERRUPTED
@@ -53,7 +54,7 @@ class Tally:
         for case in results["cases"]:
             self._add(case)
 
-    def _add(self, case: Mapping[str, Any]) -> None:
+    def _add(self, case: CaseRecord) -> None:
         name = case["name"]
         self.scenes.append(name)
         certified = case.get("certified")

@@ -4,7 +4,9 @@ Tens of thousands of checks share a few hundred derivations, and a third of a me
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
+
+from rayproof.reports.results.records import MeasurementRecord, RunRecord
 
 TABLE = "derivations"
 MEASUREMENTS = ("end_to_end", "continued")
@@ -15,7 +17,7 @@ COUNTS = (
 )  # fmt: skip
 
 
-def compact(results: Mapping[str, Any]) -> dict[str, Any]:
+def compact(results: RunRecord) -> RunRecord:
     """Return `results` as they are written; nothing is changed."""
     places: dict[str, int] = {}
     cases = [
@@ -25,7 +27,7 @@ def compact(results: Mapping[str, Any]) -> dict[str, Any]:
         for case in results["cases"]
     ]
     rest = {key: value for key, value in results.items() if key not in ("cases", TABLE)}
-    return {**rest, TABLE: list(places), "cases": cases}
+    return cast(RunRecord, {**rest, TABLE: list(places), "cases": cases})
 
 
 def compact_case(record: Mapping[str, Any]) -> dict[str, Any]:
@@ -35,15 +37,14 @@ def compact_case(record: Mapping[str, Any]) -> dict[str, Any]:
     return {**record, "checks": checks, TABLE: list(places)}
 
 
-def expand(results: dict[str, Any]) -> None:
+def expand(results: RunRecord) -> None:
     """Put back what `compact` left out, in place; results that leave nothing out stay as they are."""
     table = results.pop(TABLE, None)
     for case in results["cases"]:
         for check in case.get("checks", []):
             place = check.get("because")
             if isinstance(place, int) and not isinstance(place, bool):
-                known = isinstance(table, list) and 0 <= place < len(table)
-                check["because"] = str(table[place]) if known else ""
+                check["because"] = str(table[place]) if table and 0 <= place < len(table) else ""
             check.setdefault("reason", "")
             for name in MEASUREMENTS:
                 measured = check.setdefault(name, None)
@@ -78,7 +79,7 @@ def _terse(measured: Mapping[str, Any]) -> dict[str, Any]:
     return left
 
 
-def _complete(measured: dict[str, Any]) -> None:
+def _complete(measured: MeasurementRecord) -> None:
     for name in COUNTS:
         measured.setdefault(name, 0)
     measured.setdefault("worst_inside", measured.get("worst_ratio"))

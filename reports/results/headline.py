@@ -1,17 +1,18 @@
 """The one sentence of a run, and what must be shouted before it."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, cast
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.json_numbers import at_worst, legible, number
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
 THE_USUAL = "tracer"  # the subject that goes without saying
 
 
-def shouts(results: dict[str, Any]) -> list[str]:
+def shouts(results: RunRecord) -> list[str]:
     """Return what no reader may overlook: planted faults, a run cut short, a ledger that does not add up."""
     found = []
     if results.get("faults"):
@@ -27,7 +28,7 @@ def shouts(results: dict[str, Any]) -> list[str]:
     return found
 
 
-def headline(results: dict[str, Any]) -> str:
+def headline(results: RunRecord) -> str:
     """Return the verdict of the run in one sentence, with who was under test if not the tracer, and what is blamed."""
     summary = results["summary"]
     subject = legible(results.get("subject", THE_USUAL))
@@ -42,7 +43,7 @@ def headline(results: dict[str, Any]) -> str:
     shared += f" {legible(results['gate']['sentence'])}" if "gate" in results else ""
     if worst_first == [Outcome.PASS]:
         every = "each passes" if results.get("wrong_factors") else "all pass"
-        return f"{total}: {every}, in {_checks(results['checks'])}.{shared}"
+        return f"{total}: {every}, in {_checks(cast('dict[str, int]', results['checks']))}.{shared}"
     parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
     # In the order of the light path: what goes wrong first is most likely what is wrong.
     order = list(Stage)
@@ -57,14 +58,14 @@ def headline(results: dict[str, Any]) -> str:
     return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "") + shared
 
 
-def causes(results: Mapping[str, Any]) -> list[str]:
+def causes(results: RunRecord) -> list[str]:
     """Return the sentences of the mistakes that explain a run's failures, or the one that none does."""
     told = results.get("diagnosis")
     entries = told if isinstance(told, list | tuple) else []
     return [legible(one["sentence"]) for one in entries if isinstance(one, Mapping) and one.get("sentence")]
 
 
-def cause_of(results: Mapping[str, Any], case: Mapping[str, Any]) -> str:
+def cause_of(results: RunRecord, case: CaseRecord) -> str:
     """Return the sentences of the mistakes that explain a case's failure, or an empty string."""
     told = results.get("diagnosis")
     entries = told if isinstance(told, list | tuple) else []
@@ -78,7 +79,7 @@ def cause_of(results: Mapping[str, Any], case: Mapping[str, Any]) -> str:
     )
 
 
-def _named(results: Mapping[str, Any]) -> bool:
+def _named(results: RunRecord) -> bool:
     """Say whether some mistake is named."""
     told = results.get("diagnosis")
     entries = told if isinstance(told, list | tuple) else []
@@ -97,7 +98,7 @@ def _checks(ledger: Mapping[str, int]) -> str:
     return f"{ledger[Outcome.PASS.value]} of {ledger['planned']} checks ({left})"
 
 
-def no_say(results: Mapping[str, Any]) -> list[str]:
+def no_say(results: RunRecord) -> list[str]:
     """Return in sentences which references of the announced panel answered nothing in some cases, and why."""
     found = []
     for name, cases in _abstained(results).items():
@@ -107,7 +108,7 @@ def no_say(results: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def _abstained(results: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+def _abstained(results: RunRecord) -> dict[str, dict[str, str]]:
     """Return reference to case to why, of a record as far as it can be read."""
     told = results.get("abstained")
     if not isinstance(told, Mapping):
@@ -127,7 +128,7 @@ KINDS = {
 }
 
 
-def examined_line(results: Mapping[str, Any]) -> str | None:
+def examined_line(results: RunRecord) -> str | None:
     """Return what became of all pixels of all checks in one sentence; None where a run's record does not say."""
     ledger = results.get("examined")
     if (
@@ -148,12 +149,12 @@ BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome
 FEW = 4  # items that are told by name
 
 
-def blame(case: Mapping[str, Any]) -> str:
+def blame(case: CaseRecord) -> str:
     """Return the blamed stage of a case and the specification ids that may be to blame, or an empty string."""
     return " ".join(filter(None, (legible(case.get("stage") or ""), blamed_items(case))))
 
 
-def blamed_items(case: Mapping[str, Any]) -> str:
+def blamed_items(case: CaseRecord) -> str:
     """Return the specification ids that may be to blame for a case, in words, or an empty string."""
     told = case.get("blamed_items")
     items = [legible(item) for item in told if item] if isinstance(told, list | tuple) else []
@@ -162,25 +163,25 @@ def blamed_items(case: Mapping[str, Any]) -> str:
     return f"{', '.join(items[:-1])} or {items[-1]}" if len(items) <= FEW else f"one of {len(items)} items"
 
 
-def excluded(case: Mapping[str, Any]) -> str:
+def excluded(case: CaseRecord) -> str:
     """Return which items a case's evidence excludes, and by which checks, in words, or an empty string."""
     told = case.get("excluded")
     pairs = told.items() if isinstance(told, Mapping) else ()
     return ", ".join(f"{legible(item)} (by {legible(check)})" for item, check in pairs)
 
 
-def worst_ratio(case: Mapping[str, Any]) -> float | None:
+def worst_ratio(case: CaseRecord) -> float | None:
     """Return the case's largest error over its limit, NaN counted as largest; None without any."""
     return worst_of(case.get("checks", []))
 
 
-def worst_of(checks: Iterable[Mapping[str, Any]]) -> float | None:
+def worst_of(checks: Iterable[CheckRecord]) -> float | None:
     """Return the largest error over its limit of some checks, NaN counted as largest; None without any."""
     known = [at_worst(ratio) for check in checks if (ratio := number(ratio_of(check))) is not None]
     return max(known, default=None)
 
 
-def ratio_of(check: Mapping[str, Any]) -> Any:
+def ratio_of(check: CheckRecord) -> Any:
     """Return a check's error over its limit as results.json has it: the larger one where it was judged twice.
 
     None where nothing was measured, for which results.json has the ratio 0.
@@ -191,11 +192,11 @@ def ratio_of(check: Mapping[str, Any]) -> Any:
     return check.get("ratio", (check.get("end_to_end") or {}).get("worst_ratio"))
 
 
-def worst_first(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def worst_first(cases: list[CaseRecord]) -> list[CaseRecord]:
     """Return the cases by verdict, then by error over limit, then by name; the worst first."""
     order = [outcome.value for outcome in Outcome]
 
-    def key(case: dict[str, Any]) -> tuple[int, float, str]:
+    def key(case: CaseRecord) -> tuple[int, float, str]:
         ratio = worst_ratio(case)
         return (-order.index(case["verdict"]), -(ratio if ratio is not None else 0.0), case["name"])
 

@@ -2,14 +2,14 @@
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.results.exr import read_answers
 from rayproof.reports.results.image_script import Renders, read_pixels
+from rayproof.reports.results.records import CaseRecord
 
 
 def kept_images(
-    folder: Path, case: dict[str, Any], *, only: Collection[str | None] | None = None
+    folder: Path, case: CaseRecord, *, only: Collection[str | None] | None = None
 ) -> tuple[Renders, list[str]]:
     """Return a case's images by renderer, float32 (height, width, channels), a note for each unreadable.
 

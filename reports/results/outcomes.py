@@ -18,6 +18,9 @@ class Outcome(StrEnum):
     FAIL = "fail"
 
 
+LEDGER = ("planned", *(outcome.value for outcome in Outcome))
+
+
 def worst(outcomes: Iterable[Outcome]) -> Outcome:
     """Return the worst outcome; of nothing, MISSING, since nothing was measured.
 

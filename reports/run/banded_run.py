@@ -4,12 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.case_run import CaseRun
 from rayproof.reports.run.plan import PlannedCase
 
 AT_ONCE = 2  # bands under way, so that renderers work while one is judged
 
-Finished = Callable[[Any, dict[str, Any]], None]
+Finished = Callable[[Any, CaseRecord], None]
+Merging = Callable[[PlannedCase, list[CaseRecord]], CaseRecord]
 
 
 class BandedRun:
@@ -21,13 +23,13 @@ class BandedRun:
         bands: tuple[tuple[int, int], ...],
         *,
         run: Callable[[PlannedCase, Finished], CaseRun],
-        merged: Callable[[PlannedCase, list[dict[str, Any]]], dict[str, Any]],
+        merged: Merging,
         finished: Finished,
     ) -> None:
         self.planned = planned
         self._bands, self._run, self._merged, self._finished = bands, run, merged, finished
         self._started = 0
-        self._records: dict[str, dict[str, Any]] = {}
+        self._records: dict[str, CaseRecord] = {}
 
     @property
     def about(self) -> str:
@@ -44,7 +46,7 @@ class BandedRun:
         self._started += 1
         self._run(band(self.planned, rows), self._one).start()
 
-    def _one(self, run: CaseRun, record: dict[str, Any]) -> None:
+    def _one(self, run: CaseRun, record: CaseRecord) -> None:
         self._records[run.planned.case.name] = record
         if self._started < len(self._bands):
             self._next()

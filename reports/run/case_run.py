@@ -11,6 +11,7 @@ from rayproof.reports.paths.verdict import held_together, together
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, ConsistencyRecord
 from rayproof.reports.run.messages import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record.reproducing import reproduce
@@ -43,7 +44,7 @@ class CaseRun:
         full: bool = False,
         certified: bool = False,
         seconds: float | None = None,
-        finished: Callable[["CaseRun", dict[str, Any]], None],
+        finished: Callable[["CaseRun", CaseRecord], None],
     ) -> None:
         self.planned = planned
         self.versions: dict[str, str] = {}
@@ -57,7 +58,7 @@ class CaseRun:
         self._key: str | None = None
         self._damaged: dict[str, str] = {}  # what is told of references whose kept render was damaged
         self._notes: tuple[str, ...] = ()
-        self._consistency: dict[str, list[dict[str, Any]]] = {}  # by configuration
+        self._consistency: dict[str, list[ConsistencyRecord]] = {}  # by configuration
         self._paths: dict[str, dict[str, list[str]]] = {}  # by configuration: path -> routes
         self._full = full
         self._certified = certified
@@ -209,12 +210,12 @@ class CaseRun:
             self._memory.keep(self._key, self._folder, record)
         self._finish(record)
 
-    def _flawless(self, record: dict[str, Any]) -> bool:
+    def _flawless(self, record: CaseRecord) -> bool:
         """Say whether nothing happened that would not happen again."""
         witnesses = self._witnesses.values()
         return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in witnesses)
 
-    def _recognised(self, record: dict[str, Any]) -> None:
+    def _recognised(self, record: CaseRecord) -> None:
         """Finish with what was found before; only what this run did itself is this run's."""
         record["judge_seconds"] = 0.0
         record["remembered"] = True
@@ -224,7 +225,7 @@ class CaseRun:
             render["cached"] = render["renderer"] not in self._seconds
         self._finish(record)
 
-    def _finish(self, record: dict[str, Any]) -> None:
+    def _finish(self, record: CaseRecord) -> None:
         for render in record["renders"]:
             render["seconds"] = round(self._seconds.get(render["renderer"], 0.0), 4)
         record["paths"] = together(self._paths.values())

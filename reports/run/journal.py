@@ -8,13 +8,13 @@ import base64
 import json
 import os
 import zlib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord
 
 NAME = "journal.jsonl"
 
@@ -33,8 +33,8 @@ class Journal:
         temporary.replace(self.path)
         self._file = self.path.open("a", encoding="utf-8")
 
-    def _read(self) -> dict[str, dict[str, Any]]:
-        found: dict[str, dict[str, Any]] = {}
+    def _read(self) -> dict[str, CaseRecord]:
+        found: dict[str, CaseRecord] = {}
         if not self.path.is_file():
             return found
         settled = _settled(self.path.parent)
@@ -49,7 +49,7 @@ class Journal:
                 continue  # the last line of a killed run; its case is simply done again
         return found
 
-    def finished(self, key: str) -> dict[str, Any] | None:
+    def finished(self, key: str) -> CaseRecord | None:
         """Return the record of a case that was finished under exactly this key, or None.
 
         An error, or a reference that abstained, may have been the machine's or the time limit's fault, so that such a
@@ -59,7 +59,7 @@ class Journal:
         again = record is None or record.get("verdict") == Outcome.ERROR or bool(record.get("abstained"))
         return None if again else record
 
-    def append(self, key: str, record: Mapping[str, Any]) -> None:
+    def append(self, key: str, record: CaseRecord) -> None:
         """Write one finished case and make sure that it reached the disk."""
         self._file.write(_line(key, record))
         self._file.flush()
@@ -84,7 +84,7 @@ def settle(folder: Path, held: Collection[str]) -> None:
     write_text(path, "".join(lines))
 
 
-def _settled(folder: Path) -> dict[str, dict[str, Any]]:
+def _settled(folder: Path) -> dict[str, CaseRecord]:
     """Return results.json's records by the key under which they were found; without the file cases are done again."""
     try:
         return {case["key"]: case for case in load_results(folder)["cases"] if isinstance(case.get("key"), str)}
@@ -92,7 +92,7 @@ def _settled(folder: Path) -> dict[str, dict[str, Any]]:
         return {}
 
 
-def _line(key: str, record: Mapping[str, Any]) -> str:
+def _line(key: str, record: CaseRecord) -> str:
     packed = base64.b64encode(zlib.compress(json.dumps(record).encode())).decode("ascii")
     return (
         json.dumps({"key": key, "name": record.get("name"), "verdict": record.get("verdict"), "record": packed}) + "\n"

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
@@ -11,6 +11,7 @@ from rich.text import Text
 from rayproof.reports.results.headline import blamed_items, ratio_of
 from rayproof.reports.results.json_numbers import at_worst, legible
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, TRACING
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class CaseProgress:
             self._told = now, what
             self._console.print(f"[{self._done}/{self._total}] {text}", soft_wrap=True, highlight=False)
 
-    def finished(self, record: Mapping[str, Any], *, again: bool) -> None:
+    def finished(self, record: CaseRecord, *, again: bool) -> None:
         """Tell of one more finished case; `again` says that it was taken up from an earlier run."""
         self._done += 1
         self._told = time.monotonic(), self._told[1]
@@ -98,11 +99,11 @@ def _in_words(kind: str) -> str:
     return DOING.get(kind) or kind.removeprefix("reference:").removeprefix("subject:")
 
 
-def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Table:
+def worst_first(records: Sequence[CaseRecord], *, most: int = 12) -> Table:
     """Return a table of the worst cases, by verdict and then by how much of a limit they used."""
     order = list(Outcome)
 
-    def badness(record: Mapping[str, Any]) -> tuple[int, float]:
+    def badness(record: CaseRecord) -> tuple[int, float]:
         found = highest(record)
         return order.index(Outcome(record["verdict"])), found[0] if found else 0.0
 
@@ -124,7 +125,7 @@ def worst_first(records: Sequence[Mapping[str, Any]], *, most: int = 12) -> Tabl
     return table
 
 
-def highest(record: Mapping[str, Any]) -> tuple[float, str] | None:
+def highest(record: CaseRecord) -> tuple[float, str] | None:
     """Return a case's largest error over limit and the check where it was met; None where nothing was measured."""
     ratios = [
         (at_worst(ratio), f"{check['configuration']} {check['reference']} {check['stage']}")

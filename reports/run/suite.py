@@ -6,7 +6,6 @@ from contextlib import ExitStack
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
@@ -23,6 +22,7 @@ from rayproof.reports.results.document import save_results
 from rayproof.reports.results.headline import causes, examined_line, no_say
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, exit_code
+from rayproof.reports.results.records import RunRecord
 from rayproof.reports.run.guards import stand_guards
 from rayproof.reports.run.journal import NAME as JOURNAL
 from rayproof.reports.run.journal import settle
@@ -135,7 +135,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     return max(code, FAILED) if silent or results["wrong_factors"] else code
 
 
-def _remember(request: RunRequest, results: dict[str, Any], console: Console) -> list[str]:
+def _remember(request: RunRequest, results: RunRecord, console: Console) -> list[str]:
     """Keep the run in its history, if it has one, and return what became worse; a failure costs no result."""
     if request.history is None:
         return []
@@ -150,7 +150,7 @@ def _remember(request: RunRequest, results: dict[str, Any], console: Console) ->
         return []
 
 
-def _link_calls(folder: Path, results: dict[str, Any]) -> None:
+def _link_calls(folder: Path, results: RunRecord) -> None:
     """Write into each record where its call is kept."""
     for case in results["cases"]:
         told = Path(CALLS, case["name"], TOLD)
@@ -158,7 +158,7 @@ def _link_calls(folder: Path, results: dict[str, Any]) -> None:
             case["call"] = told.as_posix()
 
 
-def _blame(results: dict[str, Any], *, tracer: bool) -> None:
+def _blame(results: RunRecord, *, tracer: bool) -> None:
     """Write into each failing case's record which items its stages leave to blame."""
     from rayproof.reports.diagnosis.blaming import by_stages, put
 
@@ -168,7 +168,7 @@ def _blame(results: dict[str, Any], *, tracer: bool) -> None:
             put(case, blamed)
 
 
-def _diagnose(request: RunRequest, results: dict[str, Any], console: Console) -> None:
+def _diagnose(request: RunRequest, results: RunRecord, console: Console) -> None:
     """Add the causes of the failures to the results, and to the reasons of the cases that they explain.
 
     What goes wrong in looking for a cause costs no result.
@@ -185,7 +185,7 @@ def _diagnose(request: RunRequest, results: dict[str, Any], console: Console) ->
     for cause in causes:
         for record in results["cases"]:
             if record["name"] in cause["cases"]:
-                record["cause"] = [*record.get("cause", []), cause["mistake"]]
+                record["cause"] = [*record.get("cause", []), str(cause["mistake"])]
 
 
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
@@ -219,7 +219,7 @@ def _faults(planned: tuple[PlannedCase, ...]) -> list[str]:
     return sorted({wrong for one in used for wrong in (*one.faults, *one.controls)})
 
 
-def _publish(request: RunRequest, results: dict[str, Any], why: str | None, console: Console) -> None:
+def _publish(request: RunRequest, results: RunRecord, why: str | None, console: Console) -> None:
     """Write results.json and every published form; print the worst cases and where the report is.
 
     `why` says why pictures were left out.

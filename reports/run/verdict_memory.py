@@ -5,12 +5,12 @@ import uuid
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.reports.cache import judgements
 from rayproof.reports.cache.store import Store
 from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.demands import Demands
 
 
@@ -33,7 +33,7 @@ class Memory:
         """Return the question that a case is, given what the subject answered and said of it."""
         return judgements.judgement_key(case, candidates, self._versions, self._demands, notes).digest
 
-    def recall(self, key: str, folder: Path) -> dict[str, Any] | None:
+    def recall(self, key: str, folder: Path) -> CaseRecord | None:
         """Return the record found before, its files written into the results folder, or None."""
         found = judgements.recall(self._store, key)
         if found is None:
@@ -41,7 +41,7 @@ class Memory:
         found.write(folder)
         return found.record
 
-    def keep(self, key: str, folder: Path, record: Mapping[str, Any]) -> None:
+    def keep(self, key: str, folder: Path, record: CaseRecord) -> None:
         """Keep a record with its files."""
         judgements.keep(self._store, key, folder, record)
 

@@ -1,9 +1,9 @@
 """The work between plan and results: a few cases at once through the pool, each recorded as it finishes."""
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from functools import partial
-from typing import Any
+from typing import cast
 
 from rich.console import Console
 
@@ -11,7 +11,8 @@ from rayproof.cases.case import Case
 from rayproof.reports.cache.store import Store
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import Drawing
-from rayproof.reports.run.banded_run import BandedRun, Finished
+from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.run.banded_run import BandedRun, Finished, Merging
 from rayproof.reports.run.case_run import CaseRun
 from rayproof.reports.run.demands import demands
 from rayproof.reports.run.journal import Journal
@@ -39,13 +40,13 @@ def render_and_judge(
     drawing: Drawing,
     store: Store | None,
     pool: Pool,
-) -> tuple[list[dict[str, Any]], bool, str | None]:
+) -> tuple[list[CaseRecord], bool, str | None]:
     """Return the records in the plan's order, whether the user interrupted, and why a program cannot be called.
 
     Where the first calls of a program under test all fail alike, the rest is not made.
     """
     subject = request.subject
-    records: dict[str, dict[str, Any]] = {}
+    records: dict[str, CaseRecord] = {}
     asked = demands(request, references)
     keys = {one.case.name: record_key(one, asked).digest for one in planned}
     memory = None if store is None else Memory(store, asked)
@@ -54,7 +55,7 @@ def render_and_judge(
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
         in_bands: dict[str, BandedRun] = {}
 
-        def finished(case_run: CaseRun | BandedRun, record: dict[str, Any]) -> None:
+        def finished(case_run: CaseRun | BandedRun, record: CaseRecord) -> None:
             name = case_run.planned.case.name
             records[name] = record
             del under_way[name]
@@ -89,7 +90,7 @@ def render_and_judge(
             if not bands:
                 run(one, finished).start()
                 return
-            together = partial(merged, folder=request.out, subject=subject)
+            together = cast("Merging", partial(merged, folder=request.out, subject=subject))
             banded = BandedRun(one, bands, run=run, merged=together, finished=finished)
             in_bands[one.case.name] = banded
             banded.start()
@@ -131,7 +132,7 @@ class FirstCalls:
         self._said: list[str] = []
         self.hopeless: str | None = None  # what they all ended in
 
-    def finished(self, record: Mapping[str, Any]) -> None:
+    def finished(self, record: CaseRecord) -> None:
         """Take up what became of another case."""
         if not self._asked:
             return

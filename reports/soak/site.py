@@ -17,6 +17,7 @@ import psutil
 from rayproof.reports import HOLDER
 from rayproof.reports.cache import signing, store
 from rayproof.reports.processes.process_tree import adopt_orphans, descendants
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.soak.disturbing import Signal
 from rayproof.reports.studies.growth.scenes import write_scenes
 
@@ -226,7 +227,7 @@ class Site:
         return json.loads((out / name).read_text(encoding="utf-8"))
 
 
-def _verdict(case: Mapping[str, Any]) -> Any:
+def _verdict(case: CaseRecord) -> Any:
     told = ("configuration", "reference", "stage", "verdict")
     return [case["verdict"], sorted([str(check[name]) for name in told] for check in case["checks"])]
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from rayproof.reports.judge.tolerance.calibration import calibration
 from rayproof.reports.judge.tolerance.limits import BECAUSE, Roundoff
 from rayproof.reports.judge.tolerance.pair_limits import LIGHT
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import BiasRecord, CheckRecord, MeasurementRecord
 
 # The stage whose images people look at: its informative metrics are worth their time.
 INFORMED = Stage.RADIANCE
@@ -66,29 +67,33 @@ class Check:
         by_factors = self.continued_bias is not None and self.continued_bias.ratio > 1
         return self.outcome is Outcome.FAIL and (by_pixels or by_factors)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> CheckRecord:
         """Return plain JSON data."""
         whole = self.end_to_end.as_json() if self.end_to_end else None
         if whole is not None:
-            whole |= {name: jsonable(value) for name, value in self.informative.items()}
-        return {
+            whole.update(cast(MeasurementRecord, {name: jsonable(value) for name, value in self.informative.items()}))
+        record: CheckRecord = {
             "configuration": self.configuration,
             "reference": self.reference,
             "stage": self.stage.value,
             "verdict": self.outcome.value,
             "reason": self.reason,
-            **({"evidence": self.evidence} if self.evidence else {}),
-            **({"finding": self.known} if self.known else {}),
             "ratio": jsonable(self.ratio),
             "end_to_end": whole,
             "continued": self.continued.as_json() if self.continued else None,
             "examined": self.examined.as_json() if self.examined else None,
-            **({"bias": self._bias_as_json(self.bias)} if self.bias else {}),
             "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
             + self.steps,
         }
+        if self.evidence:
+            record["evidence"] = self.evidence
+        if self.known:
+            record["finding"] = self.known
+        if self.bias:
+            record["bias"] = self._bias_as_json(self.bias)
+        return record
 
-    def _bias_as_json(self, bias: Bias) -> dict[str, Any]:
+    def _bias_as_json(self, bias: Bias) -> BiasRecord:
         """Return the factors end to end and, if it was asked, given the candidate's own previous stages.
 
         Of these the groups are told only where one is over its limit.
@@ -99,7 +104,7 @@ class Check:
         told = own.as_json()
         if own.ratio <= 1:
             del told["groups"]
-        return bias.as_json() | {"continued": told}
+        return {**bias.as_json(), "continued": told}
 
 
 def camera_check(bench: Bench) -> Check:

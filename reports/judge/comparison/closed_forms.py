@@ -13,9 +13,10 @@ from rayproof.reports.judge.tolerance.channels import largest
 from rayproof.reports.judge.tolerance.limits import Roundoff
 from rayproof.reports.judge.tolerance.pair_limits import Terms
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import ExpectationRecord
 
 
-def closed_forms(case: Case, candidate: Candidate, terms: Terms) -> list[dict[str, Any]]:
+def closed_forms(case: Case, candidate: Candidate, terms: Terms) -> list[ExpectationRecord]:
     """Judge the case's closed forms on one candidate's answers."""
     assert candidate.answers is not None
     found = []

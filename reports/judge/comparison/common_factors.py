@@ -10,7 +10,6 @@ test, which asks nothing of the distribution of e (Conover, Practical Nonparamet
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from rayproof.reports.judge.tolerance.common_factor_bounds import (
     stage_bounds,
 )
 from rayproof.reports.judge.tolerance.pair_limits import Terms
+from rayproof.reports.results.records import BiasRecord, FactorGroupRecord
 
 CHANCE = 2e-9  # of accusing a correct renderer, for each group and channel
 CHANNELS = "RGB"
@@ -83,22 +83,23 @@ class Bias:
         values = [factor.value for factor in self.factors if factor.distinct and factor.fitted is None]
         return float(np.median(values)) if values else None
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> BiasRecord:
         """Return plain JSON data: a row for each group, with a place for each channel."""
-        rows: dict[tuple, dict[str, Any]] = {}
+        rows: dict[tuple, FactorGroupRecord] = {}
         for factor in self.factors:
             key = factor.shape, factor.lights, factor.fitted
             row = rows.setdefault(
                 key,
-                {
-                    "shape": factor.shape,
-                    "lights": list(factor.lights),
-                    **({} if factor.fitted is None else {"fitted": factor.fitted}),
-                    "pixels": factor.pixels,
-                    "off": [None] * len(CHANNELS),
-                    "sees": [None] * len(CHANNELS),
-                },
+                FactorGroupRecord(
+                    shape=factor.shape,
+                    lights=list(factor.lights),
+                    pixels=factor.pixels,
+                    off=[None] * len(CHANNELS),
+                    sees=[None] * len(CHANNELS),
+                ),
             )
+            if factor.fitted is not None:
+                row["fitted"] = factor.fitted
             row["off"][factor.channel] = jsonable(_short(factor.value - 1))
             row["sees"][factor.channel] = jsonable(_short(factor.limit))
         return {

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.examined import WIDE, Examined, counted, kinds_of
 from rayproof.reports.judge.tolerance.channels import all_of, any_of, crossed, dot, largest, length
+from rayproof.reports.results.records import MeasurementRecord
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
 VECTORS = (*DIRECTIONS, Stage.POSITION)
@@ -45,13 +46,16 @@ class Measurement:
         """Return the ledger of its pixels."""
         return counted(self.kinds)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> MeasurementRecord:
         """Return plain JSON data; inf and nan become the strings "inf" and "nan". Of the kinds the check tells."""
-        return {
-            name: value if type(value) is int else jsonable(value)
-            for name, value in vars(self).items()
-            if name != "kinds"
-        }
+        return cast(
+            "MeasurementRecord",
+            {
+                name: value if type(value) is int else jsonable(value)
+                for name, value in vars(self).items()
+                if name != "kinds"
+            },
+        )
 
 
 def jsonable(value: Any) -> Any:

@@ -8,7 +8,6 @@ judged against it as strictly as against the right one. Only who passes there is
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.results.records import ConventionRecord
 
 CLIPS = {
     "depth": "clips at the near and far planes",
@@ -49,7 +49,7 @@ class Tested:
         """Say whether the party's answer is exactly that of this convention."""
         return self.ratio <= 1 and self.interior > 0
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> ConventionRecord:
         """Return plain JSON data."""
         return {
             "what": self.what,

@@ -17,6 +17,7 @@ from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.renderers import Candidate, Witness, as_candidate, as_witness
 from rayproof.reports.judge.tolerance.output_resolution import WHOLE
 from rayproof.reports.judge.tolerance.scene_context import Ground
+from rayproof.reports.results.records import AdjudicationRecord
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +50,7 @@ class Matrix:
         """Return who can be compared with anybody here."""
         return tuple(name for name in self.renderers if any(name in pair for pair in self.cells))
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> AdjudicationRecord:
         """Return plain JSON data: rows are judged, columns are their baselines."""
 
         def table(value: Callable[[Cell], float | int]) -> list[list[Any]]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
@@ -13,6 +12,7 @@ from rayproof.reports.judge.panel.matrix import Matrix
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.judge.verdict import blame
 from rayproof.reports.results.outcomes import Outcome, worst
+from rayproof.reports.results.records import ExpectationRecord
 
 
 @dataclass(kw_only=True)
@@ -21,7 +21,7 @@ class Judged:
 
     case: Case
     checks: list[Check]
-    expectations: list[dict[str, Any]]
+    expectations: list[ExpectationRecord]
     outcome: Outcome
     stage: Stage | None
     item: str | None
@@ -38,7 +38,7 @@ class Judged:
 def sum_up(
     case: Case,
     checks: list[Check],
-    expectations: list[dict[str, Any]],
+    expectations: list[ExpectationRecord],
     planned: int,
     candidates: Mapping[str, Candidate] | None,
 ) -> Judged:
@@ -76,7 +76,7 @@ def sum_up(
     return judged
 
 
-def case_outcome(checks: Sequence[Check], expectations: Sequence[dict[str, Any]]) -> Outcome:
+def case_outcome(checks: Sequence[Check], expectations: Sequence[ExpectationRecord]) -> Outcome:
     """Return the worst outcome of checks and closed forms; what is undecided leaves the word to the rest.
 
     Camera and rays are decided whatever the scene: where they alone are, the scene's question is undecided.

@@ -9,6 +9,7 @@ from rayproof.reports.publish.page.case_data import view_of
 from rayproof.reports.publish.page.page import data_file
 from rayproof.reports.publish.page.single_file import NAME, write_single_file
 from rayproof.reports.results.headline import worst_first
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 TIMES = 5  # each; the first pays for a cold browser, the median is told
 STAGES = ("normal", "irradiance", "position", "radiance", "ray")
@@ -25,7 +26,7 @@ _SWITCH = """async (name) => {
 _FIRST = "performance.getEntriesByName('first-contentful-paint').map((entry) => entry.startTime)[0]"
 
 
-def figures(folder: Path, results: dict[str, Any]) -> list[list[str]]:
+def figures(folder: Path, results: RunRecord) -> list[list[str]]:
     """Return rows of what was measured, of the folder, and of the single file, which is written for it.
 
     Raises:
@@ -61,7 +62,7 @@ def _megabytes(size: int) -> str:
     return f"{size / 1e6:.1f} MB"
 
 
-def _measured(browser: Any, page: Path, case: dict[str, Any] | None, viewed: dict[str, Any] | None) -> dict[str, float]:
+def _measured(browser: Any, page: Path, case: CaseRecord | None, viewed: CaseRecord | None) -> dict[str, float]:
     """Return medians of times in ms."""
     context = browser.new_context(viewport={"width": 1366, "height": 768})
     tab = context.new_page()
@@ -80,7 +81,7 @@ def _measured(browser: Any, page: Path, case: dict[str, Any] | None, viewed: dic
     return found
 
 
-def _of_a_case(tab: Any, page: Path, case: dict[str, Any]) -> dict[str, float]:
+def _of_a_case(tab: Any, page: Path, case: CaseRecord) -> dict[str, float]:
     opened = []
     for _ in range(TIMES):
         tab.goto("about:blank")
@@ -92,7 +93,7 @@ def _of_a_case(tab: Any, page: Path, case: dict[str, Any]) -> dict[str, float]:
     return {"a case": median(opened), "another image": median(switched)}
 
 
-def _in_3d(tab: Any, page: Path, case: dict[str, Any]) -> float:
+def _in_3d(tab: Any, page: Path, case: CaseRecord) -> float:
     tab.goto("about:blank")
     tab.goto(address(page, case=case["name"]))
     took = []

@@ -9,6 +9,7 @@ from rayproof.reports.publish.browser.chromium import address, chromium
 from rayproof.reports.publish.page.case_data import view_of
 from rayproof.reports.results.atomic import replacing
 from rayproof.reports.results.headline import worst_first
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 SIZE = {"width": 1280, "height": 940}  # CSS px
 NARROW = {"width": 1080, "height": 940}  # of the scene, which needs no room beside it
@@ -16,10 +17,8 @@ PALETTES = (256, 128, 64, 32)
 MOST_BYTES = 150_000
 SETTLE = 600  # ms for images that are painted in the frame after they are there
 
-Results = dict[str, Any]
 
-
-def take_pictures(folder: Path, results: Results, out: Path, *, case: str | None = None) -> list[Path]:
+def take_pictures(folder: Path, results: RunRecord, out: Path, *, case: str | None = None) -> list[Path]:
     """Write PNG files of the published report in `folder` into `out` and return their paths.
 
     `case` is the one to show; the worst with a view otherwise.
@@ -52,7 +51,7 @@ def take_pictures(folder: Path, results: Results, out: Path, *, case: str | None
     return written
 
 
-def _case(folder: Path, results: Results, name: str | None) -> Results | None:
+def _case(folder: Path, results: RunRecord, name: str | None) -> CaseRecord | None:
     cases = worst_first(results["cases"])
     if name is not None:
         found = next((case for case in cases if case["name"] == name), None)
@@ -63,7 +62,7 @@ def _case(folder: Path, results: Results, name: str | None) -> Results | None:
     return next((case for case in measured if view_of(folder, case)), next(iter(measured), None))
 
 
-def _has(folder: Path, results: Results, name: str) -> bool:
+def _has(folder: Path, results: RunRecord, name: str) -> bool:
     return name in results if name == "history" else any((folder / place).exists() for place in (name, f"{name}.json"))
 
 

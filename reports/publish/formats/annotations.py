@@ -5,13 +5,13 @@ GitHub shows ten errors a step.
 """
 
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.headline import BAD, blame, cause_of, headline, shouts, worst_first, worst_ratio
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import RunRecord
 
 MOST = 10
 _LONGEST = 1000  # characters of one message
@@ -31,11 +31,11 @@ def prop(text: object) -> str:
 
 
 @PUBLISHERS.register("annotations")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write annotations.txt; of a run that passed, one notice."""
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
-    told = results.get("gate", {"cases": (), "red": False})
-    expected = set(told["cases"])  # what a gate let through annotates nothing
+    told = results.get("gate")
+    expected = set(told["cases"] if told else ())  # what a gate let through annotates nothing
     bad = [case for case in worst_first(results["cases"]) if Outcome(case["verdict"]) in BAD]
     bad = [case for case in bad if case["name"] not in expected]
     for case in bad[:MOST]:
@@ -45,5 +45,6 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
         said = ": ".join(filter(None, [f"{case['verdict']}{size}", what, str(case.get("reason") or "")]))
         lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
     left = f" The worst {MOST} of {len(bad)} are annotated." if len(bad) > MOST else ""
-    lines.append(f"::{'error' if bad or told['red'] else 'notice'} title=rayproof::{message(headline(results) + left)}")
+    level = "error" if bad or (told and told["red"]) else "notice"
+    lines.append(f"::{level} title=rayproof::{message(headline(results) + left)}")
     return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]

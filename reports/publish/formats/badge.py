@@ -2,12 +2,12 @@
 
 import html
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.headline import shouts
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import RunRecord
 
 LABEL = "rayproof"
 CHARACTER = 7.0  # px that a character of 11 px Verdana takes on average
@@ -34,7 +34,7 @@ _BADGE = """<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="20
 
 
 @PUBLISHERS.register("badge")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write badge.svg."""
     summary = results["summary"]
     verdict = Outcome(results.get("verdict", Outcome.MISSING))

@@ -9,6 +9,7 @@ from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.headline import blame, cause_of, headline, shouts, worst_ratio
 from rayproof.reports.results.json_numbers import as_json, legible, legible_json
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 _STATUSES = {
     Outcome.PASS: "passed",
@@ -23,7 +24,7 @@ _STATUSES = {
 
 
 @PUBLISHERS.register("ctrf")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write ctrf.json; what must be shouted is its first field and its report name."""
     loud = shouts(results)
     tests = [_test(case, cause_of(results, case)) for case in results["cases"]]
@@ -57,7 +58,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     return [write_text(folder / "ctrf.json", legible_json(as_json(document)) + "\n")]
 
 
-def _test(case: dict[str, Any], cause: str) -> dict[str, Any]:
+def _test(case: CaseRecord, cause: str) -> dict[str, Any]:
     message = ": ".join(filter(None, [cause or blame(case), legible(case.get("reason") or "")]))
     picture = case.get("picture")
     attachment = {"name": "picture of the scene", "contentType": "image/png", "path": picture}

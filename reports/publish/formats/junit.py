@@ -7,7 +7,6 @@ cannot carry (section 2.2) are left out.
 
 import re
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 from rayproof.reports.publish import PUBLISHERS
@@ -15,6 +14,7 @@ from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.headline import blame, cause_of, headline, shouts, worst_ratio
 from rayproof.reports.results.json_numbers import legible, legible_lines
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENTS = {
@@ -33,12 +33,12 @@ def legal(text: object) -> str:
 
 
 @PUBLISHERS.register("junit")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write junit.xml."""
     # Shouted where both a reader and a parser meet it first: the root's name, on the line of the declaration.
     name = " ".join([*shouts(results), "rayproof"])
     root = ElementTree.Element("testsuites", name=legal(name))
-    families: dict[str, list[dict[str, Any]]] = {}
+    families: dict[str, list[CaseRecord]] = {}
     for case in results["cases"]:
         families.setdefault(case["family"], []).append(case)
     expected = frozenset(results.get("gate", {}).get("cases", ()))
@@ -59,12 +59,12 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     return [write_text(folder / "junit.xml", f'<?xml version="1.0" encoding="UTF-8"?>{body}\n')]
 
 
-def _kind(case: dict[str, Any], expected: frozenset[str]) -> str | None:
+def _kind(case: CaseRecord, expected: frozenset[str]) -> str | None:
     """Return a case's element; one that a gate let through is told as skipped, as expected failures are."""
     return "skipped" if case["name"] in expected else _ELEMENTS.get(Outcome(case["verdict"]))
 
 
-def _counts(cases: list[dict[str, Any]], expected: frozenset[str]) -> dict[str, str]:
+def _counts(cases: list[CaseRecord], expected: frozenset[str]) -> dict[str, str]:
     kinds = [_kind(case, expected) for case in cases]
     return {
         "tests": str(len(cases)),
@@ -75,7 +75,7 @@ def _counts(cases: list[dict[str, Any]], expected: frozenset[str]) -> dict[str, 
     }
 
 
-def _testcase(suite: ElementTree.Element, case: dict[str, Any], expected: frozenset[str], cause: str) -> None:
+def _testcase(suite: ElementTree.Element, case: CaseRecord, expected: frozenset[str], cause: str) -> None:
     test = ElementTree.SubElement(
         suite,
         "testcase",
@@ -98,7 +98,7 @@ def _testcase(suite: ElementTree.Element, case: dict[str, Any], expected: frozen
     ElementTree.SubElement(test, "system-out").text = legal("\n".join(filter(None, lines)))
 
 
-def _details(case: dict[str, Any]) -> list[str]:
+def _details(case: CaseRecord) -> list[str]:
     ratio = worst_ratio(case)
     lines = [f"worst error / limit: {ratio:.3g}"] if ratio is not None else []
     for check in case.get("checks", []):

@@ -6,13 +6,11 @@ GitHub refuses a whole step summary of more than 1024 kB, so rows are left out, 
 import html
 import re
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.audit import load_audit, sentence
 from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.document_shape import LEDGER
 from rayproof.reports.results.headline import (
     BAD,
     blame,
@@ -25,7 +23,8 @@ from rayproof.reports.results.headline import (
     worst_ratio,
 )
 from rayproof.reports.results.json_numbers import legible, number
-from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.outcomes import LEDGER, Outcome
+from rayproof.reports.results.records import RunRecord
 
 MOST_BYTES = 900_000
 MOST_OF_A_GATE = 50  # lines of a kind
@@ -42,7 +41,7 @@ def escaped(text: object, *, longest: int = _LONGEST) -> str:
 
 
 @PUBLISHERS.register("summary")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write summary.md."""
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]
     head += [f"# rayproof: {escaped(headline(results))}\n", *_totals(results)]
@@ -64,7 +63,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     return [write_text(folder / "summary.md", "\n".join(lines) + "\n")]
 
 
-def _gate(results: dict[str, Any]) -> list[str]:
+def _gate(results: RunRecord) -> list[str]:
     """Return what a gate let through and what it did not, the most telling first."""
     told = results.get("gate")
     if told is None:
@@ -87,7 +86,7 @@ def _gate(results: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _totals(results: dict[str, Any]) -> list[str]:
+def _totals(results: RunRecord) -> list[str]:
     lines = ["| | " + " | ".join(name.replace("_", " ") for name in LEDGER) + " |", "|---" * (len(LEDGER) + 1) + "|"]
     for key, what in (("summary", "cases"), ("checks", "checks")):
         lines.append(f"| {what} | " + " | ".join(str(results[key][name]) for name in LEDGER) + " |")
@@ -97,7 +96,7 @@ def _totals(results: dict[str, Any]) -> list[str]:
     return [*lines, "", f"{seconds:.0f} s; `results.json` and `index.html` have the rest.\n"]
 
 
-def _failures(results: dict[str, Any], room: int) -> list[str]:
+def _failures(results: RunRecord, room: int) -> list[str]:
     cases = [
         case
         for case in worst_first(results["cases"])
@@ -125,7 +124,7 @@ def _failures(results: dict[str, Any], room: int) -> list[str]:
     return [*lines, ""]
 
 
-def _coverage(results: dict[str, Any]) -> list[str]:
+def _coverage(results: RunRecord) -> list[str]:
     lines = ["## Coverage by specification id\n", "| id | cases | failed | worst error / limit | references |"]
     lines.append("|---|---|---|---|---|")
     for item, cases in results["coverage"].items():

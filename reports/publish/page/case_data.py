@@ -13,9 +13,10 @@ from rayproof.reports.results.compact import compact_case
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.image_script import script, write_pixels
 from rayproof.reports.results.images import inside, kept_images
+from rayproof.reports.results.records import CaseRecord
 
 
-def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path]:
+def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
     """Write the script that hands `case` to the page and, where the run did not, one with its pixels; return paths."""
     written, notes, pixels = [], [], case.get("pixels")
     view = view_of(folder, case)
@@ -48,25 +49,25 @@ def write_case_data(folder: Path, path: Path, case: dict[str, Any]) -> list[Path
     return [write_text(path, script(path.relative_to(folder).as_posix(), text)), *written]
 
 
-def picture_of(folder: Path, case: dict[str, Any]) -> str | None:
+def picture_of(folder: Path, case: CaseRecord) -> str | None:
     """Return the case's PyVista picture relative to `folder`, if it was drawn."""
     picture = case.get("picture") or picture_path(case)
     return picture if picture and inside(folder, picture) else None
 
 
-def view_of(folder: Path, case: dict[str, Any]) -> str | None:
+def view_of(folder: Path, case: CaseRecord) -> str | None:
     """Return the case's 3-D view relative to `folder`, if it was made."""
     view = case.get("view") or view_path(case)
     return view if view and inside(folder, view) else None
 
 
-def call_of(folder: Path, case: dict[str, Any]) -> str | None:
+def call_of(folder: Path, case: CaseRecord) -> str | None:
     """Return where the call of a program under test is kept, relative to `folder`, if it is."""
     call = case.get("call")
     return call if isinstance(call, str) and inside(folder, call) and (folder / call).is_file() else None
 
 
-def camera_of(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
+def camera_of(folder: Path, case: CaseRecord) -> dict[str, Any] | None:
     """Return the scene file's camera, or None where it cannot be read: it only helps to store less."""
     scene = case.get("scene")
     if not isinstance(scene, str) or not inside(folder, scene):

@@ -1,13 +1,11 @@
 """What the front page shows of a run: its totals, coverage, times, and a row of the matrix for each case."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.publish.page.case_data import picture_of
 from rayproof.reports.publish.page.routes_data import routes_of_run
-from rayproof.reports.results.document_shape import LEDGER
 from rayproof.reports.results.headline import (
     KINDS,
     blame,
@@ -22,8 +20,9 @@ from rayproof.reports.results.headline import (
 )
 from rayproof.reports.results.item_titles import TITLES
 from rayproof.reports.results.json_numbers import number
-from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.outcomes import LEDGER, Outcome
 from rayproof.reports.results.outcomes import worst as worst_outcome
+from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
 
 _OF_THE_RUN = (
     "rayproof", "command", "started", "seconds", "verdict", "environment", "configurations", "references", "subject",
@@ -32,7 +31,7 @@ _OF_THE_RUN = (
 _OF_A_CASE = ("name", "family", "verdict", "stage", "item", "reason", "stresses", "covers", "seconds", "reproduce")
 
 
-def front_data(results: Mapping[str, Any], rows: list[dict[str, Any]]) -> dict[str, Any]:
+def front_data(results: RunRecord, rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the page's data beside the cases' own scripts; `rows` are `case_row`s in the order of the list."""
     details = results.get("coverage_detail", {})
     cases = results["cases"]
@@ -41,8 +40,8 @@ def front_data(results: Mapping[str, Any], rows: list[dict[str, Any]]) -> dict[s
         "summary": results["summary"],
         "checks": results["checks"],
         "ledger": LEDGER,
-        "shouts": shouts(dict(results)),
-        "headline": headline(dict(results)),
+        "shouts": shouts(results),
+        "headline": headline(results),
         "causes": causes(results),
         "examined": {"line": examined_line(results), "counts": results.get("examined"), "words": KINDS},
         "no_say": no_say(results),
@@ -66,7 +65,7 @@ def front_data(results: Mapping[str, Any], rows: list[dict[str, Any]]) -> dict[s
     }
 
 
-def case_row(folder: Path, file: str, case: Mapping[str, Any], cause: str) -> dict[str, Any]:
+def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> dict[str, Any]:
     """Return what the list of cases shows and searches of one case; `file` holds the rest, `cause` explains it."""
     checks = case.get("checks", [])
     unsupported: dict[str, int] = {}
@@ -85,14 +84,14 @@ def case_row(folder: Path, file: str, case: Mapping[str, Any], cause: str) -> di
         "blame": blame(case),
         **({"excluded": told} if (told := excluded(case)) else {}),
         "cause": cause,
-        "ratio": worst_ratio(dict(case)),
+        "ratio": worst_ratio(case),
         "cells": cells,
         "stages": sorted({str(check["stage"]) for check in checks if check.get("stage")}),
-        "picture": picture_of(folder, dict(case)),
+        "picture": picture_of(folder, case),
     }
 
 
-def _cell(checks: list[Mapping[str, Any]], unsupported: int) -> list[Any]:
+def _cell(checks: list[CheckRecord], unsupported: int) -> list[Any]:
     """Return a renderer's word on a case: worst verdict, checks that have it, all checks, worst ratio, refusals."""
     measured = [check["verdict"] for check in checks if check["verdict"] != Outcome.UNSUPPORTED]
     refused = unsupported + len(checks) - len(measured)
@@ -102,7 +101,7 @@ def _cell(checks: list[Mapping[str, Any]], unsupported: int) -> list[Any]:
     return [worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused]
 
 
-def _names(known: Any, cases: list[Mapping[str, Any]], key: str) -> list[str]:
+def _names(known: Any, cases: list[CaseRecord], key: str) -> list[str]:
     """Return the renderers that have a column: those that the run names, then those that only cases name."""
     named = [str(entry.get(key)) for case in cases for entry in case.get("checks", []) if entry.get(key) is not None]
     if key == "reference":
@@ -110,7 +109,7 @@ def _names(known: Any, cases: list[Mapping[str, Any]], key: str) -> list[str]:
     return list(dict.fromkeys([*map(str, known), *named]))
 
 
-def _times(cases: list[Mapping[str, Any]]) -> dict[str, float]:
+def _times(cases: list[CaseRecord]) -> dict[str, float]:
     """Return how long each renderer took over all cases [s], and judging them."""
     times: dict[str, float] = {}
     for case in cases:

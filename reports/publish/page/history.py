@@ -8,12 +8,13 @@ from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.image_script import script
+from rayproof.reports.results.records import RunRecord
 
 DATA = "history/series.js"
 
 
 @PUBLISHERS.register("history")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write history/series.js: points and steps of every case; nothing where the run keeps no history."""
     path = folder / DATA
     if (history := history_of(results)) is None:
@@ -22,14 +23,14 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     return [write_text(path, script(DATA, pack_json(history["cases"])))]
 
 
-def history_front(results: Mapping[str, Any]) -> dict[str, Any] | None:
+def history_front(results: RunRecord) -> dict[str, Any] | None:
     """Return what the page holds of the history from the beginning, or None without one."""
     if (history := history_of(results)) is None:
         return None
     return {key: history.get(key) for key in ("file", "run", "worse")} | {"data": DATA}
 
 
-def history_of(results: Mapping[str, Any]) -> dict[str, Any] | None:
+def history_of(results: RunRecord) -> dict[str, Any] | None:
     """Return a run's history if it has one in the shape that docs/report.md tells; None otherwise."""
     history = results.get("history")
     if not isinstance(history, Mapping):

@@ -27,6 +27,7 @@ from rayproof.reports.publish.parallel import all_of
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.headline import cause_of, headline, shouts, worst_first
 from rayproof.reports.results.image_script import inert
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 # In the order in which they build on each other.
 SCRIPTS = (
@@ -65,7 +66,7 @@ _TAIL = """<script>{script}</script>
 
 
 @PUBLISHERS.register("html")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write index.html and data/*.js."""
     ordered = worst_first(results["cases"])
     written = _write_all(folder, ordered)
@@ -76,7 +77,7 @@ def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
     return [write_text(folder / "index.html", head + tail), *written]
 
 
-def page_data(folder: Path, results: dict[str, Any], ordered: list[dict[str, Any]]) -> dict[str, Any]:
+def page_data(folder: Path, results: RunRecord, ordered: list[CaseRecord]) -> dict[str, Any]:
     """Return what the page holds of a run from the beginning; `ordered` are its cases, the worst first."""
     rows = [
         case_row(folder, data_file(place), case, cause_of(results, case)) for place, case in enumerate(ordered, start=1)
@@ -94,7 +95,7 @@ def page_data(folder: Path, results: dict[str, Any], ordered: list[dict[str, Any
 
 
 def page_parts(
-    results: dict[str, Any], data: dict[str, Any], *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
+    results: RunRecord, data: dict[str, Any], *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
 ) -> tuple[str, str]:
     """Return the page up to and from where a page that is `alone` holds what otherwise lies beside it.
 
@@ -119,7 +120,7 @@ def data_file(number: int) -> str:
     return f"data/{number:04}.js"
 
 
-def _write_all(folder: Path, ordered: list[dict[str, Any]]) -> list[Path]:
+def _write_all(folder: Path, ordered: list[CaseRecord]) -> list[Path]:
     """Write every case's data; the images are there already of cases whose `pixels` the run wrote."""
     jobs = [(folder, folder / data_file(place), case) for place, case in enumerate(ordered, start=1)]
     heavy = sum(1 for *_, case in jobs if not case.get("pixels"))

@@ -7,13 +7,14 @@ from dataclasses import asdict
 from typing import Any
 
 from rayproof.reports.judge.panel.known_defects import known_findings
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 _NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")
 MOST = 40  # sentences of a reference: more are in the cases
 FEW = 4  # values of a setting
 
 
-def panel(cases: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+def panel(cases: Iterable[CaseRecord]) -> dict[str, dict[str, Any]]:
     """Return per reference its `settings` (name to all values in use), `notes` and `unsupported` with their counts."""
     notes: dict[str, Counter[str]] = {}
     refusals: dict[str, Counter[str]] = {}
@@ -36,7 +37,7 @@ def panel(cases: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     }
 
 
-def findings(results: Mapping[str, Any]) -> list[dict[str, Any]]:
+def findings(results: RunRecord) -> list[dict[str, Any]]:
     """Return the findings that the run was judged with: its own where it recorded them, else those checked in."""
     recorded = results.get("findings")
     if isinstance(recorded, list):

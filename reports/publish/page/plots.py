@@ -14,6 +14,7 @@ from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.image_script import script
 from rayproof.reports.results.json_numbers import number
+from rayproof.reports.results.records import RunRecord
 
 FOLDER = "plots"
 LIBRARY = "plotly-basic.min.js"
@@ -27,7 +28,7 @@ _OF_A_CLIMB = (
 
 
 @PUBLISHERS.register("plots")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write plots/*.js for what was measured, and the library; nothing where there is nothing to plot."""
     written = [
         write_text(folder / data_of(name), script(data_of(name), pack_json(found)))

@@ -1,13 +1,14 @@
 """What the front page shows of the tracer's routes: each other one of a run beside the judged one, over all cases."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from rayproof.reports.results.json_numbers import number
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord
 
 
-def routes_of_run(cases: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def routes_of_run(cases: Iterable[CaseRecord]) -> list[dict[str, Any]]:
     """Return a row a route and configuration, what differs first: in how many cases and pixels it was compared.
 
     `worst` is the largest difference over its limit and `where` its case; `failed` names the cases in which it differs.

@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
+from rayproof.reports.results.records import RunRecord
+
 _OF_A_ROW = ("case", "before", "after", "stage", "worst", "pixels", "seconds", "stands_out")
 
 
-def comparison_front(results: Mapping[str, Any]) -> dict[str, Any] | None:
+def comparison_front(results: RunRecord) -> dict[str, Any] | None:
     """Return what the page shows of the comparison, or None where there is none in the shape of docs/report.md."""
     found = results.get("comparison")
     if not isinstance(found, Mapping):

@@ -9,7 +9,6 @@ import base64
 import html
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.publish.page.case_data import picture_of, view_of
 from rayproof.reports.publish.page.history import DATA as HISTORY
@@ -22,11 +21,12 @@ from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.image_script import handed_over
 from rayproof.reports.results.images import inside
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 NAME = "report.html"
 
 
-def write_single_file(folder: Path, results: dict[str, Any]) -> Path:
+def write_single_file(folder: Path, results: RunRecord) -> Path:
     """Write `folder`/report.html from what `publish_all` wrote into `folder`, and return its path."""
     scripts, styles = digests_in_one()
     # Drawings by `rayproof tradeoff` and their page are files beside; the page of plots has all of their points.
@@ -42,7 +42,7 @@ def write_single_file(folder: Path, results: dict[str, Any]) -> Path:
     return path
 
 
-def _elements(folder: Path, ordered: list[dict[str, Any]]) -> Iterator[str]:
+def _elements(folder: Path, ordered: list[CaseRecord]) -> Iterator[str]:
     viewed = False
     for number, case in enumerate(ordered, start=1):
         record, kept = data_file(number), case.get("pixels")

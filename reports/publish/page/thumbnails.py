@@ -2,7 +2,6 @@
 
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from rayproof.reports.results.headline import BAD, ratio_of, worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.json_numbers import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
 
 MOST = 10
 WIDTH = 160  # px of one of the three panels, at most
@@ -19,7 +19,7 @@ GAP = 4  # px between panels
 BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
 
 
-def draw_thumbnails(folder: Path, results: dict[str, Any]) -> list[Path]:
+def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
     """Draw the worst cases that did not pass and have images, tell each its `thumbnail`; return the paths written."""
     drawn: list[Path] = []
     for index, case in enumerate(worst_first(results["cases"])):
@@ -38,12 +38,12 @@ def draw_thumbnails(folder: Path, results: dict[str, Any]) -> list[Path]:
     return drawn
 
 
-def _panels(folder: Path, case: dict[str, Any]) -> list[np.ndarray] | None:
+def _panels(folder: Path, case: CaseRecord) -> list[np.ndarray] | None:
     """Return three images, (height, width, 3) in [0, 1], or None where the case kept no two to compare."""
     order = [outcome.value for outcome in Outcome]
     checks = [check for check in case.get("checks", []) if check.get("stage") in IMAGE_STAGES]
 
-    def rank(check: dict[str, Any]) -> tuple[bool, int, float]:
+    def rank(check: CheckRecord) -> tuple[bool, int, float]:
         ratio = number(ratio_of(check))
         worst = 0.0 if ratio is None else at_worst(ratio)
         return check["stage"] != case.get("stage"), -order.index(check["verdict"]), -worst
@@ -83,7 +83,7 @@ def _scaled(image: np.ndarray, low: float, high: float) -> np.ndarray:
     return shown
 
 
-def picture(folder: Path, case: dict[str, Any]) -> bytes | None:
+def picture(folder: Path, case: CaseRecord) -> bytes | None:
     """Return ours, the reference's and their difference at a case's worst check side by side, as PNG; None without."""
     from matplotlib.image import imsave
 

@@ -8,11 +8,11 @@ import hashlib
 import html
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.case_data import view_of
 from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.records import RunRecord
 
 # In the order in which they build on each other; the first is the report's own.
 SCRIPTS = ("unpack", "messages", "layers", "values", "pick", "pixel", "controls", "start")
@@ -20,7 +20,7 @@ LIBRARY = "vtk-viewer.js"
 
 
 @PUBLISHERS.register("viewer")
-def publish(folder: Path, results: dict[str, Any]) -> list[Path]:
+def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write viewer/index.html and the library, where any case has a view."""
     if not any(view_of(folder, case) for case in results["cases"]):
         return []

@@ -15,6 +15,7 @@ from rayproof.reports.cache.store import Store
 from rayproof.reports.publish.scene3d import gl
 from rayproof.reports.publish.scene3d.drawing_child import DrawingChild
 from rayproof.reports.results.images import inside
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 OURS, THEIRS = "tracer-float32", "analytic"
 # A second process takes a second and a third of a gigabyte to begin with; where this many cases wait, it pays.
@@ -23,7 +24,7 @@ MOST = min(4, os.cpu_count() or 1)  # processes
 PATIENCE = 120.0  # s for one picture, where nobody says how long it may take
 
 
-def draw_pictures(folder: Path, results: dict[str, Any], progress: Callable[[str], None] | None = None) -> str | None:
+def draw_pictures(folder: Path, results: RunRecord, progress: Callable[[str], None] | None = None) -> str | None:
     """Draw DIR/pictures/<case>.png and write its view for each case; return why any pictures were left out, or None.
 
     `progress` is told the name of each case drawn. `results` is changed in place (`picture` and `view` of each case);
@@ -53,9 +54,9 @@ class Drawing:
     ) -> None:
         self.reason: str | None = None  # why pictures were left out; complete when the block is left
         self._folder, self._progress, self._store, self._seconds = folder, progress, store, seconds
-        self._held: list[tuple[dict[str, Any], dict[str, Any]]] = []  # cases and jobs, until it is known who draws
+        self._held: list[tuple[CaseRecord, dict[str, Any]]] = []  # cases and jobs, until it is known who draws
         self._jobs: dict[str, tuple[str, dict[str, Any]]] = {}  # what is to be kept when it is drawn, and its question
-        self._cases: dict[str, dict[str, Any]] = {}
+        self._cases: dict[str, CaseRecord] = {}
         self._drawn = 0
         self._pictures = True  # whether the machine can draw
         self._asked: Future[str | None] | None = None
@@ -67,7 +68,7 @@ class Drawing:
         self._asked = gl.ask()
         return self
 
-    def submit(self, case: dict[str, Any]) -> None:
+    def submit(self, case: CaseRecord) -> None:
         """Have a case drawn; its `picture` and `view` are set when they are there."""
         case["picture"] = case["view"] = None
         job = _job(self._folder, case)
@@ -90,7 +91,7 @@ class Drawing:
             for case, job in held:
                 self._draw(case, job)
 
-    def _draw(self, case: dict[str, Any], job: dict[str, Any]) -> None:
+    def _draw(self, case: CaseRecord, job: dict[str, Any]) -> None:
         if not self._pictures:
             job["picture"] = None
         if self._store is not None:
@@ -130,7 +131,7 @@ class Drawing:
         with self._one_at_a_time:
             self._failures.append(f"{name}: {why}")
 
-    def _set(self, case: dict[str, Any]) -> None:
+    def _set(self, case: CaseRecord) -> None:
         """Say of a case where its picture and view are."""
         case["picture"] = picture_path(case) if self._pictures else None
         case["view"] = view_path(case)
@@ -148,24 +149,24 @@ class Drawing:
         return None
 
 
-def picture_path(case: dict[str, Any]) -> str | None:
+def picture_path(case: CaseRecord) -> str | None:
     """Return where a case's picture goes below the results folder: named as the run named its scene, or None."""
     return _beside(case, ".png")
 
 
-def view_path(case: dict[str, Any]) -> str | None:
+def view_path(case: CaseRecord) -> str | None:
     """Return where a case's 3-D view goes below the results folder, or None."""
     return _beside(case, ".view.js")
 
 
-def _beside(case: dict[str, Any], suffix: str) -> str | None:
+def _beside(case: CaseRecord, suffix: str) -> str | None:
     parts = PurePosixPath(case.get("scene") or "").parts
     if len(parts) < 2 or parts[0] != "scenes" or ".." in parts:
         return None
     return PurePosixPath("pictures", *parts[1:]).with_suffix(suffix).as_posix()
 
 
-def _job(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
+def _job(folder: Path, case: CaseRecord) -> dict[str, Any] | None:
     """Return what the child must know to draw a case, or None if the run kept no scene of it."""
     scene = case.get("scene")
     if not scene or not inside(folder, scene) or picture_path(case) is None:
@@ -182,7 +183,7 @@ def _job(folder: Path, case: dict[str, Any]) -> dict[str, Any] | None:
     }
 
 
-def _compared(case: dict[str, Any]) -> dict[str, str | None]:
+def _compared(case: CaseRecord) -> dict[str, str | None]:
     """Return whose answers are drawn: the tracer's, or whatever else was put under test, and a reference's."""
     names = [str(render.get("renderer")) for render in case.get("renders", [])]
     ours = OURS if OURS in names else next(iter(names), None)

@@ -3,11 +3,12 @@
 import tempfile
 from pathlib import Path
 
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.guards import BrokenHarnessError
 from rayproof.reports.run.journal import Journal
 
 KEY, OTHER = "0" * 64, "1" * 64
-RECORD = {"name": "guard/journal"}
+RECORD: CaseRecord = {"name": "guard/journal", "family": "guard", "verdict": "pass"}
 
 
 def guard_journal() -> None:

@@ -7,12 +7,15 @@ from pathlib import Path
 from rayproof.reports.cache import judgements
 from rayproof.reports.cache.signing import SIZE
 from rayproof.reports.cache.store import Store
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.guards import BrokenHarnessError
 
-_RECORD = {
+_SCENE = "scenes/guard.json"
+_RECORD: CaseRecord = {
     "name": "guard/judgements",
+    "family": "guard",
     "verdict": "fail",
-    "scene": "scenes/guard.json",
+    "scene": _SCENE,
     "renders": [],
     "shapes": [],
     "lights": 0,
@@ -31,11 +34,11 @@ def guard_judgements() -> None:
 def _guard_entries(folder: Path, known: str, other: str) -> None:
     """Keep one verdict and ask for it by its key, by another one, and when it was altered."""
     (folder / "scenes").mkdir()
-    (folder / _RECORD["scene"]).write_text("{}")
+    (folder / _SCENE).write_text("{}")
     store = Store(folder / "cache", secret=os.urandom(SIZE))
     judgements.keep(store, known, folder, _RECORD)
     found = judgements.recall(store, known)
-    if found is None or found.record != _RECORD or found.files != {_RECORD["scene"]: b"{}"}:
+    if found is None or found.record != _RECORD or found.files != {_SCENE: b"{}"}:
         raise BrokenHarnessError("the memory is broken: a verdict was not found as it was kept")
     if judgements.recall(store, other) is not None:
         raise BrokenHarnessError("the memory is broken: a verdict was found for other answers")

@@ -1,8 +1,9 @@
 """The ledgers' guard: records whose counts, verdict and exit code are known."""
 
-from typing import Any
+from collections.abc import Mapping
 
 from rayproof.reports.results.outcomes import Outcome, exit_code, worst
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.guards import BrokenHarnessError
 from rayproof.reports.run.record import totals
 
@@ -34,17 +35,23 @@ _GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED)
 _WRONG = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
 
 
-def _record(verdict: Outcome, checks: tuple[Outcome, ...], *, planned: int) -> dict[str, Any]:
-    return {"verdict": verdict.value, "planned": planned, "checks": [{"verdict": check.value} for check in checks]}
+def _record(verdict: Outcome, checks: tuple[Outcome, ...], *, planned: int) -> CaseRecord:
+    return {
+        "name": "guard/ledger",
+        "family": "guard",
+        "verdict": verdict.value,
+        "planned": planned,
+        "checks": [{"verdict": check.value} for check in checks],
+    }
 
 
-def _expect(counts: dict[str, int], wanted: dict[str, int], what: str) -> None:
+def _expect(counts: Mapping[str, object], wanted: dict[str, int], what: str) -> None:
     got = {name: counts[name] for name in wanted}
     if got != wanted:
         raise BrokenHarnessError(f"the ledgers are broken: the ledger {what} must read {wanted}, got {got}")
 
 
-def _refuses(record: dict[str, Any], what: str) -> None:
+def _refuses(record: CaseRecord, what: str) -> None:
     try:
         totals.check_ledger([record])
     except ValueError:

@@ -20,6 +20,7 @@ from rayproof.reports.judge.self_test.known_answer import CASE
 from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.results.image_script import handed_over, read_pixels
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.guards import BrokenHarnessError
 from rayproof.reports.run.messages import JudgeTask
 from rayproof.reports.run.record.images import keep_images, masks
@@ -68,8 +69,10 @@ def guard_report(oracle: Any) -> None:
 def _published(task: JudgeTask, oracle: Any, outcome: Outcome, names: list[str]) -> dict[str, Any]:
     """Return what the page is handed of a case that ended so."""
     images, pixels = keep_images(task, outcome)
-    record = {
+    record: CaseRecord = {
         "name": CASE.name,
+        "family": CASE.family,
+        "verdict": outcome.value,
         "renders": [{"renderer": name, "image": images.get(name)} for name in names],
         "pixels": pixels,
         "masks": masks(task, oracle),

@@ -10,13 +10,14 @@ in turn.
 import hashlib
 from collections.abc import Mapping, Sequence
 from statistics import median
-from typing import Any
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.common_factors import least_share
 from rayproof.reports.judge.tolerance.common_factor_bounds import LEAST_DISTINCT
+from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, CommonFactorRecord
 
 
 def camera_and_lights(scene: Scene) -> str:
@@ -25,7 +26,7 @@ def camera_and_lights(scene: Scene) -> str:
     return hashlib.blake2b(repr(places).encode(), digest_size=6).hexdigest()
 
 
-def common_factors(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def common_factors(records: Sequence[CaseRecord]) -> list[CommonFactorRecord]:
     """Return for each configuration and stage of light what all cases' factors have in common, as plain JSON data."""
     words: dict[tuple[str, str], dict[str, list[tuple[float, float]]]] = {}
     for record in records:
@@ -33,9 +34,8 @@ def common_factors(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]
             bias = check.get("bias")
             if bias is not None and bias["common"] is not None:
                 voices = words.setdefault((check["configuration"], check["stage"]), {})
-                voices.setdefault(record.get("camera_and_lights", record["name"]), []).append(
-                    (bias["common"], bias["allowance"])
-                )
+                word = at_worst(bias["common"]), at_worst(bias["allowance"])
+                voices.setdefault(record.get("camera_and_lights", record["name"]), []).append(word)
     order = list(Stage)
     return [
         _pooled(configuration, stage, voices)
@@ -45,7 +45,7 @@ def common_factors(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]
     ]
 
 
-def _pooled(configuration: str, stage: str, voices: Mapping[str, Sequence[tuple[float, float]]]) -> dict[str, Any]:
+def _pooled(configuration: str, stage: str, voices: Mapping[str, Sequence[tuple[float, float]]]) -> CommonFactorRecord:
     """Return one configuration's factor at one stage; too few voices decide nothing."""
     said = [(median(off for off, _ in each), max(allowed for _, allowed in each)) for each in voices.values()]
     off = float(f"{median(value for value, _ in said):.4g}")
@@ -66,7 +66,7 @@ def _pooled(configuration: str, stage: str, voices: Mapping[str, Sequence[tuple[
     }
 
 
-def wrong(pooled: Sequence[Mapping[str, Any]]) -> list[str]:
+def wrong(pooled: Sequence[CommonFactorRecord]) -> list[str]:
     """Return in sentences which configurations multiply all of a run by a wrong factor, from their first stage on."""
     first: dict[str, str] = {}
     for entry in pooled:
@@ -75,8 +75,9 @@ def wrong(pooled: Sequence[Mapping[str, Any]]) -> list[str]:
     return list(first.values())
 
 
-def _sentence(entry: Mapping[str, Any]) -> str:
+def _sentence(entry: CommonFactorRecord) -> str:
+    off, limit = (at_worst(entry[name] or 0.0) for name in ("off", "sees"))
     return (
-        f"{entry['stage']} of {entry['configuration']} is {1 + entry['off']:.9g} times what it should be in the whole "
-        f"run ({entry['cases']} cases of {entry['voices']} different cameras and lights; limit {entry['sees']:.3g})"
+        f"{entry['stage']} of {entry['configuration']} is {1 + off:.9g} times what it should be in the whole "
+        f"run ({entry['cases']} cases of {entry['voices']} different cameras and lights; limit {limit:.3g})"
     )

@@ -4,10 +4,10 @@ import platform
 import sys
 from datetime import datetime
 from importlib.metadata import version
-from typing import Any
 
 from rayproof.reports.paths.verdict import paths_of
 from rayproof.reports.results.outcomes import Outcome, worst
+from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run.panel import Panel
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record import totals
@@ -17,12 +17,12 @@ from rayproof.reports.subjects import Subject
 
 def results_document(
     planned: tuple[PlannedCase, ...],
-    records: list[dict[str, Any]],
+    records: list[CaseRecord],
     heard: Panel,
     faults: list[str],
     started: datetime,
     subject: Subject,
-) -> dict[str, Any]:
+) -> RunRecord:
     """Return results.json's content, as docs/results.md describes it."""
     from rayproof.reference import REFERENCES
 

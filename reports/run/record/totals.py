@@ -1,8 +1,8 @@
 """Putting the records of a run together: ledgers, coverage by specification item, limits to review."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Any, cast
 
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import Stage
@@ -11,6 +11,7 @@ from rayproof.reports.judge.panel.known_defects import known_findings
 from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import Outcome, ledger, worst
+from rayproof.reports.results.records import CaseRecord, CheckRecord, CoverageRecord, LedgerRecord, ReviewRecord
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
 MEASURED = {Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT}
@@ -26,33 +27,33 @@ STAGE_ITEMS: dict[str, tuple[str, ...]] = {
 }
 
 
-def check_ledger(records: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+def check_ledger(records: Sequence[CaseRecord]) -> LedgerRecord:
     """Return the ledger of checks; raise ValueError if it does not add up to what the cases planned."""
     outcomes = [Outcome(check["verdict"]) for record in records for check in record["checks"]]
-    return ledger(outcomes, planned=sum(record["planned"] for record in records))
+    return cast(LedgerRecord, ledger(outcomes, planned=sum(record["planned"] for record in records)))
 
 
-def case_ledger(records: Sequence[Mapping[str, Any]], *, planned: int) -> dict[str, int]:
+def case_ledger(records: Sequence[CaseRecord], *, planned: int) -> LedgerRecord:
     """Return the ledger of cases; raise ValueError if it does not add up to the plan.
 
     Cases that an interrupted run did not reach were planned and are missing.
     """
     outcomes = [Outcome(record["verdict"]) for record in records]
-    return ledger(outcomes + [Outcome.MISSING] * (planned - len(outcomes)), planned=planned)
+    return cast(LedgerRecord, ledger(outcomes + [Outcome.MISSING] * (planned - len(outcomes)), planned=planned))
 
 
-def examined(records: Iterable[Mapping[str, Any]], *, outcome: Outcome | None = None) -> dict[str, int]:
+def examined(records: Iterable[CaseRecord], *, outcome: Outcome | None = None) -> dict[str, int]:
     """Return what the checks of all cases examined, pixel by pixel; with an outcome, the checks that ended in it."""
     total = dict.fromkeys(Examined(pixels=0).as_json(), 0)
     for record in records:
         for check in record["checks"]:
             if outcome is None or check["verdict"] == outcome.value:
                 for name in total:
-                    total[name] += check["examined"][name]
+                    total[name] += (check["examined"] or {})[name]
     return Examined(**total).as_json()  # raises where the sums do not add up: each ledger did when it was made
 
 
-def coverage(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+def coverage(records: Iterable[CaseRecord]) -> dict[str, CoverageRecord]:
     """Return for each specification item how many cases measured it, how many failed, and how near to the limit.
 
     A case counts only if it says that it covers the item, a configuration ran whose formulas cover it, and a check at
@@ -85,10 +86,10 @@ def coverage(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
                     entry["worst_check"] = _name(record, check)
     for entry in found.values():
         entry["references"] = sorted(entry["references"])
-    return found
+    return cast("dict[str, CoverageRecord]", found)
 
 
-def _exercised(item: str, check: Mapping[str, Any]) -> bool:
+def _exercised(item: str, check: CheckRecord) -> bool:
     """Say whether the check met the item at all: where nothing is hit nothing is turned, lit or seen.
 
     A miss tells of hit tests and cameras as much as a hit does.
@@ -99,7 +100,7 @@ def _exercised(item: str, check: Mapping[str, Any]) -> bool:
     return measured is None or measured["interior"] > 0
 
 
-def review(records: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def review(records: Iterable[CaseRecord]) -> list[ReviewRecord]:
     """Return the limits to look at again: slack in all cases of a kind, or tight in one."""
     groups: dict[tuple[str, str, str], list[tuple[float, str]]] = {}
     for record in records:
@@ -117,20 +118,20 @@ def review(records: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         listed += [
             {"check": name, "ratio": ratio, "why": f"above {HIGH}"} for ratio, name in ratios if HIGH < ratio <= 1
         ]
-    return sorted(listed, key=lambda entry: -entry["ratio"])
+    return sorted(listed, key=lambda entry: -at_worst(entry["ratio"]))
 
 
-def findings(records: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def findings(records: Iterable[CaseRecord]) -> list[dict[str, Any]]:
     """Return the checked-in findings about references, each with the checks of this run that it explained."""
     met: dict[str, list[str]] = {}
     for record in records:
         for check in record["checks"]:
-            if check.get("finding"):
-                met.setdefault(check["finding"], []).append(_name(record, check))
+            if finding := check.get("finding"):
+                met.setdefault(finding, []).append(_name(record, check))
     return [asdict(entry) | {"met": met.get(entry.name, [])} for entry in known_findings()]
 
 
-def verdict(records: Sequence[Mapping[str, Any]], *, planned: int, tracer: bool = True) -> Outcome:
+def verdict(records: Sequence[CaseRecord], *, planned: int, tracer: bool = True) -> Outcome:
     """Return the run's verdict: its worst case's; a case that was not reached is missing.
 
     Of another subject than the tracer those cases count that it supports.
@@ -139,7 +140,7 @@ def verdict(records: Sequence[Mapping[str, Any]], *, planned: int, tracer: bool 
     return worst(outcomes + [Outcome.MISSING] * (planned - len(records)))
 
 
-def abstained(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, str]]:
+def abstained(records: Iterable[CaseRecord]) -> dict[str, dict[str, str]]:
     """Return each reference that had no say in a case where it was planned, by a crash or a time limit: case to why."""
     found: dict[str, dict[str, str]] = {}
     for record in records:
@@ -148,7 +149,7 @@ def abstained(records: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, str]]
     return found
 
 
-def silent(records: Iterable[Mapping[str, Any]], required: Iterable[str]) -> tuple[str, ...]:
+def silent(records: Iterable[CaseRecord], required: Iterable[str]) -> tuple[str, ...]:
     """Return the required references that measured nothing in any case."""
     heard = {
         check["reference"] for record in records for check in record["checks"] if Outcome(check["verdict"]) in MEASURED
@@ -156,5 +157,5 @@ def silent(records: Iterable[Mapping[str, Any]], required: Iterable[str]) -> tup
     return tuple(name for name in dict.fromkeys(required) if name not in heard)
 
 
-def _name(record: Mapping[str, Any], check: Mapping[str, Any]) -> str:
+def _name(record: CaseRecord, check: CheckRecord) -> str:
     return f"{record['name']} {check['configuration']} {check['reference']} {check['stage']}"

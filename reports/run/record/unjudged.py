@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.reports.judge.comparison.examined import unexamined
@@ -10,6 +9,7 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, CheckRecord
 from rayproof.reports.run.record.common_factors import camera_and_lights
 from rayproof.reports.run.record.reproducing import reproduce, write_scene
 from rayproof.reports.subjects import Subject
@@ -23,10 +23,10 @@ def unjudged(
     *,
     folder: Path,
     subject: Subject,
-) -> dict[str, Any]:
+) -> CaseRecord:
     """Return the record, as docs/results.md describes it; `reply` is what came of judging."""
     why = f"judging failed: {reply.error}"
-    checks = [
+    checks: list[CheckRecord] = [
         {
             "configuration": candidate.name,
             "reference": witness.name,

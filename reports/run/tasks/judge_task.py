@@ -17,6 +17,7 @@ from rayproof.reports.judge.self_test.stand_guard import stand_guard
 from rayproof.reports.judge.supported_stages import count_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.messages import GuardTask, JudgeTask
 from rayproof.reports.run.record.common_factors import camera_and_lights
 from rayproof.reports.run.record.images import keep_images, masks
@@ -40,11 +41,11 @@ def _excused(witness: Witness) -> bool:
     return witness.error is None and bool(REFERENCES.about(witness.name).get("optional", False))
 
 
-def judge(task: JudgeTask | GuardTask) -> dict[str, Any]:
+def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     """Judge one case and return its record; of sentinels there is none."""
     _guarded(cached=task.cached)
     if isinstance(task, GuardTask):
-        return {}
+        return None
     oracle = Remembering(KeepingOracle(_ORACLE) if task.cached else _ORACLE)
     judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions, panel=task.panel)
     count_what_is_supported(judged, task.candidates)
@@ -56,12 +57,11 @@ def judge(task: JudgeTask | GuardTask) -> dict[str, Any]:
     banded = task.case.scene.camera.rows is not None  # of whose bands the scene is the whole image's
     scene = "" if banded else write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
-    return _record(task, judged, scene, images) | {
-        "adjudication": panel,
-        "pixels": pixels,
-        "masks": masks(task, oracle),
-        **({"certified": _certified(task, judged, oracle)} if task.certified else {}),
-    }
+    record = _record(task, judged, scene, images)
+    record.update({"adjudication": panel, "pixels": pixels, "masks": masks(task, oracle)})
+    if task.certified:
+        record["certified"] = _certified(task, judged, oracle)
+    return record
 
 
 def _certified(task: JudgeTask, judged: Judged, oracle: Remembering) -> list[dict[str, Any]]:
@@ -75,7 +75,7 @@ def _certified(task: JudgeTask, judged: Judged, oracle: Remembering) -> list[dic
     return found
 
 
-def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> dict[str, Any]:
+def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> CaseRecord:
     """Return the case's record, as docs/results.md describes it."""
     case = task.case
     name_of = {task.subject.renderer(c.name): c for c in task.candidates}

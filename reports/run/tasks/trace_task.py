@@ -1,12 +1,11 @@
 """The tracer's task: render a scene by one configuration."""
 
-from typing import Any
-
 from rayproof.cases.answers import Answers
 from rayproof.reports.judge.comparison.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.paths.ledger import met_by_case
+from rayproof.reports.results.records import ConsistencyRecord
 from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
 from rayproof.tracer.configuration import Configuration
@@ -23,7 +22,7 @@ def prepare() -> None:
 
 def trace(
     task: TracerTask,
-) -> tuple[Candidate, dict[str, str], tuple[str, ...], list[dict[str, Any]], dict[str, list[str]]]:
+) -> tuple[Candidate, dict[str, str], tuple[str, ...], list[ConsistencyRecord], dict[str, list[str]]]:
     """Return what the tracer answered, the versions of what computed it, and how its other routes compare.
 
     Between them stand no notes; last come the execution paths that it took, each with the routes (`reports.paths`).
@@ -54,7 +53,7 @@ def _unchanged(configuration: Configuration, known: tuple[str, ...]) -> None:
             raise RuntimeError(f"{place} has changed since the run began")
 
 
-def _consistency(task: TracerTask, configuration: Configuration, answers: Answers) -> list[dict[str, Any]]:
+def _consistency(task: TracerTask, configuration: Configuration, answers: Answers) -> list[ConsistencyRecord]:
     if not task.routes:
         return []
     from rayproof.reports.paths.routes import compare, suiting

@@ -7,8 +7,9 @@ from typing import Any
 from rayproof.reports.results.headline import ratio_of
 from rayproof.reports.results.json_numbers import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, CheckRecord
 
-Case = Mapping[str, Any]
+Case = CaseRecord
 ORDER = [outcome.value for outcome in Outcome]  # from the best to the worst
 LEAST_RATIO = 0.01  # below a hundredth of its limit an error is nobody's business: changes down there weigh nothing
 
@@ -86,14 +87,14 @@ def _seconds(case: Case, references: Sequence[str]) -> float | None:
     return total if total > 0 else None
 
 
-def _key(check: Case, named: Mapping[str, str]) -> tuple[str, str, str]:
+def _key(check: CheckRecord, named: Mapping[str, str]) -> tuple[str, str, str]:
     # A check of means over samples is that of "CONFIGURATION xSAMPLES".
     name, mark, samples = str(check.get("configuration")).partition(" x")
     return f"{named.get(name, name)}{mark}{samples}", str(check.get("reference")), str(check.get("stage"))
 
 
-def _word(check: Case) -> list[Any]:
-    ratio = number(ratio_of(dict(check)))
+def _word(check: CheckRecord) -> list[Any]:
+    ratio = number(ratio_of(check))
     return [check["verdict"], None if ratio is None else at_worst(ratio)]
 
 

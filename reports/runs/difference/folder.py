@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Mapping
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,12 @@ from rayproof.reports.publish.page.case_data import picture_of, view_of
 from rayproof.reports.publish.parallel import all_of
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.images import inside
+from rayproof.reports.results.records import CaseRecord, RenderRecord, RunRecord
 from rayproof.reports.runs.difference.images import called, renderer_pairs, write_both
 from rayproof.reports.runs.difference.record import moved, sentence
 
-Results = dict[str, Any]
-Job = tuple[tuple[Path, Path], tuple[dict[str, Any] | None, dict[str, Any]], dict[str, str], str, Path, str]
+Results = RunRecord
+Job = tuple[tuple[Path, Path], tuple[CaseRecord | None, CaseRecord], dict[str, str], str, Path, str]
 
 
 def write_folder(
@@ -49,20 +51,19 @@ def write_folder(
     record["sentence"] = sentence(record)
     shown = [{key: value for key, value in row.items() if key != "checks"} for row in record["rows"] if moved(row)]
     # A history is that of the later run alone, and stands in its own report.
-    results = {key: value for key, value in after.items() if key != "history"}
-    results |= {"cases": cases, "comparison": record | {"rows": shown}, "faults": record["faults"]}
+    results = copy(after)
+    results.pop("history", None)
+    results.update({"cases": cases, "comparison": record | {"rows": shown}, "faults": record["faults"]})
     save_results(out, results)
     return results
 
 
-def _case(
-    folder: Path, out: Path, case: dict[str, Any], pixels: str | None, row: Mapping[str, Any] | None
-) -> dict[str, Any]:
+def _case(folder: Path, out: Path, case: CaseRecord, pixels: str | None, row: Mapping[str, Any] | None) -> CaseRecord:
     """Return a case of the later run as the folder has it: images in one script, the checks of both runs."""
     for path in (case.get("scene"), picture_of(folder, case), view_of(folder, case)):
         if isinstance(path, str) and inside(folder, path):
             (out / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(folder / path, out / path)
-    renders = [{**render, "image": None} for render in case.get("renders", [])]
+    renders: list[RenderRecord] = [{**render, "image": None} for render in case.get("renders", [])]
     compared = None if row is None else {"before": row["before"], "pixels": row["pixels"], "checks": row["checks"]}
     return {**case, "renders": renders, "pixels": pixels, "compared": compared}

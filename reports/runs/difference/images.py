@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,9 +10,10 @@ from rayproof.reports.publish.page.case_data import camera_of
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.image_script import BASE, Renders, renamed, write_pixels
 from rayproof.reports.results.images import inside, kept_images
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.runs.difference.checks import ours
 
-Case = Mapping[str, Any]
+Case = CaseRecord
 
 
 def renderer_pairs(
@@ -42,7 +42,7 @@ def differing(before: Mapping[Stage, np.ndarray], after: Mapping[Stage, np.ndarr
 
 def write_both(
     folders: tuple[Path, Path],
-    cases: tuple[dict[str, Any] | None, dict[str, Any]],
+    cases: tuple[CaseRecord | None, CaseRecord],
     pairs: Mapping[str, str],
     label: str,
     out: Path,
@@ -84,7 +84,7 @@ def called(label: str, renderer: str) -> str:
     return f"{label}: {renderer}"
 
 
-def _wanted(case: dict[str, Any], renders: Renders) -> set[str]:
+def _wanted(case: CaseRecord, renders: Renders) -> set[str]:
     """Return whose images help to see what happened: under test, closed forms, and who has the case's verdict."""
     references = {str(check.get("reference")) for check in case.get("checks", [])}
     guilty = {

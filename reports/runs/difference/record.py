@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from rayproof.reports.results.records import RunRecord
 from rayproof.reports.runs.difference.checks import ORDER, Case, compared, decades, paired, times
 from rayproof.reports.runs.history.series import WORSE_TIME
 from rayproof.reports.runs.history.standing import LOUD
 from rayproof.reports.runs.history.steps import NORMAL
 
-Results = Mapping[str, Any]
+Results = RunRecord
 TOLD = ("command", "started", "rayproof", "verdict")
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.json_numbers import at_worst, number
+from rayproof.reports.results.records import CaseRecord, CheckRecord, RenderRecord
 from rayproof.reports.runs.difference.checks import paired
 from rayproof.reports.studies.compare.findings import LEAST_DIGITS
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval
@@ -21,7 +22,7 @@ from rayproof.reports.studies.compare.verdicts import BETTER, NOTHING, TRADE, WO
 # From the best to the worst, as docs/results.md lists them.
 ORDER = ("pass", "warn", "undecided", "unsupported", "missing", "reference_suspect", "error", "fail")
 SEED = 4
-Check = Mapping[str, Any]
+Check = CheckRecord
 
 
 def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
@@ -65,7 +66,7 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
     }
 
 
-def _case(name: str, one: Mapping[str, Any], other: Mapping[str, Any], aliases: Mapping[str, str]) -> dict[str, Any]:
+def _case(name: str, one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]) -> dict[str, Any]:
     after = {_key(check): check for check in other.get("checks", [])}
     digits: dict[str, float] = {}
     for check in one.get("checks", []):
@@ -91,7 +92,7 @@ def _case(name: str, one: Mapping[str, Any], other: Mapping[str, Any], aliases: 
     }
 
 
-def _seconds(render: Mapping[str, Any]) -> float:
+def _seconds(render: RenderRecord) -> float:
     """Return what a render of the tracer took [s]; 0 of any other."""
     found = number(render.get("seconds")) if str(render.get("renderer", "")).startswith("tracer-") else None
     return found if found is not None and math.isfinite(found) else 0.0
@@ -103,7 +104,7 @@ def _key(check: Check) -> tuple[str, str, str]:
 
 def _gained(before: Check, after: Check) -> float | None:
     """Return log10 of the worst error before over that after; None where either is zero, infinite or not there."""
-    errors = [at_worst((check.get("end_to_end") or {}).get("worst_error", math.nan)) for check in (before, after)]
+    errors = [at_worst((check.get("end_to_end") or {}).get("worst_error") or math.nan) for check in (before, after)]
     if not all(0 < error < math.inf for error in errors):
         return None
     return math.log10(errors[0] / errors[1])

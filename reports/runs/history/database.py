@@ -16,6 +16,7 @@ from typing import Any
 
 from rayproof.reports.called import called
 from rayproof.reports.results.json_numbers import at_worst, encodable
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
 VERSION = 1
@@ -86,7 +87,7 @@ def _marks(connection: sqlite3.Connection) -> tuple[int, int, int]:
     return application, version, tables
 
 
-def append(path: Path, results: Mapping[str, Any], revision: str) -> int:
+def append(path: Path, results: RunRecord, revision: str) -> int:
     """Append a run's results, as docs/results.md describes them, and return its number.
 
     Raises:
@@ -139,13 +140,13 @@ def _processor() -> str:
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
 
 
-def _case(run: int, case: Mapping[str, Any]) -> tuple[int, str, str, float | None, float]:
+def _case(run: int, case: CaseRecord) -> tuple[int, str, str, float | None, float]:
     """Return a case's row; the references' renders are not the subject's time."""
     mine = (r.get("seconds") or 0.0 for r in case.get("renders", []) if r.get("configuration") is not None)
     return run, case["name"], case["verdict"], case.get("seconds"), sum(mine)
 
 
-def _errors(run: int, case: Mapping[str, Any]) -> Iterator[tuple[int, str, str, float, float | None, str]]:
+def _errors(run: int, case: CaseRecord) -> Iterator[tuple[int, str, str, float, float | None, str]]:
     worst: dict[str, tuple[float, Mapping[str, Any], Mapping[str, Any]]] = {}
     for check in case.get("checks", []):
         measured = check.get("continued") or check.get("end_to_end")

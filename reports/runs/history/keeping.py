@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from rayproof.reports.results.records import RunRecord
 from rayproof.reports.runs.history.database import append, opened
 from rayproof.reports.runs.history.revisions import revision
 from rayproof.reports.runs.history.series import Series, read_series
@@ -11,7 +12,7 @@ from rayproof.reports.runs.history.standing import worse
 SHOWN = 50  # runs of each case that a report draws
 
 
-def keep(path: Path, results: dict[str, Any]) -> list[str]:
+def keep(path: Path, results: RunRecord) -> list[str]:
     """Append `results` to the history `path`, put `history` into them, and return what became worse, in sentences.
 
     Raises:

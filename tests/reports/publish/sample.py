@@ -83,7 +83,7 @@ SCENE: dict[str, Any] = {
 }  # fmt: skip
 
 
-def make_folder(folder: Path, *, extra_cases: int = 0, width: int = 40, height: int = 30) -> dict[str, Any]:
+def make_folder(folder: Path, *, extra_cases: int = 0, width: int = 40, height: int = 30) -> Any:
     """Fill `folder` and return its results: pass, fail, unsupported, error, missing, suspect and a hostile name."""
     size = {"width": width, "height": height}
     cases = [
@@ -103,7 +103,7 @@ def make_folder(folder: Path, *, extra_cases: int = 0, width: int = 40, height: 
     return results
 
 
-def results_of(cases: list[dict[str, Any]], *, faults: tuple[str, ...] = ()) -> dict[str, Any]:
+def results_of(cases: list[Any], *, faults: tuple[str, ...] = ()) -> Any:
     """Return results.json's contents for `cases`, ledgers added up."""
     checks = [check for case in cases for check in case["checks"]]
 

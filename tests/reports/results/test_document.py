@@ -6,8 +6,9 @@ import math
 
 import pytest
 
-from rayproof.reports.results.document import ResultsError, load_results, save_results, shape_problem
+from rayproof.reports.results.document import ResultsError, load_results, save_results
 from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.results.records import problem
 from tests.reports.publish.sample import results_of
 
 
@@ -22,7 +23,7 @@ def test_numbers_that_json_cannot_carry_survive_as_strings(tmp_path):
 
     save_results(tmp_path, results)
 
-    assert load_results(tmp_path)["extra"] == ["inf", "-inf", "nan", 1.5, [2]]
+    assert dict(load_results(tmp_path))["extra"] == ["inf", "-inf", "nan", 1.5, [2]]
     assert json.loads((tmp_path / "results.json").read_text(), parse_constant=pytest.fail)
 
 
@@ -30,31 +31,33 @@ def test_numbers_that_json_cannot_carry_survive_as_strings(tmp_path):
     ("change", "message"),
     [
         pytest.param(lambda r: r.update(schema=3), "schema must be one of 1, 2", id="schema"),
-        pytest.param(lambda r: r["summary"].pop("fail"), "summary.fail must be a count", id="ledger"),
-        pytest.param(lambda r: r["checks"].update(planned=-1), "checks.planned must be a count", id="negative"),
+        pytest.param(lambda r: r["summary"].pop("fail"), "summary.fail is missing", id="ledger"),
+        pytest.param(lambda r: r["checks"].update(planned=-1), "checks.planned must be a number >= 0", id="negative"),
         pytest.param(lambda r: r.update(cases={}), "cases must be a list", id="cases"),
         pytest.param(
             lambda r: r["cases"][1].update(verdict="good"), r"cases\[1\].verdict must be one of", id="verdict"
         ),
         pytest.param(lambda r: r["cases"][0].update(name=""), r"cases\[0\].name must be", id="name"),
         pytest.param(lambda r: r["cases"][0].update(checks=3), r"cases\[0\].checks must be a list", id="checks"),
-        pytest.param(lambda r: r.pop("coverage"), "coverage must be an object", id="coverage"),
+        pytest.param(lambda r: r.pop("coverage"), "coverage is missing", id="coverage"),
         pytest.param(lambda r: r.update(environment=[]), "environment must be an object", id="environment"),
         pytest.param(lambda r: r.update(coverage_detail=None), "coverage_detail must be an object", id="no detail"),
         pytest.param(
-            lambda r: r.update(coverage_detail={"HIT-1": 3}), "coverage_detail.HIT-1 must be an object", id="detail"
+            lambda r: r.update(coverage_detail={"HIT-1": 3}),
+            r"coverage_detail\[\.\.\.\] must be an object",
+            id="detail",
         ),
-        pytest.param(lambda r: r.update(verdict=None), "verdict must be one of", id="the run's verdict"),
-        pytest.param(lambda r: r.update(faults=5), "faults must be a list of names", id="faults"),
-        pytest.param(lambda r: r.update(configurations=[[1]]), "configurations must be a list of names", id="lists"),
+        pytest.param(lambda r: r.update(verdict=None), "verdict must be a text", id="the run's verdict"),
+        pytest.param(lambda r: r.update(faults=5), "faults must be a list", id="faults"),
+        pytest.param(lambda r: r.update(configurations=[[1]]), r"configurations\[0\] must be a text", id="lists"),
         pytest.param(lambda r: r.update(references=[[1]]), "references must be an object", id="references"),
-        pytest.param(lambda r: r["cases"][0].update(verdict=[]), r"cases\[0\].verdict must be one of", id="no word"),
+        pytest.param(lambda r: r["cases"][0].update(verdict=[]), r"cases\[0\].verdict must be a text", id="no word"),
         pytest.param(lambda r: r["cases"][0].update(notes="x"), r"cases\[0\].notes must be a list", id="notes"),
-        pytest.param(lambda r: r["cases"][0].update(picture=5), r"cases\[0\].picture must be a path", id="picture"),
-        pytest.param(lambda r: r["cases"][0].update(view=[1]), r"cases\[0\].view must be a path", id="view"),
+        pytest.param(lambda r: r["cases"][0].update(picture=5), r"cases\[0\].picture must be a text", id="picture"),
+        pytest.param(lambda r: r["cases"][0].update(view=[1]), r"cases\[0\].view must be a text", id="view"),
         pytest.param(
             lambda r: r["cases"][0].update(checks=[{"verdict": {}}]),
-            r"cases\[0\].checks\[0\].verdict must be one of",
+            r"cases\[0\].checks\[0\].verdict must be a text",
             id="check's no word",
         ),
         pytest.param(lambda r: r.update(seconds="soon"), "seconds must be a number", id="seconds"),
@@ -85,7 +88,7 @@ def test_a_wrong_shape_is_refused_with_file_and_field(tmp_path, published, chang
 def test_a_time_that_is_no_number_is_refused(seconds):
     results = results_of([]) | {"seconds": seconds}
 
-    assert shape_problem(results) == f"seconds must be a number up to 1e+12, got {seconds}"
+    assert str(problem(results)).startswith("seconds must be a number")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,423 @@
+"""The records of a run, one class a level: what results.json holds, what may be missing, which values are valid.
+
+They are dictionaries with declared keys, since JSON is what they are written to and read from. msgspec checks documents
+against them (`problem`) and derives the JSON Schema that `rayproof schema results` prints. docs/results.md says what
+each key means. Keys that a class does not name are allowed, and kept.
+"""
+
+import re
+from functools import cache
+from typing import Annotated, Any, Literal, NotRequired, Required, TypedDict
+
+import msgspec
+from msgspec import Meta
+
+from rayproof.reports.results.outcomes import Outcome
+
+MOST_SECONDS = 1e12  # s that a run may have taken; thousandths of it are still numbers of 64 bits
+
+Number = float | Literal["inf", "-inf", "nan"]  # JSON has no other numbers
+Count = Annotated[int, Meta(ge=0)]
+Name = Annotated[str, Meta(min_length=1)]
+Seconds = Annotated[float, Meta(ge=-MOST_SECONDS, le=MOST_SECONDS)]
+Verdict = Annotated[str, Meta(pattern=f"^({'|'.join(Outcome)})$")]
+
+# "pass" and "with" are words of Python's, so that these two are written as tables.
+LedgerRecord = TypedDict(
+    "LedgerRecord",
+    {
+        "planned": Count,
+        "pass": Count,
+        "warn": Count,
+        "undecided": Count,
+        "unsupported": Count,
+        "missing": Count,
+        "reference_suspect": Count,
+        "error": Count,
+        "fail": Count,
+    },
+)
+ConsistencyRecord = TypedDict(
+    "ConsistencyRecord",
+    {
+        "path": str,
+        "configuration": str,
+        "with": str,
+        "how": str,
+        "stage": str | None,
+        "pixels": int,
+        "worst": Number,
+        "verdict": Verdict,
+        "differ": int,
+        "pixel": list[int] | None,
+    },
+    total=False,
+)
+
+
+class ExaminedRecord(TypedDict):
+    """What became of the pixels that checks looked at; `pixels` is the sum of the rest."""
+
+    pixels: Count
+    strict: Count
+    wide: Count
+    side: Count
+    interval: Count
+    epsilon: Count
+    wrong: Count
+    unexamined: Count
+
+
+class MeasurementRecord(TypedDict, total=False):
+    """One comparison of a stage's image with another's."""
+
+    worst_ratio: Number | None
+    worst_inside: Number | None
+    worst_error: Number | None
+    limit: Number | None
+    pixel: list[int] | None
+    ours: list[Number]
+    theirs: list[Number]
+    interior: int
+    over_inside: int
+    edge: int
+    differ_at_edge: int
+    wrong_at_edge: int
+    in_window: int
+    differ_in_window: int
+    hit_miss: int
+    nan: int
+    inf: int
+    flagged: int
+    ulp: Number | None
+    relative_mse: Number | None
+    ssim: Number | None
+    psnr: Number | None
+    nrmse: Number | None
+    range: list[Number] | None
+
+
+class FactorGroupRecord(TypedDict, total=False):
+    """The factors of the pixels of one shape under the same lights, a number for each channel, null where not lit."""
+
+    shape: int
+    lights: list[int]
+    fitted: int
+    pixels: int
+    off: list[Number | None]
+    sees: list[Number | None]
+
+
+class BiasRecord(TypedDict, total=False):
+    """The factors that many pixels share."""
+
+    ratio: Number
+    sees: Number
+    common: Number | None
+    allowance: Number
+    groups: list[FactorGroupRecord]
+    continued: Any  # a `BiasRecord` again, given the candidate's own previous stages
+
+
+class CheckRecord(TypedDict, total=False):
+    """One stage of one renderer under test before one reference."""
+
+    configuration: str
+    reference: str
+    stage: str
+    verdict: Required[Verdict]
+    ratio: Number
+    reason: str | None
+    evidence: dict[str, Any] | None
+    finding: str | None
+    end_to_end: MeasurementRecord | None
+    continued: MeasurementRecord | None
+    examined: dict[str, Count] | None
+    bias: BiasRecord | None
+    because: str | int
+
+
+class RenderRecord(TypedDict, total=False):
+    """One renderer's images of a case."""
+
+    renderer: str
+    configuration: str | None
+    image: str | None
+    error: str | None
+    cached: bool
+    seconds: Seconds
+
+
+class UnsupportedRecord(TypedDict, total=False):
+    """What a renderer could not answer."""
+
+    reference: str | None
+    stage: str | None
+    why: str | None
+
+
+class NoteRecord(TypedDict, total=False):
+    """Where a reference answers a slightly different question."""
+
+    reference: str | None
+    note: str
+
+
+class ExpectationRecord(TypedDict, total=False):
+    """A closed form of the case, held against one configuration's image."""
+
+    because: str
+    stage: str
+    verdict: str
+    measured: Any
+    expected: Any
+    limit: Any
+    ratio: Number
+    configuration: str
+
+
+class ConventionRecord(TypedDict, total=False):
+    """A convention that who stands alone may follow instead, and how many of its pixels that explains."""
+
+    what: str
+    explains: bool
+    ratio: Number | None
+    differing: int | None
+    interior: int
+
+
+class AdjudicationRecord(TypedDict, total=False):
+    """One stage's answers of everybody against everybody."""
+
+    baseline: str
+    renderers: list[str]
+    ratio: list[list[Number | None]]
+    differing: list[list[int | None]]
+    alone: str | None
+    why: str
+    conventions: list[ConventionRecord]
+
+
+class CaseRecord(TypedDict, total=False):
+    """One case: who rendered it, what was checked, and its verdict."""
+
+    name: Required[Name]
+    family: Required[Name]
+    verdict: Required[Verdict]
+    stage: str | None
+    item: str | None
+    blamed_items: list[str]
+    excluded: dict[str, str]
+    cause: list[str]
+    reason: str | None
+    trace: str | None
+    stresses: str | None
+    covers: list[str]
+    compared: dict[str, Any] | None
+    planned: int
+    reproduce: str | None
+    call: str | None
+    scene: str | None
+    picture: str | None
+    thumbnail: str | None
+    view: str | None
+    pixels: str | None
+    masks: dict[str, Any] | None
+    width: int
+    height: int
+    lights: int
+    camera_and_lights: str
+    shapes: list[str]
+    settings: dict[str, dict[str, Any]]
+    renders: list[RenderRecord]
+    ran: dict[str, list[str]]
+    unsupported: list[UnsupportedRecord]
+    abstained: dict[str, str]
+    notes: list[NoteRecord]
+    checks: list[CheckRecord]
+    expectations: list[ExpectationRecord]
+    adjudication: dict[str, AdjudicationRecord] | None
+    paths: dict[str, Any]
+    consistency: list[ConsistencyRecord]
+    certified: list[dict[str, Any]]
+    versions: dict[str, str]
+    remembered: bool
+    key: str
+    seconds: Seconds
+    judge_seconds: Seconds
+
+
+class ReferenceRecord(TypedDict, total=False):
+    """A reference of the run."""
+
+    version: str
+    precision: str
+    independent: bool
+
+
+class CoverageRecord(TypedDict, total=False):
+    """How often an item of the specification was measured, and how near to the limit."""
+
+    cases: int
+    failed: int
+    worst_ratio: Number | None
+    worst_check: str | None
+    references: list[str]
+
+
+class CommonFactorRecord(TypedDict, total=False):
+    """What the whole run shares at one stage of light."""
+
+    configuration: str
+    stage: str
+    off: Number | None
+    sees: Number | None
+    voices: int
+    cases: int
+    verdict: Verdict
+
+
+class ExplainedRecord(TypedDict):
+    """How many cases something explains, of how many."""
+
+    cases: int
+    of: int
+
+
+CauseRecord = TypedDict(
+    "CauseRecord",
+    {
+        "mistake": str | None,
+        "items": list[str],
+        "sentence": str,
+        "explains": ExplainedRecord,
+        "cases": list[str],
+        "with": list[str],
+        "alternatives": list[dict[str, Any]],
+        "told_apart_by": str | None,
+        "predicted": ExplainedRecord | None,
+        "parameters": dict[str, Any],
+        "tried": int,
+    },
+    total=False,
+)
+
+
+class GateRecord(TypedDict):
+    """A run held against what is known to fail, and against an earlier one."""
+
+    file: str
+    sentence: str
+    red: bool
+    regressions: list[str]
+    tighten: list[str]
+    stale: list[str]
+    expired: list[str]
+    matched: list[str]
+    cases: list[str]
+    worse: NotRequired[list[str]]
+    uncovered: NotRequired[list[str]]
+
+
+class ReviewRecord(TypedDict, total=False):
+    """A limit to look at again."""
+
+    check: str
+    ratio: Number
+    why: str
+
+
+class RunRecord(TypedDict, total=False):
+    """A whole run, as results.json holds it."""
+
+    schema: Required[Literal[1, 2]]
+    rayproof: str
+    command: str
+    started: str
+    seconds: Seconds
+    verdict: Verdict
+    finished: bool
+    subject: str
+    faults: list[str]
+    environment: dict[str, Any]
+    configurations: list[str]
+    references: dict[str, ReferenceRecord] | None
+    absent: dict[str, str] | None
+    abstained: dict[str, dict[str, str]] | None
+    summary: Required[LedgerRecord]
+    checks: Required[LedgerRecord]
+    examined: dict[str, Count] | None
+    examined_passing: dict[str, Count] | None
+    common_factors: list[CommonFactorRecord]
+    wrong_factors: list[str]
+    gate: GateRecord
+    diagnosis: list[CauseRecord]
+    comparison: dict[str, Any]  # of a run beside an earlier one
+    history: dict[str, Any]  # put in when the run is published beside those before it
+    coverage: Required[dict[str, Count]]
+    coverage_detail: dict[str, CoverageRecord]
+    paths: dict[str, Any]
+    review: list[ReviewRecord]
+    findings: list[dict[str, Any]]
+    derivations: list[str]
+    cases: Required[list[CaseRecord]]
+
+
+# The kinds of values as msgspec names them, and in words.
+_WORDS = {
+    "object": "an object", "array": "a list", "str": "a text", "int": "a whole number", "float": "a number",
+    "bool": "true or false", "null": "null",
+}  # fmt: skip
+LONGEST = 80  # characters of a bad value that are shown
+
+
+def problem(document: Any) -> str | None:
+    """Return in a sentence what keeps a document from being a `RunRecord`, with the field and its value, or None."""
+    try:
+        msgspec.convert(document, RunRecord)
+    except msgspec.ValidationError as error:
+        said, _, place = str(error).partition(" - at `")
+        return _sentence(said, place.rstrip("`").removeprefix("$").removeprefix("."), document)
+    return None
+
+
+def _sentence(said: str, place: str, document: Any) -> str:
+    if missing := re.fullmatch("Object missing required field `(.*)`", said):
+        return f"{place + '.' if place else ''}{missing[1]} is missing"
+    if said.startswith("Invalid enum value") and place == "schema":
+        wanted = "one of 1, 2"
+    elif "matching regex" in said:
+        wanted = f"one of {', '.join(Outcome)}"
+    elif "length" in said:
+        wanted = "a non-empty text"
+    elif "out of range" in said:
+        wanted = "a number that fits 64 bits"
+    elif limit := re.search(r"(>=|<=) (\S+)", said):
+        wanted = f"a number {limit[1]} {float(limit[2]):g}"
+    else:
+        kinds = re.search(r"`([^`]*)`", said)
+        wanted = " or ".join(_WORDS.get(kind, kind) for kind in (kinds[1].split(" | ") if kinds else ["otherwise"]))
+    return f"{place or 'the document'} must be {wanted}, got {_shown(_at(document, place))}"
+
+
+def _at(document: Any, place: str) -> Any:
+    """Return the value at a place such as `cases[1].verdict`, as far as it can be told."""
+    for step in re.findall(r"[^.\[\]]+", place):
+        try:
+            document = document[int(step) if isinstance(document, list | tuple) else step]
+        except (KeyError, IndexError, ValueError, TypeError):
+            break
+    return document
+
+
+def _shown(value: Any) -> str:
+    if not (value is None or isinstance(value, str | int | float) or not value):
+        return type(value).__name__
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of results.json."""
+    return msgspec.json.schema(RunRecord)
