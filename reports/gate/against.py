@@ -14,6 +14,7 @@ from typing import Any
 
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import RunRecord
 from rayproof.reports.runs.difference.checks import LEAST_RATIO, ORDER, compared, paired
 from rayproof.reports.runs.history.database import append, opened
 from rayproof.reports.runs.history.revisions import revision
@@ -29,7 +30,7 @@ class Base:
     """What a run is held against: the results of an earlier one, or a file with a history."""
 
     name: str  # as the user wrote it
-    results: Mapping[str, Any] | None  # None: a history
+    results: RunRecord | None  # None: a history
 
 
 def load_base(path: Path) -> Base:
@@ -55,12 +56,12 @@ class Standing:
     cases: list[str]  # names of cases that fail, and in which nothing became worse
 
 
-def standing(results: Mapping[str, Any], base: Base) -> Standing:
+def standing(results: RunRecord, base: Base) -> Standing:
     """Return what became worse since `base`, and what fails as it did."""
     return _before_history(results, base) if base.results is None else _before_run(results, base.name, base.results)
 
 
-def _before_run(results: Mapping[str, Any], name: str, earlier: Mapping[str, Any]) -> Standing:
+def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
     known = {case["name"]: case for case in earlier["cases"]}
     pairs = paired(*([str(one) for one in run.get("configurations", ())] for run in (earlier, results)))
     found, same, cases = [], [], []
@@ -100,7 +101,7 @@ def _worse(row: Mapping[str, Any]) -> str | None:
     return f"worst error / limit {after[1]:.3g}, was {before[1]:.3g}"
 
 
-def _before_history(results: Mapping[str, Any], base: Base) -> Standing:
+def _before_history(results: RunRecord, base: Base) -> Standing:
     """Return how a run stands in a history, of which a copy takes it up: the file itself is `--history`'s to write."""
     with tempfile.TemporaryDirectory(prefix="rayproof-against-") as folder:
         copy = Path(folder, "history.sqlite")

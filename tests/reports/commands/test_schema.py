@@ -3,23 +3,36 @@
 import json
 from pathlib import Path
 
+import pytest
 from jsonschema import Draft202012Validator
 
-from rayproof.cases.scene_json import schema
+from rayproof.cases import scene_json
+from rayproof.reports.results import records
 from tests.reports.commands.conftest import Rayproof
 
+SCHEMAS = [pytest.param((), scene_json.schema, id="scene"), pytest.param(("results",), records.schema, id="results")]
 
-def test_the_printed_schema_is_valid_json_and_a_valid_schema(rayproof: Rayproof) -> None:
-    ended = rayproof("schema")
+
+@pytest.mark.parametrize(("what", "schema"), SCHEMAS)
+def test_the_printed_schema_is_valid_json_and_a_valid_schema(rayproof: Rayproof, what, schema) -> None:
+    ended = rayproof("schema", *what)
 
     assert ended.code == 0
     printed = json.loads(ended.out)
     Draft202012Validator.check_schema(printed)
     assert printed == schema()
+    assert len(ended.out.splitlines()) > 100, "a line for each key, to be read by eye"
 
 
-def test_the_schema_goes_to_a_file_if_asked(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("schema", "--json", tmp_path / "schema.json")
+@pytest.mark.parametrize(("what", "schema"), SCHEMAS)
+def test_the_schema_goes_to_a_file_if_asked(rayproof: Rayproof, tmp_path: Path, what, schema) -> None:
+    ended = rayproof("schema", *what, "--json", tmp_path / "schema.json")
 
     assert ended.out == ""
     assert json.loads((tmp_path / "schema.json").read_text()) == schema()
+
+
+def test_a_sample_of_results_fits_its_schema(published) -> None:
+    document = json.loads((published.folder / "results.json").read_text())
+
+    assert list(Draft202012Validator(records.schema()).iter_errors(document)) == []
