@@ -14,14 +14,16 @@ import numpy as np
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.json_numbers import at_worst, number
 from rayproof.reports.results.records import CaseRecord, CheckRecord, RenderRecord
-from rayproof.reports.runs.difference.checks import paired
+from rayproof.reports.runs.difference.checks import ORDER, paired
+from rayproof.reports.runs.difference.record import comparison
 from rayproof.reports.studies.compare.findings import LEAST_DIGITS
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval
 from rayproof.reports.studies.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
 
-# From the best to the worst, as docs/results.md lists them.
-ORDER = ("pass", "warn", "undecided", "unsupported", "missing", "reference_suspect", "error", "fail")
 SEED = 4
+# Of fewer families no interval is told: if each is as likely to gain as to lose, n of them all move the same way with
+# probability 2 / 2^n, which is below 1 - LEVEL from 6 on (sign test).
+LEAST_FAMILIES = 6
 Check = CheckRecord
 
 
@@ -39,10 +41,11 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
         raise ValueError(f"{base} and {candidate} share no case")
     pairs = paired(*(run.get("configurations") or [] for run in runs))
     aliases = {earlier: later for later, earlier in pairs.items()}
-    cases = [_case(name, one[name], other[name], aliases) for name in names]
+    # Rows come with the largest change first, as in the report of the two.
+    rows = comparison(runs[0], runs[1], (str(base), str(candidate)))["rows"]
+    cases = [_case(row, one[row["case"]], other[row["case"]], aliases) for row in rows]
     changed = [case for case in cases if case["before"] != case["after"]]
     moved = [case for case in cases if case["before"] == case["after"] and case["digits_gained"]]
-    moved.sort(key=lambda case: -abs(case["digits_gained"]))
     digits, interval = _digits(cases)
     time_ratio, time_interval = _times(cases)
     word = _word(changed, digits, interval)
@@ -66,7 +69,7 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
     }
 
 
-def _case(name: str, one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]) -> dict[str, Any]:
+def _case(row: Mapping[str, Any], one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]) -> dict[str, Any]:
     after = {_key(check): check for check in other.get("checks", [])}
     digits: dict[str, float] = {}
     for check in one.get("checks", []):
@@ -77,19 +80,26 @@ def _case(name: str, one: CaseRecord, other: CaseRecord, aliases: Mapping[str, s
             gained = _gained(check, match)
             if gained is not None:
                 digits[f"{configuration} {stage}"] = gained
-    worst = max(digits, key=lambda key: abs(digits[key]), default="")
     ours, theirs = (
         [seconds for render in run.get("renders", []) if (seconds := _seconds(render)) > 0] for run in (one, other)
     )
     return {
-        "case": name,
+        "case": row["case"],
         "family": one["family"],
         "before": one["verdict"],
         "after": other["verdict"],
         "digits_gained": float(np.mean(list(digits.values()))) if digits else None,
-        "check": f"{worst}: {digits[worst]:+.2f} digits" if digits and digits[worst] else str(other.get("reason", "")),
+        "check": _largest(row["worst"]) or str(other.get("reason", "")),
         "seconds": [sum(ours), sum(theirs)],
     }
+
+
+def _largest(check: Mapping[str, Any] | None) -> str:
+    """Return which check changed most, and by how much; an empty string where none did."""
+    if check is None or check["factor"] in (None, 1.0):
+        return ""
+    where = f"{check['configuration']} {check['reference']} {check['stage']}"
+    return f"{where}: error / limit x{check['factor']:.3g}"
 
 
 def _seconds(render: RenderRecord) -> float:
@@ -119,10 +129,10 @@ def _by_family(cases: Sequence[Mapping[str, Any]]) -> dict[str, list[float]]:
 
 
 def _digits(cases: Sequence[Mapping[str, Any]]) -> tuple[float | None, tuple[float, float] | None]:
-    """Return the mean over families, and its interval with families drawn again."""
+    """Return the mean over families, and its interval with families drawn again; of few families no interval."""
     means = np.array([np.mean(values) for values in _by_family(cases).values()])
-    if not len(means):
-        return None, None
+    if len(means) < LEAST_FAMILIES:
+        return (float(means.mean()) if len(means) else None), None
     drawn = means[np.random.default_rng(SEED).integers(len(means), size=(REPLICATES, len(means)))].mean(axis=1)
     return float(means.mean()), percentile_interval(drawn, level=LEVEL)
 
@@ -172,7 +182,11 @@ def _sentence(
     more = f" and {len(changed) - 4} more" if len(changed) > 4 else ""
     verdicts = f"{len(changed)} of {shared} verdicts changed" + (f": {', '.join(said)}{more}" if said else "")
     errors = "no errors to compare"
-    if digits is not None and interval is not None:
+    if digits is not None and interval is None:
+        errors = (
+            f"worst errors {digits:+.2f} digits, which fewer than {LEAST_FAMILIES} families cannot tell from chance"
+        )
+    elif digits is not None and interval is not None:
         errors = f"worst errors {digits:+.2f} digits [{interval[0]:.2f}, {interval[1]:.2f}]"
     opening = f"{word[0].upper()}{word[1:]}"
     return f"{opening}: {candidate} against {base}: {verdicts}; {errors}; run times were not interleaved."

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from rayproof.reports.runs.difference.record import comparison
 from rayproof.reports.runs.difference.runs import compare_runs
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.publish.sample import make_folder
@@ -34,25 +35,74 @@ def test_a_run_against_itself_shows_nothing(tmp_path: Path, before: Results) -> 
     assert result["changed"] == []
 
 
-def test_errors_ten_times_smaller_are_a_digit(tmp_path: Path, before: Results) -> None:
-    for case in before["cases"]:
+def scaled(results: Results, factor: float) -> Results:
+    """Return results whose errors are `factor` times as large."""
+    other = copy.deepcopy(results)
+    for case in other["cases"]:
         for check in case["checks"]:
             if check["end_to_end"] and isinstance(check["end_to_end"]["worst_error"], float):
-                check["end_to_end"]["worst_error"] /= 10
+                check["end_to_end"]["worst_error"] *= factor
+            if isinstance(check.get("ratio"), float):
+                check["ratio"] *= factor
+    return other
 
-    result = compare_runs(tmp_path / "before", write(tmp_path / "after", before))
+
+def in_families(results: Results, number: int) -> Results:
+    """Return results of which each measured case is there once in each of so many families."""
+    measured = [case for case in results["cases"] if case["checks"]]
+    cases = [
+        copy.deepcopy(case) | {"family": f"f{family}", "name": f"f{family}/{place}"}
+        for family in range(number)
+        for place, case in enumerate(measured)
+    ]
+    return results | {"cases": cases}
+
+
+def test_errors_ten_times_smaller_are_a_digit(tmp_path: Path, before: Results) -> None:
+    results = in_families(before, 6)
+    folders = write(tmp_path / "before", results), write(tmp_path / "after", scaled(results, 0.1))
+
+    result = compare_runs(*folders)
 
     assert result["outcome"] == "better"
     assert result["digits_gained"] == pytest.approx(1)
 
 
-def test_an_error_that_moved_by_a_hundredth_is_no_difference(tmp_path: Path, before: Results) -> None:
-    for case in before["cases"]:
-        for check in case["checks"]:
-            if check["end_to_end"] and isinstance(check["end_to_end"]["worst_error"], float):
-                check["end_to_end"]["worst_error"] *= 0.99
+def test_few_families_give_no_verdict_and_no_interval(tmp_path: Path, before: Results) -> None:
+    # "Worse, -0.18 [-0.18, -0.18]" was said of one family.
+    results = in_families(before, 5)
+    folders = write(tmp_path / "before", results), write(tmp_path / "after", scaled(results, 2))
 
-    result = compare_runs(tmp_path / "before", write(tmp_path / "after", before))
+    result = compare_runs(*folders)
+
+    assert result["outcome"] == "no difference shown"
+    assert result["digits_interval"] is None
+    assert "-0.30 digits, which fewer than 6 families cannot tell from chance" in result["verdict"]
+
+
+def test_the_largest_change_is_the_one_that_the_report_of_both_names(tmp_path: Path, before: Results) -> None:
+    after = copy.deepcopy(before)
+    case = next(case for case in after["cases"] if len(case["checks"]) > 2)
+    # More digits in one stage, but a larger part of the limit in another.
+    first, second = case["checks"][:2]
+    first["end_to_end"] = (first["end_to_end"] or {}) | {"worst_error": 1e-30}
+    second["ratio"] = 0.9
+    write(tmp_path / "after", after)
+
+    told = {row["case"]: row["check"] for row in compare_runs(tmp_path / "before", tmp_path / "after")["changed"]}
+    (row, *_) = comparison(before, after, ("before", "after"))["rows"]
+
+    assert row["case"] == case["name"]
+    where = f"{second['configuration']} {second['reference']} {second['stage']}: error / limit x"
+    assert where.split(":")[0] == f"{row['worst']['configuration']} {row['worst']['reference']} {row['worst']['stage']}"
+    assert told[case["name"]].startswith(where)
+
+
+def test_an_error_that_moved_by_a_hundredth_is_no_difference(tmp_path: Path, before: Results) -> None:
+    results = in_families(before, 6)
+    folders = write(tmp_path / "before", results), write(tmp_path / "after", scaled(results, 0.99))
+
+    result = compare_runs(*folders)
 
     assert result["digits_interval"][0] > 0
     assert result["outcome"] == "no difference shown"
