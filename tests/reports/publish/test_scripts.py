@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
+from rayproof.reports.judge.comparison.metrics import METRICS
 from rayproof.reports.results.compact import compact_case
 from rayproof.reports.results.image_script import read_pixels, write_pixels
 from rayproof.reports.results.json_numbers import as_json
@@ -53,24 +54,25 @@ def test_metrics_are_those_of_numpy(run, pair):
         assert found[0, 4] == 0
 
 
-def test_dissimilarity_is_that_of_scikit_image(run):
+def test_dissimilarity_is_that_of_scikit_image_and_its_mean_the_metric_of_the_judge(run):
     random = np.random.default_rng(6)
-    theirs = random.uniform(0, 1, (40, 50, 1)).astype(np.float32)
+    theirs = random.uniform(0, 1, (40, 50, 3)).astype(np.float32)
     ours = (theirs + 0.1 * random.normal(size=theirs.shape)).astype(np.float32)
-    span = float(theirs.max() - theirs.min())
+    ends = float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max()))
 
     found = run(
         f"([a, b]) => {{ {REVIVE} return Array.from(rayproof.dissimilarity(revive(a), revive(b), -1)) }}",
         [image(ours), image(theirs)],
     )
 
+    wide = ours.astype(np.float64), theirs.astype(np.float64)
     result: Any = structural_similarity(
-        ours[..., 0].astype(np.float64), theirs[..., 0].astype(np.float64), data_range=span, gaussian_weights=True,
-        sigma=1.5, use_sample_covariance=False, full=True, truncate=5 / 1.5,
+        *wide, channel_axis=-1, data_range=ends[1] - ends[0], gaussian_weights=True, sigma=1.5,
+        use_sample_covariance=False, full=True, truncate=5 / 1.5,
     )  # fmt: skip
-    similar = result[1]
     # Both mirror at borders; sums in another order differ by roundings.
-    assert np.allclose(np.reshape(found, (40, 50)), np.maximum(0, 1 - similar), atol=1e-6)
+    assert np.allclose(np.reshape(found, (40, 50)), np.maximum(0, 1 - result[1].min(axis=-1)), atol=1e-6)
+    assert METRICS["ssim"](*wide, ends) == pytest.approx(1 - np.mean(found), abs=1e-6)
 
 
 def test_a_histogram_counts_every_pixel_once(run):

@@ -19,9 +19,14 @@
     return result;
   }
 
-  function one(a, b, width, height) {
+  // The range of all finite values of both images, as in `judge/comparison/metrics/structural_similarity.py`.
+  function ends(planes) {
     let low = Infinity, high = -Infinity;
-    for (const value of b) if (Number.isFinite(value)) { low = Math.min(low, value); high = Math.max(high, value); }
+    for (const values of planes) for (const value of values) if (Number.isFinite(value)) { low = Math.min(low, value); high = Math.max(high, value); }
+    return [low, high];
+  }
+
+  function one(a, b, [low, high], width, height) {
     const range = high > low ? high - low : 1;
     const [c1, c2] = [(K1 * range) ** 2, (K2 * range) ** 2];
     // A miss is infinitely far on both sides: as far as anything, and alike.
@@ -41,9 +46,11 @@
   rayproof.dissimilarity = function (ours, theirs, channel, { compress = false } = {}) {
     const { width, height, channels } = ours;
     const result = new Float64Array(width * height);
-    for (let c = 0; c < channels; c += 1) {
-      if (channel >= 0 && c !== channel) continue;
-      const map = one(plane(ours, c, compress), plane(theirs, c, compress), width, height);
+    const pairs = Array.from({ length: channels }, (_, c) => c).filter((c) => channel < 0 || c === channel)
+      .map((c) => [plane(ours, c, compress), plane(theirs, c, compress)]);
+    const range = ends(pairs.flat());
+    for (const [mine, other] of pairs) {
+      const map = one(mine, other, range, width, height);
       map.forEach((value, i) => { if (Number.isNaN(value) || value > result[i]) result[i] = value; });
     }
     return result;
