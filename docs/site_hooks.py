@@ -1,0 +1,21 @@
+"""What the site of these pages needs beside mkdocs: the terms, which lie with the code, and links out of the folder."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+from mkdocs.structure.files import File, Files  # pyright: ignore[reportMissingImports]
+
+TERMS = Path(__file__).parents[1] / "reports" / "terms.md"
+LEAVING = re.compile(r"\[([^\]]+)\]\(\.\./([^)#]+)[^)]*\)")
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the terms, which `rayproof help` prints too."""
+    files.append(File.generated(config, "terms.md", abs_src_path=str(TERMS)))
+    return files
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Name what a link out of the folder leads to: it is in the repository, and not on the site."""
+    return LEAVING.sub(r"\1 (`\2` in the repository)", markdown)

@@ -1,0 +1,83 @@
+"""The commands that the documents show exist, with the options that are shown; the tutorial's are run."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from cyclopts import CycloptsError
+
+from rayproof.reports.cli import application, main
+
+CHECKOUT = Path(__file__).parents[1]
+PAGES = [CHECKOUT / "README.md", CHECKOUT / "CONTRIBUTING.md", *sorted((CHECKOUT / "docs").glob("*.md"))]
+LINE = re.compile(r"^    (?:\./)?rayproof ([a-z].*)$|^\./rayproof ([a-z].*)$", re.MULTILINE)
+# What stands for a value in a line that shows how a command is written.
+VALUES = {"N": "3", "S": "3", "W": "3", "H": "3", "X": "3", "Y": "3", "P": "float32", "x0,y0,x1,y1": "0,0,2,2"}
+WRITTEN = re.compile(r"[\[\]|…]|\.\.\.(?=\s|$)")  # of a line that says how commands are written: options in brackets
+
+
+def commands(page: Path) -> list[str]:
+    """Return the commands on a page, without comments; lines that only say how a command is written are left out."""
+    found = [one or other for one, other in LINE.findall(page.read_text().replace("\\\n", " "))]
+    found = [re.sub(r"\s+#.*| \|\| true$|\s{3,}[^-\s].*", "", line) for line in found]
+    return [line for line in found if not WRITTEN.search(line) and not line.startswith("test")]
+
+
+SHOWN = [(page.name, line) for page in PAGES for line in commands(page)]
+
+
+def test_there_are_commands_to_look_at() -> None:
+    assert len(SHOWN) > 60
+    assert len({page for page, _ in SHOWN}) > 12
+
+
+@pytest.mark.parametrize(("page", "line"), SHOWN, ids=[f"{page}: {line[:60]}" for page, line in SHOWN])
+def test_a_command_that_is_shown_exists_with_its_options(page: str, line: str) -> None:
+    words = [VALUES.get(word, word) for word in shlex.split(line)]
+
+    try:
+        application().parse_args(words, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        pytest.fail(f"{page}: {line}: {error}")
+
+
+def test_the_tutorial_s_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = commands(CHECKOUT / "docs" / "tutorial.md")
+    slow = ("run ", "compare ", "probe ")  # which the tests of these commands run
+
+    monkeypatch.chdir(tmp_path)
+    codes = {line: main(shlex.split(line)) for line in lines if not line.startswith(slow)}
+
+    assert set(codes.values()) == {0}
+    assert len(codes) == len(lines) - 3 == 5
+    assert (tmp_path / "view.html").stat().st_size > 100_000
+
+
+def test_the_site_builds_in_strict_mode_and_fails_on_a_lost_page(tmp_path: Path) -> None:
+    pytest.importorskip("mkdocs", reason="mkdocs is not installed; ./rayproof test installs it")
+
+    def built(*options: str) -> subprocess.CompletedProcess[str]:
+        words = [
+            sys.executable,
+            "-m",
+            "mkdocs",
+            "build",
+            "--strict",
+            "--site-dir",
+            str(tmp_path / "site"),
+            *options,
+        ]
+        return subprocess.run(words, cwd=CHECKOUT, capture_output=True, text=True, check=False)
+
+    done = built()
+
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "a scene, the reason for asking it" in (tmp_path / "site" / "terms" / "index.html").read_text()
+    lost = (CHECKOUT / "mkdocs.yml").read_text().replace("compare.md", "lost.md")
+    for name, value in (("docs_dir: docs", f"docs_dir: {CHECKOUT / 'docs'}"), ("docs/site", f"{CHECKOUT}/docs/site")):
+        lost = lost.replace(name, value)
+    (tmp_path / "lost.yml").write_text(lost)
+    assert "lost.md" in built("-f", str(tmp_path / "lost.yml")).stderr
