@@ -3,11 +3,15 @@
 from pathlib import Path
 from typing import Any, Literal
 
-from rayproof.reports.commands.output import show_table, write_json
+from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 
 def catalogue(
-    kind: Literal["cases", "formulas", "references", "metrics", "laws", "mistakes"], *, json: Path | None = None
+    kind: Literal["cases", "formulas", "references", "metrics", "laws", "mistakes"],
+    *,
+    json: Path | None = None,
+    pages: Path | None = None,
 ) -> int:
     """List cases, formulas, references, metrics, laws, or the mistakes that a run with failures is searched for.
 
@@ -17,8 +21,18 @@ def catalogue(
         What to list.
     json
         Also write the list to this file.
+    pages
+        Of mistakes: write them into this folder as a page with a picture of each where a picture tells something.
+        Takes a minute, and a checkout.
 
     """
+    if pages is not None:
+        if kind != "mistakes":
+            raise UsageError(f"--pages goes with mistakes, not {kind}")
+        with told_in_one_line():
+            writable_folder(pages)
+            say(f"{_write_pages(pages)} pictures and mistakes.md are in {pages}")
+        return 0
     kinds = {
         "cases": cases, "formulas": formulas, "references": references, "metrics": metrics, "laws": laws,
         "mistakes": mistakes,
@@ -28,6 +42,14 @@ def catalogue(
     columns = list(rows[0]) if rows else []
     show_table(f"{len(rows)} {kind}", columns, [[text(value) for value in row.values()] for row in rows])
     return 0
+
+
+def _write_pages(folder: Path) -> int:
+    from rayproof.reports.diagnosis.pages import write
+    from rayproof.tracer.device.llvm import select
+
+    select()
+    return write(folder)
 
 
 def text(value: object) -> str:

@@ -1,0 +1,48 @@
+"""The page of known mistakes says all of them, is what the declarations make of it, and its pictures show them."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from rayproof.cases.case import ITEMS
+from rayproof.cases.families import select
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.answering import right_answer
+from rayproof.reports.diagnosis.pages import GAP, LARGER, SPECIFICATION, formulas, page, picture
+
+ORACLE = Analytic()
+
+
+def test_the_page_in_the_documents_is_what_is_declared_now() -> None:
+    written = (Path(__file__).parents[3] / "docs" / "mistakes.md").read_text(encoding="utf-8")
+
+    assert written == page(), "write it anew: rayproof list mistakes --pages FOLDER, without pictures"
+    assert all(f"* `{name}`: " in written for name in MISTAKES)
+
+
+def test_every_item_has_its_right_formula_in_the_specification() -> None:
+    assert set(formulas(SPECIFICATION.read_text(encoding="utf-8"))) == set(ITEMS)
+
+
+@pytest.mark.parametrize("name", ["left_handed", "no_pi", "depth_for_distance"])
+def test_a_picture_has_what_is_right_beside_what_the_mistake_makes_of_it(name: str) -> None:
+    (case,) = select(["primitives/cube"])
+    right = right_answer(case.scene, ORACLE)
+
+    drawn = picture(MISTAKES[name], [right], ORACLE)
+
+    assert drawn is not None
+    image = np.asarray(Image.open(io.BytesIO(drawn)))
+    width = LARGER * case.scene.camera.width
+    assert image.shape == (LARGER * case.scene.camera.height, 2 * width + GAP, 3)
+    assert not np.array_equal(image[:, :width], image[:, width + GAP :])
+
+
+def test_what_no_scene_shows_has_no_picture() -> None:
+    (case,) = select(["primitives/cube"])
+
+    assert picture(MISTAKES["radius_ignored"], [right_answer(case.scene, ORACLE)], ORACLE) is None
