@@ -4,6 +4,9 @@ A worker that dies or overruns its deadline costs the task that it had, if it ha
 of its kind comes. What it left in its folder for temporary files goes with it. The deadline is that of handing over the
 task and of taking back the reply as well: nobody waits for a worker that was stopped in the middle of either.
 
+Who sleeps takes no processor from anybody: a kind whose last tasks computed for a small part of their time, such as a
+program that polls, has several workers, and they come on top of the `jobs`.
+
 A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
 """
 
@@ -19,6 +22,10 @@ from rayproof.reports.processes.worker import PREPARE, Reply
 from rayproof.reports.processes.worker_process import WorkerProcess, started
 
 GLANCE = 1.0  # s, the longest wait at a time
+# A kind sleeps if its last tasks, so many and of so many seconds together, computed for no more than this part of them.
+# It is small, so that who computes is no sleeper on a machine where eight others want each processor.
+LAST, LONG_ENOUGH, SLEEPING = 3, 0.3, 1 / 8
+SLEEPERS = 6  # workers of a kind that sleeps; each costs memory, and its imports
 ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its machine asleep: no worker is to blame
 
 
@@ -66,6 +73,7 @@ class Pool:
         self._timeouts = timeouts or {}
         self._target = target
         self._workers: dict[tuple[str, int], _Worker] = {}
+        self._last: dict[str, deque[tuple[float, float]]] = {}  # kind -> s that its last tasks took, and computed
         self._urgent: deque[_Waiting] = deque()
         self._waiting: deque[_Waiting] = deque()
 
@@ -161,11 +169,15 @@ class Pool:
     def _start_from(self, queue: deque[_Waiting]) -> None:
         postponed: list[_Waiting] = []
         full: set[str] = set()  # kinds whose workers all have a task
-        busy = len(self._busy())
-        while queue and busy < self._jobs:
+        sleeping = {kind for kind in self._last if self._sleeps(kind)}
+        while queue:
+            computing = sum(kind not in sleeping for kind, _ in self._busy())
+            if computing >= self._jobs and not sleeping - full:
+                break
             one = queue.popleft()
-            place = None if one.kind in full else self._free_place(one.kind)
-            if place is None:
+            has_turn = one.kind in sleeping or computing < self._jobs
+            place = self._free_place(one.kind) if has_turn and one.kind not in full else None
+            if place is None and has_turn:
                 full.add(one.kind)
             if place is None or (one.large and any(worker.large for worker in self._busy().values())):
                 postponed.append(one)
@@ -181,14 +193,20 @@ class Pool:
                 worker.process.connection.post(one.task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
-            busy = len(self._busy())
         queue.extendleft(reversed(postponed))
 
     def _free_place(self, kind: str) -> tuple[str, int] | None:
         """Return where a task of `kind` can go now: to an idle worker, else to a new one, else nowhere."""
-        places = [(kind, copy) for copy in range(self._copies.get(kind, 1))]
+        count = max(self._copies.get(kind, 1), SLEEPERS if self._sleeps(kind) else 1)
+        places = [(kind, copy) for copy in range(count)]
         free = [place for place in places if place not in self._workers or self._workers[place].done is None]
         return min(free, key=lambda place: place not in self._workers, default=None)
+
+    def _sleeps(self, kind: str) -> bool:
+        """Say whether the last tasks of a kind left the processors to others."""
+        last = self._last.get(kind, ())
+        seconds, computed = (sum(each) for each in zip(*last, strict=True)) if last else (0.0, 0.0)
+        return len(last) == LAST and seconds >= LONG_ENOUGH and computed <= SLEEPING * seconds
 
     def _spawn(self, place: tuple[str, int]) -> _Worker:
         self._workers[place] = worker = _Worker(process=started(place[0], self._target))
@@ -205,6 +223,8 @@ class Pool:
             return
         if whole and worker.done is not None:
             done, worker.done = worker.done, None
+            took = reply.seconds, reply.seconds if reply.computed is None else reply.computed
+            self._last.setdefault(place[0], deque(maxlen=LAST)).append(took)
             if worker.large:  # what it has learnt and freed is of no use to anybody, and stays in its memory
                 self._forget(place, worker)
             done(reply)

@@ -6,10 +6,11 @@ the pool, which replaces it.
 """
 
 import contextlib
+import os
 import time
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rayproof.reports.processes.channel import Channel
@@ -25,6 +26,12 @@ class Reply:
     error: str | None
     trace: str | None
     seconds: float
+    computed: float | None = None  # s of processor time that it took, its programs' included; None: nobody knows
+
+
+def _processor_time() -> float:
+    """Return what this process and the programs that it has called took so far [s]."""
+    return sum(os.times()[:4])
 
 
 def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[Any], Any]]) -> None:
@@ -35,7 +42,7 @@ def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[An
             task = connection.recv()
         except (EOFError, OSError):
             return
-        start = time.perf_counter()
+        start, before = time.perf_counter(), _processor_time()
         if task is PREPARE:
             with contextlib.suppress(Exception):  # the first task meets it too, and answers with it
                 handler = handlers(kind)
@@ -47,6 +54,6 @@ def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[An
             line = f"{type(error).__name__}: {error}".splitlines()[0]
             reply = Reply(value=None, error=line, trace=traceback.format_exc(), seconds=time.perf_counter() - start)
         try:
-            connection.send(reply)
+            connection.send(replace(reply, computed=_processor_time() - before))
         except OSError:
             return

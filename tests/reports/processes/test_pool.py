@@ -10,10 +10,10 @@ from pathlib import Path
 import psutil
 import pytest
 
-from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.pool import SLEEPERS, Pool
 from rayproof.reports.processes.scratch import PREFIX, scratch
 from rayproof.reports.processes.worker import Reply
-from tests.reports.run.workers import obey
+from tests.reports.run.workers import obey, sleep_or_compute
 
 
 def replies(
@@ -174,9 +174,9 @@ def test_eight_megabytes_go_there_and_come_back():
 
 WITH_A_WORKER = """
 import sys
-from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.pool import SLEEPERS, Pool
 from rayproof.reports.processes.scratch import scratch
-from tests.reports.run.workers import obey
+from tests.reports.run.workers import obey, sleep_or_compute
 if __name__ == "__main__":
     with scratch():
         pool = Pool(jobs=1, timeout=60.0, target=obey)
@@ -244,3 +244,25 @@ def test_large_tasks_run_one_at_a_time_and_their_workers_end_with_them():
     pids = [reply.value for reply in heard]
     assert len(set(pids)) == 3
     assert not any(psutil.pid_exists(pid) for pid in pids)
+
+
+def test_who_sleeps_is_found_out_and_takes_no_place_of_those_who_compute():
+    pool = Pool(jobs=1, timeout=60.0, target=sleep_or_compute)
+    answered: list[Reply] = []
+    for kind, count in (("sleeps", 20), ("computes", 4)):
+        for _ in range(count):
+            pool.submit(kind, 0.25, answered.append)
+    seen: set[tuple[int, int]] = set()  # how many sleep and how many compute, at once
+    try:
+        while not pool.idle:
+            pool.start()
+            busy = [kind for kind, _ in pool._busy()]
+            seen.add((busy.count("sleeps"), busy.count("computes")))
+            pool.step()
+    finally:
+        pool.close()
+
+    assert sorted(reply.value for reply in answered) == ["computes"] * 4 + ["sleeps"] * 20
+    assert max(sleeping for sleeping, _ in seen) == SLEEPERS
+    assert max(computing for _, computing in seen) == 1
+    assert any(sleeping and computing for sleeping, computing in seen)

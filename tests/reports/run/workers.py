@@ -1,13 +1,14 @@
-"""A worker for the pool's tests that does as it is told, and dies when told to."""
+"""Workers for the pool's tests: one does as it is told, and dies when told to; others sleep or compute."""
 
 import os
 import pickle
 import signal
 import tempfile
 import time
+from collections.abc import Callable
 
 from rayproof.reports.processes.channel import LENGTH, Channel
-from rayproof.reports.processes.worker import PREPARE, Reply
+from rayproof.reports.processes.worker import PREPARE, Reply, serve
 
 
 def obey(kind: str, connection: Channel) -> None:
@@ -44,3 +45,20 @@ def obey(kind: str, connection: Channel) -> None:
         connection.send(Reply(value=(kind, task), error=None, trace=None, seconds=0.0))
         if task == "answer and leave":
             os._exit(3)
+
+
+def _sleep_or_compute(kind: str) -> Callable[[float], str]:
+    def work(seconds: float) -> str:
+        if kind == "sleeps":
+            time.sleep(seconds)
+        end = time.process_time() + seconds
+        while kind == "computes" and time.process_time() < end:
+            pass
+        return kind
+
+    return work
+
+
+def sleep_or_compute(kind: str, connection: Channel) -> None:
+    """Sleep, or compute, for as many seconds as each task says."""
+    serve(kind, connection, _sleep_or_compute)
