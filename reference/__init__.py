@@ -2,7 +2,8 @@
 
 To add one: a class that keeps `cases.answers.Reference`, in a new file, under `@REFERENCES.register("name")`.
 `independent=True` says that it shares neither code nor Dr.Jit's compiler with the tracer and so can be a witness;
-`optional=True` that it is a program which may not be installed, `on_request=True` that only `--require` asks it.
+`optional=True` that it is a program which may not be installed, `on_request=True` that only `--require` asks it,
+`sleeps=True` that its program sleeps for most of a call, so that several calls run side by side.
 What the decorator says is read from the source, so its arguments are literals: a process imports only the references
 that it asks.
 

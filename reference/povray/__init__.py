@@ -17,7 +17,7 @@ from rayproof.reference.povray.worlds import DEPTH_TOLERANCE, LIT_SCALE, SHADOW_
 LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
 
 
-@REFERENCES.register("povray", independent=True, optional=True)
+@REFERENCES.register("povray", independent=True, optional=True, sleeps=True)
 class PovRay:
     """A renderer of 1991 with an algebra of its own, in float64, also for sheared ellipsoids.
 

@@ -4,8 +4,8 @@ A worker that dies or overruns its deadline costs the task that it had, if it ha
 of its kind comes. What it left in its folder for temporary files goes with it. The deadline is that of handing over the
 task and of taking back the reply as well: nobody waits for a worker that was stopped in the middle of either.
 
-Who sleeps takes no processor from anybody: a kind whose last tasks computed for a small part of their time, such as a
-program that polls, has several workers, and they come on top of the `jobs`.
+Who sleeps takes no processor from anybody: kinds whose programs poll or wait have several workers each, and these come
+on top of the `jobs`. Of some kinds it is known, of others found out from how long their last tasks computed.
 
 A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
 """
@@ -14,7 +14,7 @@ import contextlib
 import select
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,8 +22,8 @@ from rayproof.reports.processes.worker import PREPARE, Reply
 from rayproof.reports.processes.worker_process import WorkerProcess, started
 
 GLANCE = 1.0  # s, the longest wait at a time
-# A kind sleeps if its last tasks, so many and of so many seconds together, computed for no more than this part of them.
-# It is small, so that who computes is no sleeper on a machine where eight others want each processor.
+# A kind is found to sleep if its last tasks, so many and of so many seconds together, computed for no more than this
+# part of them. It is small, so that who computes is no sleeper on a machine where eight others want each processor.
 LAST, LONG_ENOUGH, SLEEPING = 3, 0.3, 1 / 8
 SLEEPERS = 6  # workers of a kind that sleeps; each costs memory, and its imports
 ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its machine asleep: no worker is to blame
@@ -54,8 +54,9 @@ class Pool:
     """Run tasks in workers by kind; `step` waits for something to happen and calls back.
 
     A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one. Its tasks
-    have `timeout` seconds each, or as many as `timeouts` says. A worker calls `target`, a function at the top of its
-    module, with its kind and its end of the channel.
+    have `timeout` seconds each, or as many as `timeouts` says. The kinds in `sleeping` sleep, and those in `may_sleep`
+    where they are found to. A worker calls `target`, a function at the top of its module, with its kind and its end of
+    the channel.
     """
 
     def __init__(
@@ -65,6 +66,8 @@ class Pool:
         timeout: float,
         copies: Mapping[str, int] | None = None,
         timeouts: Mapping[str, float] | None = None,
+        sleeping: Collection[str] = (),
+        may_sleep: Collection[str] = (),
         target: Callable[[str, Any], None],
     ) -> None:
         self._copies = copies or {}
@@ -73,7 +76,9 @@ class Pool:
         self._timeouts = timeouts or {}
         self._target = target
         self._workers: dict[tuple[str, int], _Worker] = {}
-        self._last: dict[str, deque[tuple[float, float]]] = {}  # kind -> s that its last tasks took, and computed
+        self.sleeping = sleeping  # may be said later
+        # Kind -> s that its last tasks took, and computed.
+        self._last: dict[str, deque[tuple[float, float]]] = {kind: deque(maxlen=LAST) for kind in may_sleep}
         self._urgent: deque[_Waiting] = deque()
         self._waiting: deque[_Waiting] = deque()
 
@@ -169,7 +174,7 @@ class Pool:
     def _start_from(self, queue: deque[_Waiting]) -> None:
         postponed: list[_Waiting] = []
         full: set[str] = set()  # kinds whose workers all have a task
-        sleeping = {kind for kind in self._last if self._sleeps(kind)}
+        sleeping = {kind for kind in (*self.sleeping, *self._last) if self._sleeps(kind)}
         while queue:
             computing = sum(kind not in sleeping for kind, _ in self._busy())
             if computing >= self._jobs and not sleeping - full:
@@ -203,9 +208,11 @@ class Pool:
         return min(free, key=lambda place: place not in self._workers, default=None)
 
     def _sleeps(self, kind: str) -> bool:
-        """Say whether the last tasks of a kind left the processors to others."""
+        """Say whether the tasks of a kind leave the processors to others."""
+        if kind in self.sleeping:
+            return True
         last = self._last.get(kind, ())
-        seconds, computed = (sum(each) for each in zip(*last, strict=True)) if last else (0.0, 0.0)
+        seconds, computed = sum(took for took, _ in last), sum(took for _, took in last)
         return len(last) == LAST and seconds >= LONG_ENOUGH and computed <= SLEEPING * seconds
 
     def _spawn(self, place: tuple[str, int]) -> _Worker:
@@ -223,8 +230,8 @@ class Pool:
             return
         if whole and worker.done is not None:
             done, worker.done = worker.done, None
-            took = reply.seconds, reply.seconds if reply.computed is None else reply.computed
-            self._last.setdefault(place[0], deque(maxlen=LAST)).append(took)
+            if place[0] in self._last and reply.computed is not None:
+                self._last[place[0]].append((reply.seconds, reply.computed))
             if worker.large:  # what it has learnt and freed is of no use to anybody, and stays in its memory
                 self._forget(place, worker)
             done(reply)

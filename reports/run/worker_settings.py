@@ -6,7 +6,17 @@ from rayproof.reports.run.tasks import serve_run
 from rayproof.reports.run.tasks.kinds import JUDGE, UNDER_TEST
 from rayproof.reports.subjects import PROGRAM
 
+# A program of the user's may sleep; that of a reference that does says so.
+MAY_SLEEP = (PROGRAM,)
 PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
+
+
+def sleeping() -> frozenset[str]:
+    """Return the kinds of workers whose programs sleep for most of a call, as references or under test."""
+    from rayproof.reference import REFERENCES
+
+    names = [name for name in REFERENCES if REFERENCES.about(name).get("sleeps", False)]
+    return frozenset(f"{role}{name}" for name in names for role in ("reference:", UNDER_TEST))
 
 
 def workers(request: RunRequest) -> Pool:
@@ -19,6 +29,7 @@ def workers(request: RunRequest) -> Pool:
         jobs=request.jobs,
         timeout=max(PATIENCE, request.timeout),
         copies=copies,
+        may_sleep=MAY_SLEEP,
         # A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
         timeouts={PROGRAM: 2 * subject.seconds + PATIENCE, f"{UNDER_TEST}{subject.name}": request.timeout},
     )

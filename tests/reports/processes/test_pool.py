@@ -246,10 +246,11 @@ def test_large_tasks_run_one_at_a_time_and_their_workers_end_with_them():
     assert not any(psutil.pid_exists(pid) for pid in pids)
 
 
-def test_who_sleeps_is_found_out_and_takes_no_place_of_those_who_compute():
-    pool = Pool(jobs=1, timeout=60.0, target=sleep_or_compute)
+@pytest.mark.parametrize("said", ["sleeping", "may_sleep"])
+def test_who_sleeps_takes_no_place_of_those_who_compute(said):
+    pool = Pool(jobs=1, timeout=60.0, target=sleep_or_compute, **{said: ("sleeps",)})
     answered: list[Reply] = []
-    for kind, count in (("sleeps", 20), ("computes", 4)):
+    for kind, count in (("sleeps", 16), ("computes", 3)):
         for _ in range(count):
             pool.submit(kind, 0.25, answered.append)
     seen: set[tuple[int, int]] = set()  # how many sleep and how many compute, at once
@@ -262,7 +263,7 @@ def test_who_sleeps_is_found_out_and_takes_no_place_of_those_who_compute():
     finally:
         pool.close()
 
-    assert sorted(reply.value for reply in answered) == ["computes"] * 4 + ["sleeps"] * 20
+    assert sorted(reply.value for reply in answered) == ["computes"] * 3 + ["sleeps"] * 16
     assert max(sleeping for sleeping, _ in seen) == SLEEPERS
     assert max(computing for _, computing in seen) == 1
     assert any(sleeping and computing for sleeping, computing in seen)
