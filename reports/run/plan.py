@@ -16,8 +16,10 @@ from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.request import Trial
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.capabilities import Capabilities
+from rayproof.reports.subjects.request import rebuilt
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
+OF_SHAPES = {"HIT-3", "HIT-7", "HIT-8", "NRM-2", "NRM-3", "XF-1", "XF-2"}  # which triangles in their place do not cover
 DEFAULTS = ("float32", "float64")
 # The specification's second way where it has two. Literature's further variants are for `rayproof stability`.
 ALTERNATIVES = (
@@ -111,11 +113,15 @@ def plan(
 
 
 def within_reach(case: Case, able: Capabilities) -> Case:
-    """Return the case under a model of light that the program has, where it has not the case's own.
+    """Return the case under a model of light that the program has, and with what its shapes cover as it is handed them.
 
-    Everything but light is the same question then, and light is an extra one: what it covers and its closed forms are
-    those of the other model.
+    Where it has not the case's own light, everything but light is the same question, and light is an extra one: what it
+    covers and its closed forms are those of the other model.
     """
+    if able.told(case.scene):
+        own = covering(rebuilt(case.scene, able.stand_ins).scene)
+        kept = [item for item in case.covers if item in own or item not in OF_SHAPES]
+        case = replace(case, covers=tuple(item for item in ITEMS if item in kept or (item == "HIT-6" and item in own)))
     scene = able.under_its_light(case.scene)
     if scene is case.scene:
         return case

@@ -54,6 +54,16 @@ def test_a_program_of_one_light_is_asked_every_case_under_it_with_what_holds_the
         assert ours is case or not any(getattr(one, "stage", None) in LIGHT for one in ours.expectations)
 
 
+def test_a_cube_that_is_handed_over_as_a_mesh_covers_triangles_and_no_cube():
+    (case,) = (case for case in all_cases() if case.name == "transforms/cube_sheared")
+
+    asked = within_reach(case, Capabilities(shapes=("sphere", "mesh")))
+
+    assert asked.scene is case.scene
+    assert {*case.covers} - {*asked.covers} == {"HIT-3", "NRM-2", "NRM-3", "XF-1", "XF-2"}
+    assert {*asked.covers} - {*case.covers} == {"HIT-6"}
+
+
 def test_an_unknown_configuration_is_named():
     with pytest.raises(LookupError, match="float16"):
         plan(all_cases()[:1], ("float16",))
