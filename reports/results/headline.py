@@ -201,3 +201,24 @@ def worst_first(cases: list[CaseRecord]) -> list[CaseRecord]:
         return (-order.index(case["verdict"]), -(ratio if ratio is not None else 0.0), case["name"])
 
     return sorted(cases, key=key)
+
+
+def worse_by_cause(results: RunRecord) -> list[str]:
+    """Return what is worse than the run's history, one sentence for each cause, or else for what is blamed.
+
+    Each begins with the worst of its cases, and says how many others there are.
+    """
+    told = results.get("history") or {}
+    cases = {case["name"]: case for case in results["cases"]}
+    groups: dict[str, list[Mapping[str, Any]]] = {}
+    for entry in told.get("worse", ()):
+        case = cases.get(entry["case"])
+        blamed = (cause_of(results, case) or blame(case)) if case is not None and entry["what"] == "verdict" else ""
+        groups.setdefault(blamed or str(entry["what"]), []).append(entry)
+    sentences = []
+    for cause, (worst, *others) in groups.items():
+        why = f" [{cause}]" if worst["what"] == "verdict" and cause != "verdict" else ""
+        names = len({entry["case"] for entry in others} - {worst["case"]})
+        more = f"; and {names} more case{'s' if names > 1 else ''}" if names else ""
+        sentences.append(f"{worst['sentence']}{why}{more}")
+    return sentences

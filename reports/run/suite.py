@@ -19,7 +19,7 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import Drawing
 from rayproof.reports.results.atomic import remove_drafts
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.headline import causes, examined_line, no_say
+from rayproof.reports.results.headline import causes, examined_line, no_say, worse_by_cause
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, exit_code
 from rayproof.reports.results.records import RunRecord
@@ -117,7 +117,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     if not interrupted:
         settle(request.out, {record["key"] for record in records if record.get("key")})
     for sentence in worse:
-        console.print(f"worse than its history: {sentence}", style="yellow", soft_wrap=True)
+        console.print(legible(f"worse than its history: {sentence}"), style="yellow", soft_wrap=True, markup=False)
     if hopeless is not None:
         said = f"stopped: the first {FIRST} calls fail alike: {hopeless}; `{called()} call` makes one of them by hand"
         console.print(legible(said), style="bold red", soft_wrap=True, markup=False)
@@ -144,7 +144,8 @@ def _remember(request: RunRequest, results: RunRecord, console: Console) -> list
     from rayproof.reports.runs.history.keeping import keep
 
     try:
-        return keep(request.history, results)
+        keep(request.history, results)
+        return worse_by_cause(results)
     except HistoryError as error:
         results["environment"]["history"] = f"not kept: {error}"
         console.print(f"the run is not in its history: {error}", style="yellow", soft_wrap=True)

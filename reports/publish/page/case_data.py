@@ -55,6 +55,12 @@ def picture_of(folder: Path, case: CaseRecord) -> str | None:
     return picture if picture and inside(folder, picture) else None
 
 
+def thumbnail_of(folder: Path, case: CaseRecord) -> str | None:
+    """Return the case's small picture of what differs, relative to `folder`, if it was drawn."""
+    picture = case.get("thumbnail")
+    return picture if picture and inside(folder, picture) else None
+
+
 def view_of(folder: Path, case: CaseRecord) -> str | None:
     """Return the case's 3-D view relative to `folder`, if it was made."""
     view = case.get("view") or view_path(case)

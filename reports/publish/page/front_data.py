@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from rayproof.cases.stages import FACTS, Stage
-from rayproof.reports.publish.page.case_data import picture_of
+from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
 from rayproof.reports.publish.page.routes_data import routes_of_run
 from rayproof.reports.results.headline import (
     KINDS,
@@ -88,6 +88,7 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> dict[str,
         "cells": cells,
         "stages": sorted({str(check["stage"]) for check in checks if check.get("stage")}),
         "picture": picture_of(folder, case),
+        **({"thumbnail": small} if (small := thumbnail_of(folder, case)) else {}),
     }
 
 

@@ -10,7 +10,7 @@ import html
 from collections.abc import Iterator
 from pathlib import Path
 
-from rayproof.reports.publish.page.case_data import picture_of, view_of
+from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of, view_of
 from rayproof.reports.publish.page.history import DATA as HISTORY
 from rayproof.reports.publish.page.page import data_file, digest, page_data, page_parts
 from rayproof.reports.publish.page.plots import FOLDER, LIBRARY
@@ -52,7 +52,7 @@ def _elements(folder: Path, ordered: list[CaseRecord]) -> Iterator[str]:
         if (view := view_of(folder, case)) is not None:
             viewed = True
             yield from _script(folder, view)
-        if (picture := picture_of(folder, case)) is not None:
+        for picture in filter(None, (picture_of(folder, case), thumbnail_of(folder, case))):
             content = base64.b64encode((folder / picture).read_bytes()).decode("ascii")
             yield _element(picture, content, 'type="text/plain" data-type="image/png"')
     for name in (*plots(folder).values(), HISTORY):

@@ -1,19 +1,21 @@
-"""Small pictures of the worst cases: ours, the reference's and their difference at the blamed stage, side by side."""
+"""Small pictures of the worst cases of each cause: ours, the reference's and their difference at the blamed stage."""
 
+from collections.abc import Iterator
 from io import BytesIO
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.results.atomic import replacing
-from rayproof.reports.results.headline import BAD, ratio_of, worst_first
+from rayproof.reports.results.headline import BAD, blame, cause_of, ratio_of, worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.json_numbers import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
 
-MOST = 10
+MOST = 12
 WIDTH = 160  # px of one of the three panels, at most
 GAP = 4  # px between panels
 BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
@@ -22,8 +24,8 @@ BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
 def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
     """Draw the worst cases that did not pass and have images, tell each its `thumbnail`; return the paths written."""
     drawn: list[Path] = []
-    for index, case in enumerate(worst_first(results["cases"])):
-        if Outcome(case["verdict"]) not in BAD or len(drawn) == MOST:
+    for index, case in _in_turns(results):
+        if len(drawn) == MOST:
             break
         drawing = picture(folder, case)
         if drawing is not None:
@@ -36,6 +38,16 @@ def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
     for stale in set((folder / "thumbnails").glob("[0-9][0-9]*.png")) - set(drawn):
         stale.unlink()
     return drawn
+
+
+def _in_turns(results: RunRecord) -> Iterator[tuple[int, CaseRecord]]:
+    """Yield the cases that did not pass with their ranks: the worst of each cause, then the second of each."""
+    groups: dict[str, list[tuple[int, CaseRecord]]] = {}
+    for index, case in enumerate(worst_first(results["cases"])):
+        if Outcome(case["verdict"]) in BAD:
+            groups.setdefault(cause_of(results, case) or blame(case), []).append((index, case))
+    for turn in zip_longest(*groups.values()):
+        yield from filter(None, turn)
 
 
 def _panels(folder: Path, case: CaseRecord) -> list[np.ndarray] | None:

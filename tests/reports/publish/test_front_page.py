@@ -23,6 +23,22 @@ def test_the_first_screen_says_verdict_totals_and_coverage(visit):
     assert page.locator(".shout").count() == 0
 
 
+def test_what_differs_is_seen_at_once_the_worst_first_and_by_what_is_wrong(visit):
+    page = visit.open()
+
+    first, *others = page.locator(".differences img").all()
+    assert page.locator(".differences figcaption").inner_text().startswith("The worst: ")
+    assert first.get_attribute("alt").split(":")[0] == page.locator(".differences figcaption a").inner_text()
+    page.wait_for_function(
+        "[...document.querySelectorAll('.differences img')].every(i => i.complete && i.naturalWidth > 100)"
+    )
+    assert len(others) == page.locator(".thumbnails a").count() >= 2
+    headings = page.locator(".differences h3").all_inner_texts()
+    assert len(headings) == len(set(headings)) >= 2
+    page.locator(".thumbnails a").first.click()
+    page.wait_for_selector("main.case")
+
+
 def test_filters_narrow_the_list_and_live_in_the_address(visit):
     page = visit.open()
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.results.headline import worst_ratio
+from rayproof.reports.results.headline import worse_by_cause, worst_ratio
 
 MEASURED = {"worst_ratio": 0.25}
 
@@ -24,3 +24,19 @@ MEASURED = {"worst_ratio": 0.25}
 )
 def test_what_was_not_measured_has_no_error(check: dict[str, Any], ratio: float | None) -> None:
     assert worst_ratio({"checks": [check]}) == ratio
+
+
+def test_what_became_worse_is_one_line_a_cause() -> None:
+    entries = [
+        {"case": name, "what": what, "factor": 2.0, "sentence": f"{name}: {what}"}
+        for name, what in (("a/1", "verdict"), ("a/2", "verdict"), ("b/1", "verdict"), ("c/1", "time"), ("c/2", "time"))
+    ]
+    cases = [{"name": name, "verdict": "fail", "stage": "normal", "item": "NRM-1"} for name in ("a/1", "a/2", "b/1")]
+    told = [{"sentence": "It leaves out 1/pi.", "cases": ["a/1", "a/2"]}]
+    results: Any = {"cases": cases, "diagnosis": told, "history": {"worse": entries}}
+
+    assert worse_by_cause(results) == [
+        "a/1: verdict [It leaves out 1/pi.]; and 1 more case",
+        "b/1: verdict [normal NRM-1]",
+        "c/1: time; and 1 more case",
+    ]

@@ -124,6 +124,27 @@
       left ? e("p", { class: "muted" }, `and ${left} more in the list below`) : null);
   };
 
+  // What differs, to be seen at once: the worst case's images, then those of others, by what is wrong with them.
+  rayproof.differences = function (results) {
+    const rows = results.cases.filter((row) => row.thumbnail);
+    if (!rows.length) return null;
+    const [first] = rows;
+    const groups = new Map();
+    for (const row of rows) {
+      const key = row.cause || row.blame || row.verdict;
+      if (!groups.has(key)) groups.set(key, []);
+      groups.get(key).push(row);
+    }
+    const open = (row, ...content) => e("a", { href: rayproof.link({ case: row.name, stage: row.stage }) }, content);
+    const words = (row) => `${row.name}: ours, the reference, and their difference${row.stage ? ` at ${row.stage}` : ""}`;
+    const picture = (row, name) => e("img", { class: name, src: rayproof.source(row.thumbnail), alt: words(row) });
+    return e("section", { class: "panel differences", "aria-label": "What differs" }, e("h2", {}, "What differs"),
+      e("figure", {}, open(first, picture(first, "worst")), e("figcaption", {}, "The worst: ", open(first, e("bdi", {}, first.name)),
+        e("span", { class: "muted" }, ` \u2013 ours, the reference, and their difference${first.stage ? ` at ${first.stage}` : ""}`))),
+      rows.length > 1 ? [...groups].map(([cause, members]) => e("div", {}, e("h3", {}, e("bdi", {}, cause)),
+        e("div", { class: "thumbnails" }, members.map((row) => open(row, picture(row, "small"), e("bdi", {}, row.name)))))) : null);
+  };
+
   rayproof.review = function (results) {
     if (!results.review.length) return null;
     return e("details", { class: "panel" },

@@ -9,9 +9,10 @@ import re
 from pathlib import Path
 
 from rayproof.cases.case import ITEMS
-from rayproof.reports import publish as package
+from rayproof.reports.publish import page as package
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.case_data import write_case_data
+from rayproof.reports.publish.page.image_page import SCRIPTS as OF_IMAGES
 from rayproof.reports.publish.page.page import SCRIPTS, publish, script_safe
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.item_titles import TITLES
@@ -42,7 +43,7 @@ def test_no_address_and_no_raw_markup_of_a_name_is_in_the_page(published):
 def test_every_script_is_in_the_page_and_every_item_has_a_title():
     folder = Path(package.__path__[0], "html")
 
-    assert {path.stem for path in folder.glob("*.js")} == set(SCRIPTS)
+    assert {path.stem for path in folder.glob("*.js")} == {*SCRIPTS, *OF_IMAGES}
     assert set(TITLES) == set(ITEMS)
 
 
