@@ -122,13 +122,16 @@ def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene,
 def unsteady(way: Way, right: Answered, oracle: FullOracle) -> np.ndarray:
     """Return the pixels (height, width) in which rounding decides what a way meets or lights.
 
-    That is where a turn of the rays by a rounding changes it, and where two shapes are met equally far away.
+    That is where a turn of the rays by a rounding changes it, and where two shapes are met equally far away. Of what
+    the tracer answers it is where its two precisions meet or light different things.
 
     Raises:
         Unanswerable: the way has no answer.
 
     """
     scene, steady, _ = _plain_answer(way, right, oracle)
+    if way.formulas:
+        return _apart(steady, _traced(scene, list(steady), way.formulas, precision=PRECISION))
     found = _equally_far(scene, steady[Stage.RAY])
     turn = gamma(TURNED, precision=PRECISION)
     for aside in (-1, 1):
@@ -141,10 +144,14 @@ def unsteady(way: Way, right: Answered, oracle: FullOracle) -> np.ndarray:
                 return rays + aside * one + along * other
 
             answers = _plain_answer(replace(way, stages={**way.stages, Stage.RAY: turned}), right, oracle)[1]
-            for stage in (Stage.OBJECT, Stage.VISIBILITY):
-                if stage in steady:
-                    found |= np.any(answers[stage] != steady[stage], axis=-1)
+            found |= _apart(steady, answers)
     return found
+
+
+def _apart(one: Answers, other: Answers) -> np.ndarray:
+    """Return the pixels (height, width) in which two answers meet or light different things."""
+    stages = [stage for stage in (Stage.OBJECT, Stage.VISIBILITY) if stage in one]
+    return np.any(np.concatenate([one[stage] != other[stage] for stage in stages], axis=-1), axis=-1)
 
 
 def _equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
@@ -216,14 +223,14 @@ def _continued(scene: Scene, answers: Answers, first: Stage, oracle: FullOracle)
     return {stage: found[stage] for stage in LIGHT}
 
 
-def _traced(scene: Scene, stages: list[Stage], formulas: Mapping[str, str]) -> Answers:
+def _traced(scene: Scene, stages: list[Stage], formulas: Mapping[str, str], *, precision: str = "float64") -> Answers:
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.render import render
     from rayproof.tracer.shapes.representable import beyond
 
-    if (why := beyond(scene, "float64")) is not None:
+    if (why := beyond(scene, precision)) is not None:
         raise Unanswerable(why)
-    return render(scene, stages, Configuration(precision="float64", formulas=formulas))
+    return render(scene, stages, Configuration(precision=precision, formulas=formulas))
 
 
 def _answered(scene: Scene, answers: Answers, plain: Answers) -> Answered:

@@ -86,10 +86,13 @@ class Evidence:
         key = "unsure", id(way)
         if key not in self._kept:
             supposed = self.under(way)
-            if way.asked is None:
-                found = unsteady(way, self.right, self.oracle)
-            else:
-                found = undecided(supposed.scene, self.oracle, shadow_epsilon=0.0)
+            try:
+                if way.asked is None:
+                    found = unsteady(way, self.right, self.oracle)
+                else:
+                    found = undecided(supposed.scene, self.oracle, shadow_epsilon=0.0)
+            except Unanswerable:  # beyond one of the tracer's precisions, of which then nothing can be said
+                found = np.zeros(supposed.edge.shape, dtype=bool)
             if supposed.place is not None:
                 found = np.ravel(found)[supposed.place]
             self._kept[key] = way, found
@@ -141,7 +144,7 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
     right = {stage: evidence.right.answers[stage] for stage in seen}
     judged = ~supposed.edge & ~evidence.never
     found = _tally(evidence, supposed, ours, right, judged)
-    if not found.fits and not way.formulas and found.off <= NEARLY * found.judged:
+    if not found.fits and found.off <= NEARLY * found.judged:
         # It has edges of its own that no neighbouring pixel shows: coinciding faces, or a border in its first row.
         found = _tally(evidence, supposed, ours, right, judged & ~evidence.unsure(way))
     return found

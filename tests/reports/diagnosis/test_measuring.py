@@ -110,6 +110,16 @@ def test_what_rounding_alone_decides_under_a_mistake_does_not_contradict_it(
     assert tally.judged > 0.7 * one.wrong.size
 
 
+def test_of_the_tracers_own_fault_what_its_precisions_decide_does_not_contradict_it(tmp_path: Path) -> None:
+    fault = "position/fault_left_in_object_space"
+    tracer = measuring.Renderer(kind=measuring.PLANTED, mistakes=(fault,), accepted=(), program=None)
+    (one,) = measuring.evidence_of(tracer, tmp_path, ("flux_conservation/south",))[measuring.STAGED]
+
+    tallies = [trial(one, way) for way in MISTAKES["position_in_object_space"].ways]
+
+    assert all(tally is not None and tally.explains for tally in tallies)
+
+
 def test_a_failing_case_that_says_nothing_under_the_right_mistake_does_not_take_its_name(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
