@@ -27,6 +27,15 @@ def test_ours(conformance):
     conformance.check()
 """
 
+FORMULA = """
+import tracer
+from rayproof.tracer.catalogue import FORMULAS
+
+def mine(ray, plane, interval):
+    assert tracer.OWN
+    return FORMULAS["plane/dot_products"].function(ray, plane, interval)
+"""
+
 
 def built(source: Path, out: Path, *targets: str) -> Path:
     """Build in `source` and return the one file that was made in `out`."""
@@ -66,6 +75,7 @@ def project(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
         (folder / name / "__init__.py").write_text("OWN = True\n")
     (folder / "tests" / "test_ours.py").write_text(TEST)
     (folder / "script.py").write_text(SCRIPT)
+    (folder / "mine.py").write_text(FORMULA)
     return folder, {**os.environ, "PYTHONPATH": os.pathsep.join([str(site), str(folder)])}
 
 
@@ -82,6 +92,15 @@ def project(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
             ],
             "1 planned, 1 pass",
             id="command",
+        ),
+        pytest.param(
+            [
+                "-c",
+                "import sys; from rayproof.reports.cli import main; sys.exit(main())",
+                "render", "primitives/plane", "a.exr", "--formula", "plane=mine.py:mine",
+            ],
+            "float32/plane=mine.py:mine",
+            id="formula",
         ),
     ],
 )  # fmt: skip
