@@ -1,11 +1,13 @@
 """Configurations: names that read back, formulas by slot, and what they cover."""
 
 import pickle
+from pathlib import Path
 
 import pytest
 
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.own_formula import OwnFormulaError
 
 
 @pytest.mark.parametrize(
@@ -24,6 +26,18 @@ def test_a_name_reads_back(name: str) -> None:
     assert configuration.name == name
     assert pickle.loads(pickle.dumps(configuration)) == configuration
     assert hash(Configuration.parse(name)) == hash(configuration)
+
+
+def test_to_name_a_formula_of_one_s_own_executes_nothing(tmp_path: Path) -> None:
+    # Names come out of results.json too, which may be anybody's.
+    (tmp_path / "mine.py").write_text("raise SystemExit('executed')\n")
+
+    chosen = Configuration.parse(f"float32/sphere={tmp_path}/mine.py:nearest_hit")
+
+    assert chosen.faults == chosen.controls == ()
+    assert "HIT-1" in chosen.items
+    with pytest.raises(OwnFormulaError, match="executed"):
+        chosen["sphere"]
 
 
 def test_a_default_that_is_named_is_no_difference() -> None:

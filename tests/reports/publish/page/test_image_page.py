@@ -60,7 +60,11 @@ def test_what_is_no_image_ends_in_one_line(tmp_path: Path, capsys: pytest.Captur
     assert not (tmp_path / "v.html").exists()
 
 
-PIXEL = "() => document.querySelector('main p.mono').textContent"
+DROP = """bytes => {
+    const data = new DataTransfer();
+    data.items.add(new File([new Uint8Array(bytes)], "fallen.pfm"));
+    window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
+}"""
 
 
 @pytest.mark.browser
@@ -93,6 +97,9 @@ def test_the_page_shows_the_floats_and_takes_others_that_are_dropped(browser: An
         "() => [...document.querySelectorAll('select')].flatMap(s => [...s.options].map(o => o.textContent))"
     )
     assert {"dropped0.exr", "dropped1.exr"} <= set(dropped)
+    page.evaluate(DROP, [*pfm(tmp_path / "c.pfm").read_bytes()])
+    page.wait_for_function("() => document.querySelector('p[role=status]').textContent === 'fallen.pfm: opened'")
+    assert "fallen.pfm" in page.inner_text("main .panes")
     page.get_by_role("button", name="distance").click()
     assert "distance" in page.url
     assert complaints == []
