@@ -27,6 +27,7 @@ def ci(
     source: Annotated[str, Parameter(name="--from")],
     subject: str | None = None,
     expect: Path | None = None,
+    least_coverage: float | None = None,
     out: Path | None = None,
 ) -> int:
     """Write a workflow that runs rayproof in continuous integration.
@@ -46,6 +47,8 @@ def ci(
         Who is under test, as `rayproof run --subject` takes it. Default: the tracer.
     expect
         The file of known failures that `rayproof expect accept` wrote: anything else, or less, fails the job.
+    least_coverage
+        The share [%] of the checks that must be measured; with fewer the job fails.
     out
         The file to write. Default: where the service looks for it.
 
@@ -58,6 +61,7 @@ def ci(
     command = ["rayproof", "run", *selectors, "--out", REPORT]
     command += ["--subject", subject] if subject is not None else []
     command += ["--expect", str(expect)] if expect is not None else []
+    command += ["--least-coverage", f"{least_coverage:g}"] if least_coverage is not None else []
     filled = (WORKFLOWS / name).read_text(encoding="utf-8")
     # Double quotes: the services' own files quote by single ones, and YAML takes a shell's line for a string.
     words = [shlex.quote(word).replace("'", '"') for word in command]

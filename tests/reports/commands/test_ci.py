@@ -69,14 +69,15 @@ def test_the_subject_and_the_gate_are_in_the_command(rayproof: Rayproof, tmp_pat
 
     ended = rayproof(
         "ci", "gitlab", "--from", "git+https://127.0.0.1/rayproof@abc", "--subject", SUBJECT, "--expect", "known.json",
-        "--out", file,
+        "--least-coverage", 62.5, "--out", file,
     )  # fmt: skip
 
     assert ended.code == 0
     (line,) = shell_lines("gitlab", file.read_text())
     line = line.strip()
     assert shlex.split(line) == [
-        "rayproof", "run", "--out", REPORT, "--subject", SUBJECT, "--expect", "known.json"
+        "rayproof", "run", "--out", REPORT, "--subject", SUBJECT, "--expect", "known.json",
+        "--least-coverage", "62.5",
     ]  # fmt: skip
     again = rayproof("ci", "gitlab", "--from", "x.whl", "--out", file)
     assert (again.code, again.error.count("\n")) == (2, 1)
