@@ -1,4 +1,4 @@
-"""Meshes of any size: a bumpy ball, a ball of slivers beside crumbs, and a ball as a laser scan would see it."""
+"""Meshes of any size: balls (bumpy, of slivers beside crumbs, scanned), rods, a terrain, a city, and a soup."""
 
 from functools import lru_cache
 
@@ -52,6 +52,76 @@ def scanned(subdivisions: int) -> Mesh:
     centers = vertices[faces].mean(axis=1)
     holes = (np.sin(9 * centers[:, 0]) * np.sin(8 * centers[:, 1]) * np.sin(7 * centers[:, 2])) > 0.7
     return _mesh(vertices * (shape + noise)[:, np.newaxis], random.permutation(faces[~holes]))
+
+
+@lru_cache(maxsize=1)
+def rods(count: int) -> Mesh:
+    """Return `count` triangles, two for each thin flat rod; the rods lie in all directions, in a cube of 2 m."""
+    random = np.random.default_rng(SEED)
+    middle = random.uniform(-1, 1, (count // 2, 3))
+    along = _unit(random.normal(size=middle.shape))
+    across = _unit(np.cross(along, random.normal(size=middle.shape)))
+    along *= random.uniform(0.15, 0.4, (len(middle), 1))
+    across *= random.uniform(0.002, 0.006, (len(middle), 1))
+    corners = np.stack([middle - along - across, middle + along - across, middle + along + across], axis=1)
+    others = np.stack([corners[:, 0], corners[:, 2], middle - along + across], axis=1)
+    return _apart(np.concatenate([corners, others]))
+
+
+@lru_cache(maxsize=1)
+def terrain(cells: int) -> Mesh:
+    """Return hills on 12 m by 12 m, 2 cells^2 triangles; seen along the ground most of them hide behind others."""
+    across = np.linspace(-6, 6, cells + 1)
+    x, y = np.meshgrid(across, across, indexing="ij")
+    z = sum(0.35 / k * np.sin(0.9 * k * x + k * k) * np.cos(0.8 * k * y + 2 * k) for k in (1, 2, 4, 8, 16))
+    corner = (np.arange(cells)[:, np.newaxis] * (cells + 1) + np.arange(cells)).ravel()
+    right, above = corner + cells + 1, corner + 1
+    faces = np.concatenate([np.stack([corner, right, right + 1], 1), np.stack([corner, right + 1, above], 1)])
+    return _mesh(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), faces)
+
+
+@lru_cache(maxsize=1)
+def city(blocks: int) -> Mesh:
+    """Return blocks^2 houses on a ground of 12 m by 12 m: boxes without floors, ten triangles each, in rows."""
+    random = np.random.default_rng(SEED)
+    place = (np.arange(blocks) + 0.5) * 12 / blocks - 6
+    x, y = (each.ravel() for each in np.meshgrid(place, place, indexing="ij"))
+    half = random.uniform(0.2, 0.42, (2, len(x))) * 12 / blocks
+    height = 0.15 + 0.25 * random.exponential(size=len(x))
+    around = np.array(((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    below = np.stack(
+        [
+            x[:, np.newaxis] + half[0, :, np.newaxis] * around[:, 0],
+            y[:, np.newaxis] + half[1, :, np.newaxis] * around[:, 1],
+            np.zeros((len(x), 4)),
+        ],
+        axis=2,
+    )
+    above = below + height[:, np.newaxis, np.newaxis] * (0, 0, 1)
+    vertices = np.concatenate([below, above], axis=1).reshape(-1, 3)
+    walls = [face for k in range(4) for face in ((k, (k + 1) % 4, (k + 1) % 4 + 4), (k, (k + 1) % 4 + 4, k + 4))]
+    box = np.array([*walls, (4, 5, 6), (4, 6, 7)])
+    faces = (8 * np.arange(len(x))[:, np.newaxis, np.newaxis] + box).reshape(-1, 3)
+    ground = np.array(((-6, -6, 0), (6, -6, 0), (6, 6, 0), (-6, 6, 0)))
+    corners = len(vertices) + np.array(((0, 1, 2), (0, 2, 3)))
+    return _mesh(np.concatenate([vertices, ground]), np.concatenate([faces, corners]))
+
+
+@lru_cache(maxsize=1)
+def soup(count: int) -> Mesh:
+    """Return `count` small triangles that share no vertex, anywhere in a ball of 1 m and turned in any way."""
+    random = np.random.default_rng(SEED)
+    places = _unit(random.normal(size=(count, 3))) * np.cbrt(random.uniform(0, 1, (count, 1)))
+    return _apart(places[:, np.newaxis] + 0.006 * random.normal(size=(count, 3, 3)))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def _apart(corners: np.ndarray) -> Mesh:
+    """Return a mesh of triangles (n, 3, 3) [m] that share no vertex."""
+    return _mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
 def _icosphere(subdivisions: int, *, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.benchmark.meshes import bumpy, scanned, uneven
+from rayproof.cases.benchmark.meshes import bumpy, city, rods, scanned, soup, terrain, uneven
 from rayproof.cases.placement import compose, rotation, scaling, translation
 from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Vector
 
@@ -80,6 +80,7 @@ def _thousand_spheres() -> tuple[Shape, ...]:
 View = tuple[Vector, Vector]  # eye, target [m]
 WIDE: View = ((3.0, -6.0, 3.5), (0.1, 0.2, 0.5))
 NEAR: View = ((1.5, -3.0, 1.2), (0.0, 0.0, 0.0))
+LOW: View = ((0.5, -5.8, 0.9), (0.0, 0.0, 0.3))  # along the ground
 
 SCENES: tuple[BenchScene, ...] = (
     BenchScene(name="sphere_and_floor", about="1 sphere + floor", shapes=_sphere_and_floor, view=WIDE, quick=True),
@@ -106,6 +107,16 @@ SCENES: tuple[BenchScene, ...] = (
     BenchScene(
         name="scanned", about="noisy ball with holes, 82 000 triangles", shapes=lambda: (scanned(6),), view=NEAR
     ),
+    BenchScene(
+        name="rods", about="thin rods in all directions, 20 000 triangles", shapes=lambda: (rods(20_000),), view=NEAR
+    ),
+    BenchScene(
+        name="city", about="1600 houses along the ground, 16 002 triangles", shapes=lambda: (city(40),), view=LOW
+    ),
+    BenchScene(
+        name="terrain", about="hills along the ground, 320 000 triangles", shapes=lambda: (terrain(400),), view=LOW
+    ),
+    BenchScene(name="soup", about="a million triangles in no order", shapes=lambda: (soup(1_000_000),), view=NEAR),
     BenchScene(name="bumpy_330k", about="bumpy ball, 327 680 triangles", shapes=lambda: (bumpy(7),), view=NEAR),
     BenchScene(name="bumpy_1300k", about="bumpy ball, 1 310 720 triangles", shapes=lambda: (bumpy(8),), view=NEAR),
 )

@@ -128,7 +128,7 @@ def row(entry: dict[str, Any]) -> list[str]:
         "-" if error is None else f"{error['p99']:.1e}",
         f"{entry['compile_ms']:.0f} ms",
         f"{entry['build_ms']:.0f} ms",
-        "-" if limit is None else f"{100 * limit:.0f} %",
+        "-" if limit is None else f"{100 * limit:.0f} % (sum {100 * entry['limit_sum_fraction']:.0f} %)",
     ]
 
 

@@ -94,7 +94,7 @@ def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: dict[str, An
         "build_ms": 1e3 * ours.build_seconds,
         "kernel_ms": 1e3 * sum(kernel.seconds for kernel in kernels),
         "operations": sum(kernel.operations for kernel in kernels),
-        **(limit(scene, kernels, peaks) or {"limit_fraction": None, "limit_by": None}),
+        **(limit(scene, kernels, peaks) or {"limit_fraction": None, "limit_by": None, "limit_sum_fraction": None}),
         "contenders": {name: _contender(found[name], pixels, truth) for name in found},
     }
 

@@ -20,6 +20,9 @@ BYTES = 12  # a pixel's three float32 channels
 def limit(scene: Scene, kernels: Sequence[Kernel], machine: dict[str, Any]) -> dict[str, Any] | None:
     """Return `limit_fraction`, at most about 1, and `limit_by`, what sets it: "operations", "divisions" or "writes".
 
+    `limit_sum_fraction` is by the sum of the three: a kernel at 1 does them one after the other, and only fewer of them
+    would make it faster.
+
     None without a kernel, or with one that loops or whose branches nobody counted: how often its code runs is unknown.
     """
     seconds = sum(kernel.seconds for kernel in kernels)
@@ -34,4 +37,5 @@ def limit(scene: Scene, kernels: Sequence[Kernel], machine: dict[str, Any]) -> d
             least["divisions"] += kernel.lanes * of.roots / rates["roots_per_second"]
     least["writes"] = scene.camera.width * scene.camera.height * BYTES / machine["write_bytes_per_second"]
     by = max(least, key=lambda name: least[name])
-    return {"limit_fraction": least[by] / seconds, "limit_by": by}
+    together = sum(least.values()) / seconds
+    return {"limit_fraction": least[by] / seconds, "limit_by": by, "limit_sum_fraction": together}

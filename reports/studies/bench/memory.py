@@ -30,8 +30,9 @@ def memory(name: str, width: int, height: int) -> tuple[float, float]:
     meshes.bumpy(0)  # trimesh is an import, too
     before = _status("VmRSS")
     scene = chosen((name,), quick=False)[0].scene(width, height)
-    for cached in (meshes.bumpy, meshes.uneven, meshes.scanned):
-        cached.cache_clear()
+    for made in vars(meshes).values():
+        if hasattr(made, "cache_clear"):
+            made.cache_clear()
     # What trimesh took to make the mesh is not ours.
     Path("/proc/self/clear_refs").write_text("5")
     frames = Frames(scene, Configuration())

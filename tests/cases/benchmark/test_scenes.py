@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark.meshes import bumpy, scanned, uneven
+from rayproof.cases.benchmark.meshes import bumpy, city, rods, scanned, soup, terrain, uneven
 from rayproof.cases.benchmark.scenes import SCENES, chosen
 from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
@@ -34,6 +34,22 @@ def test_a_scan_has_holes_noise_and_no_order() -> None:
     steps = np.linalg.norm(np.diff(centers, axis=0), axis=1)
     assert np.median(steps) > 0.5  # neighbours in the file are no neighbours in space
     assert mesh is scanned(4)
+
+
+def test_rods_are_thin_and_a_city_stands_on_its_ground() -> None:
+    thin = rods(200)
+    corners = thin.vertices[thin.faces].astype(np.float64)
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    houses = city(6)
+
+    assert (edges.max(axis=1) > 10 * edges.min(axis=1)).all()
+    assert (len(thin.faces), len(houses.faces), len(terrain(10).faces), len(soup(50).faces)) == (200, 362, 200, 50)
+    assert houses.vertices[:, 2].min() == 0
+    # Houses are seen from outside: each wall's winding shows away from its house's middle.
+    walls = houses.vertices[houses.faces[:-2]].astype(np.float64)
+    normals = np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
+    middles = walls.reshape(36, 30, 3).mean(axis=1).repeat(10, axis=0)
+    assert (np.sum(normals * (walls.mean(axis=1) - middles), axis=1) > 0).all()
 
 
 @pytest.mark.parametrize("name", [scene.name for scene in SCENES if scene.quick])

@@ -92,6 +92,8 @@ def test_no_frame_is_faster_than_its_limit(columns: int, precision: str) -> None
     assert usual is not None
     assert best["limit_fraction"] == pytest.approx(1)
     assert 0.5 <= usual["limit_fraction"] < 1
+    # What does one after the other is at the sum.
+    assert usual["limit_sum_fraction"] == pytest.approx(1, rel=0.02)
 
 
 def _lasting(found: tuple[Kernel, ...], seconds: float) -> tuple[Kernel, ...]:
