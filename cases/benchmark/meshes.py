@@ -73,7 +73,8 @@ def terrain(cells: int) -> Mesh:
     """Return hills on 12 m by 12 m, 2 cells^2 triangles; seen along the ground most of them hide behind others."""
     across = np.linspace(-6, 6, cells + 1)
     x, y = np.meshgrid(across, across, indexing="ij")
-    z = sum(0.35 / k * np.sin(0.9 * k * x + k * k) * np.cos(0.8 * k * y + 2 * k) for k in (1, 2, 4, 8, 16))
+    waves = [0.35 / k * np.sin(0.9 * k * x + k * k) * np.cos(0.8 * k * y + 2 * k) for k in (1, 2, 4, 8, 16)]
+    z = np.sum(waves, axis=0)
     corner = (np.arange(cells)[:, np.newaxis] * (cells + 1) + np.arange(cells)).ravel()
     right, above = corner + cells + 1, corner + 1
     faces = np.concatenate([np.stack([corner, right, right + 1], 1), np.stack([corner, right + 1, above], 1)])
