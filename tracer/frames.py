@@ -19,7 +19,7 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
-from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.device.coherent_branches import asked
 from rayproof.tracer.device.scheduling import next_step
 from rayproof.tracer.device.tiles import Lanes
@@ -86,7 +86,7 @@ class _Recipe:
     def __init__(self, scene: Scene, configuration: Configuration, samples: int, chosen: Plan) -> None:
         self._scene, self._configuration, self.samples, self._chosen = scene, configuration, samples, chosen
 
-    def trace(self, column: Any, row: Any, assets: Assets) -> Trace:
+    def trace(self, column: Any, row: Any, buffers: DeviceBuffers) -> Trace:
         """Return the trace of the sample at (column, row) of every pixel."""
         within = None if self.samples == 1 else (column, row)
         return Trace(
@@ -95,17 +95,17 @@ class _Recipe:
             per_side=self.samples,
             within=within,
             chosen=self._chosen,
-            assets=assets,
+            buffers=buffers,
         )
 
 
 def _image(recipe: _Recipe, arrays: dict[str, Any]) -> Any:
     """Return the image, by the arrays that the scene keeps on the device."""
-    assets, samples = Assets(dict(arrays)), recipe.samples
-    trace = recipe.trace(0, 0, assets)
+    buffers, samples = DeviceBuffers(dict(arrays)), recipe.samples
+    trace = recipe.trace(0, 0, buffers)
     lanes, types = trace.lanes, trace.types
     if samples > 1:
-        radiance = _mean(lambda column, row: recipe.trace(column, row, assets), lanes, samples, types)
+        radiance = _mean(lambda column, row: recipe.trace(column, row, buffers), lanes, samples, types)
     else:
         radiance = trace.radiance_alone
     image = dr.empty(types.Float, lanes.width * lanes.height * CHANNELS)
@@ -128,13 +128,13 @@ class Frames:
             raise ValueError(f"samples must be 1 or more, got {samples}")
         self.scene, self.configuration = scene, configuration
         self.plan = _decided(scene, configuration, samples, chosen)
-        assets, recipe = Assets(), _Recipe(scene, configuration, samples, self.plan)
+        buffers, recipe = DeviceBuffers(), _Recipe(scene, configuration, samples, self.plan)
         # Tracing uploads what the kernel will read; nothing is launched for the pixels yet. Any sample has to stand for
         # all of them: of a known one in an image of one pixel, Dr.Jit leaves out at once what it does not need.
         any_sample = dr.opaque(array_types(configuration.precision).UInt, 0)
-        first = recipe.trace(any_sample, any_sample, assets)
+        first = recipe.trace(any_sample, any_sample, buffers)
         _ = first.radiance_alone
-        self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.types.UInt, 0), **assets.arrays}
+        self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.types.UInt, 0), **buffers.arrays}
         dr.eval(self._arrays)
 
         self._recipe = recipe
@@ -158,7 +158,7 @@ class Frames:
 
     def asked(self) -> list[np.ndarray]:
         """Return, for each branch in the order of the code, which lanes ask for it: (lanes,) bool, or (1,) for all."""
-        trace = self._recipe.trace(0, 0, Assets(dict(self._arrays)))
+        trace = self._recipe.trace(0, 0, DeviceBuffers(dict(self._arrays)))
         with asked() as conditions:
             _ = trace.radiance_alone
         # At once: one by one, each would have a kernel with all that comes before it.

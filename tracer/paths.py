@@ -20,7 +20,7 @@ from rayproof.tracer.device.arrays import backend
 from rayproof.tracer.frames import PACKETS
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.shapes.records import SLOTS, square_vectors
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.shapes.triangles import baked, degenerate
 from rayproof.tracer.stages.camera_rays import WIDEST
 from rayproof.tracer.stages.illumination import MANY
@@ -95,7 +95,7 @@ class Rendering:
 
 
 def _sheared(shape: Shape) -> bool:
-    return SLOTS[type(shape)] == "square" and not square_vectors(Placement(to_world=shape.to_world))[3]
+    return SLOTS[type(shape)] == "square" and not square_vectors(Transform(to_world=shape.to_world))[3]
 
 
 def _items(shape: Shape) -> int:
@@ -115,7 +115,7 @@ def _kind(slot: str, *, sheared: bool = False, placed: bool | None = None) -> Ca
             first = tree[0]
             if flat(first) or SLOTS[type(first)] != slot or _sheared(first) is not sheared:
                 continue
-            if placed is None or placed is any(not Placement(to_world=one.to_world).identity for one in tree):
+            if placed is None or placed is any(not Transform(to_world=one.to_world).identity for one in tree):
                 return True
         return False
 

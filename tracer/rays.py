@@ -38,7 +38,7 @@ class Interval:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nearest:
+class NearestHit:
     """The nearest hit per ray: t [m] or inf, shape and face index or -1, and the triangle's number in the tree."""
 
     distance: Any

@@ -11,10 +11,10 @@ from rayproof.tracer.acceleration.median_build import Tree, build
 from rayproof.tracer.acceleration.packet_bounds import Beam
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, quantise
 from rayproof.tracer.acceleration.traversal import NONE, Walk, any_hit, nearest
-from rayproof.tracer.acceleration.triangle_bvh import Forest, HostForest, bounds, host_forest
+from rayproof.tracer.acceleration.triangle_bvh import HostTriangleHierarchy, TriangleHierarchy, bounds, host_forest
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
-from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.records import TriangleArrays
 
@@ -36,33 +36,33 @@ def mesh(corners: np.ndarray) -> Mesh:
     )
 
 
-def host(corners: np.ndarray) -> HostForest:
+def host(corners: np.ndarray) -> HostTriangleHierarchy:
     forest = host_forest(((0, mesh(corners)),))
     assert forest is not None
     return forest
 
 
-def forest(corners: np.ndarray, types: ArrayTypes) -> Forest:
-    return Forest(host(corners), types, Assets())
+def forest(corners: np.ndarray, types: ArrayTypes) -> TriangleHierarchy:
+    return TriangleHierarchy(host(corners), types, DeviceBuffers())
 
 
-def single(ray: Ray, grove: Forest, formula: Any, interval: Interval) -> Walk:
+def single(ray: Ray, hierarchy: TriangleHierarchy, formula: Any, interval: Interval) -> Walk:
     """Return what every ray by itself needs on its way."""
     return Walk(
-        grove=grove,
-        beam=Beam(grove.nodes, ray.origin, [ray.direction]),
+        hierarchy=hierarchy,
+        beam=Beam(hierarchy.nodes, ray.origin, [ray.direction]),
         meet=lambda triangle, k: formula(ray, triangle, interval),
     )
 
 
 def first_hit(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     closer = FORMULAS["nearest/smaller"].function
-    ((t, number),) = nearest(walk, closer=closer, limits=[walk.grove.types.Float(dr.inf)], width=600)
+    ((t, number),) = nearest(walk, closer=closer, limits=[walk.hierarchy.types.Float(dr.inf)], width=600)
     return np.array(t), np.where(np.isfinite(np.array(t)), np.array(number), NONE)
 
 
 def met(walk: Walk, *, skips: Any = None, active: Any = None) -> np.ndarray:
-    types = walk.grove.types
+    types = walk.hierarchy.types
     Single: Any = dr.float32_array_t(types.Float)
     asked = types.Bool(True) if active is None else active
     (found,) = any_hit(walk, farthest=Single(dr.inf), skips=skips, active=[asked], width=600)
@@ -157,7 +157,7 @@ def test_a_skipped_shape_is_not_met() -> None:
     types = array_types("float32")
     two = host_forest(((0, mesh(soup(20))), (3, mesh(soup(20, seed=6)))))
     assert two is not None
-    both = Forest(two, types, Assets())
+    both = TriangleHierarchy(two, types, DeviceBuffers())
     ray, interval = bundle(types), Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
     formula = FORMULAS["triangle/moeller_trumbore"].function
 

@@ -14,10 +14,10 @@ from rayproof.cases.scene import Mesh
 from rayproof.tracer.acceleration.packet_bounds import Beam
 from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
 from rayproof.tracer.acceleration.traversal import WIDER, Walk, any_hit, nearest
-from rayproof.tracer.acceleration.triangle_bvh import Forest, host_forest
+from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, host_forest
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
-from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.numerics.shear import prepare, turning_alike, turns
 from rayproof.tracer.rays import Interval, Ray
 
@@ -30,13 +30,13 @@ CLOSER = FORMULAS["nearest/smaller"].function
 pytestmark = pytest.mark.usefixtures("each_builder")
 
 
-def grown(corners: np.ndarray, types: ArrayTypes) -> Forest:
+def grown(corners: np.ndarray, types: ArrayTypes) -> TriangleHierarchy:
     mesh = Mesh(
         albedo=(0.5, 0.5, 0.5), vertices=corners.reshape(-1, 3), faces=np.arange(3 * len(corners)).reshape(-1, 3)
     )
     host = host_forest(((0, mesh),))
     assert host is not None
-    return Forest(host, types, Assets())
+    return TriangleHierarchy(host, types, DeviceBuffers())
 
 
 def scene(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -63,7 +63,7 @@ def vector(types: ArrayTypes, values: np.ndarray) -> Any:
     return types.Vector(np.ascontiguousarray(values.T, dtype=kind))
 
 
-def tried(forest: Forest, rays: Sequence[Ray], interval: Interval, width: int) -> list[np.ndarray]:
+def tried(forest: TriangleHierarchy, rays: Sequence[Ray], interval: Interval, width: int) -> list[np.ndarray]:
     """Return, per ray, the smallest t over all triangles, one after the other."""
     types = forest.types
     state = (types.UInt(0), [dr.full(types.Float, dr.inf, width) for _ in rays])
@@ -78,14 +78,16 @@ def tried(forest: Forest, rays: Sequence[Ray], interval: Interval, width: int) -
     return [np.array(best) for best in bests]
 
 
-def from_the_light(forest: Forest, feelers: Sequence[Ray], eye: Any, segment: Interval) -> Callable[[Any, Any], Any]:
+def from_the_light(
+    forest: TriangleHierarchy, feelers: Sequence[Ray], eye: Any, segment: Interval
+) -> Callable[[Any, Any], Any]:
     """Return the way of a group of feelers and the t of its end, from the group and its turn."""
     Single: Any = dr.float32_array_t(forest.types.Float)
 
     def walk(active: Any, turn: Any) -> tuple[Walk, Any]:
         beam = Beam(forest.nodes, eye, [feeler.origin - eye for feeler in feelers], active=active)
         alike = turning_alike(feelers, turn)
-        way = Walk(grove=forest, beam=beam, meet=lambda triangle, k: FORMULA(alike[k], triangle, segment))
+        way = Walk(hierarchy=forest, beam=beam, meet=lambda triangle, k: FORMULA(alike[k], triangle, segment))
         return way, Single(WIDER)
 
     return walk
@@ -106,13 +108,13 @@ def test_bundles_lose_no_hit_on_random_scenes(precision: str) -> None:
         feelers = [Ray(origin=vector(types, end), direction=vector(types, origins - end)) for end in ends]
 
         walk = Walk(
-            grove=forest,
+            hierarchy=forest,
             beam=Beam(forest.nodes, rays[0].origin, [ray.direction for ray in rays]),
             meet=lambda triangle, k, rays=rays: FORMULA(rays[k], triangle, everywhere),
             pipelined=seed % 2 == 1,
         )
         back = Walk(
-            grove=forest,
+            hierarchy=forest,
             beam=Beam(forest.nodes, rays[0].origin, [feeler.origin - rays[0].origin for feeler in feelers]),
             meet=lambda triangle, k, feelers=feelers: FORMULA(feelers[k], triangle, segment),
             pipelined=seed % 2 == 1,
@@ -190,7 +192,7 @@ def test_no_ray_at_an_edge_or_a_corner_is_lost(moved: float, scale: float, pipel
     rays = [Ray(origin=eye, direction=vector(types, directions[:, k])) for k in range(PER_LANE)]
     everywhere = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
     walk = Walk(
-        grove=forest,
+        hierarchy=forest,
         beam=Beam(forest.nodes, eye, [ray.direction for ray in rays]),
         meet=lambda triangle, k: FORMULA(rays[k], triangle, everywhere),
         pipelined=pipelined,

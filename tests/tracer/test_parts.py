@@ -12,11 +12,11 @@ from rayproof.tracer.acceleration import parts
 from rayproof.tracer.acceleration.packet_bounds import Beam
 from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.traversal import Walk, nearest
-from rayproof.tracer.acceleration.triangle_bvh import Forest, bounds, host_forest
+from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, bounds, host_forest
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.plan import plan
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.triangles import baked
@@ -104,10 +104,10 @@ def test_rays_meet_the_same_triangles_first_as_without_parts(precision: str) -> 
             host = host_forest(((0, mesh(corners)),), parts=cut)
             assert host is not None
             assert (len(host.records) > 2 * len(corners)) is cut
-            grove = Forest(host, types, Assets())
+            hierarchy = TriangleHierarchy(host, types, DeviceBuffers())
             walk = Walk(
-                grove=grove,
-                beam=Beam(grove.nodes, rays[0].origin, [ray.direction for ray in rays]),
+                hierarchy=hierarchy,
+                beam=Beam(hierarchy.nodes, rays[0].origin, [ray.direction for ray in rays]),
                 meet=lambda triangle, k, rays=rays: FORMULA(rays[k], triangle, everywhere),
             )
             found = nearest(walk, closer=CLOSER, limits=[types.Float(dr.inf)] * PER_LANE, width=LANES)

@@ -27,9 +27,9 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Shape, Sphere, Square, Triangle
 from rayproof.tracer.acceleration.packet_bounds import larger, reduced, smaller
 from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.kernel_constants import Parameters
+from rayproof.tracer.device.kernel_constants import KernelConstants
 from rayproof.tracer.shapes.records import HALF
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 ROUNDINGS = 32.0
 CORNERS = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-HALF, HALF) for z in (-HALF, HALF)])
@@ -37,14 +37,14 @@ CORNERS = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-HALF, HALF) for 
 
 def ball(shape: Shape) -> tuple[np.ndarray, float] | None:
     """Return the centre and the radius [m] of a ball about a shape, float64; None where the shape has no end."""
-    placement = Placement(to_world=shape.to_world)
+    transform = Transform(to_world=shape.to_world)
     match shape:
         case Sphere():
-            center = placement.linear @ np.asarray(shape.center) + placement.translation
-            return center, float(np.linalg.norm(placement.linear, 2) * shape.radius)
+            center = transform.linear @ np.asarray(shape.center) + transform.translation
+            return center, float(np.linalg.norm(transform.linear, 2) * shape.radius)
         case Cube() | Square():
             corners = CORNERS if isinstance(shape, Cube) else CORNERS * (1, 1, 0)
-            return placement.translation, float(np.linalg.norm(corners @ placement.linear.T, axis=1).max())
+            return transform.translation, float(np.linalg.norm(corners @ transform.linear.T, axis=1).max())
         case Triangle():
             corners = world_triangles(shape)[0].astype(np.float64)
             center = corners.mean(axis=0)
@@ -95,7 +95,7 @@ class Cone:
     cosine: float  # of the half-angle
     sine: float
 
-    def may_meet(self, rays: Directions, types: ArrayTypes, parameters: Parameters, *, name: str) -> Any:
+    def may_meet(self, rays: Directions, types: ArrayTypes, parameters: KernelConstants, *, name: str) -> Any:
         """Return in which lanes a ray from the point may meet the ball."""
         axis = parameters(f"{name} axis", types.Vector(*self.axis))
         cosine, sine = (parameters(f"{name} {of}", types.Float(getattr(self, of))) for of in ("cosine", "sine"))
@@ -112,8 +112,8 @@ def _magnified(shape: Shape) -> float:
     """Return how much more a point is off that was taken to object space; 1 without stretches across its axes."""
     if isinstance(shape, Triangle):
         return 1.0  # in world space from the beginning
-    placement = Placement(to_world=shape.to_world)
-    return float((np.abs(placement.linear) @ np.abs(placement.inverse)).sum(axis=1).max())
+    transform = Transform(to_world=shape.to_world)
+    return float((np.abs(transform.linear) @ np.abs(transform.inverse)).sum(axis=1).max())
 
 
 def cone(shape: Shape, origin: Sequence[float], precision: str) -> Cone | None:

@@ -9,14 +9,14 @@ import drjit as dr
 from rayproof.cases.scene import Mesh, Shape, Triangle
 from rayproof.tracer.acceleration.packet_bounds import Beam, smaller
 from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
-from rayproof.tracer.acceleration.shape_bvh import Crowd, host_crowd
-from rayproof.tracer.acceleration.traversal import WIDER, Grove, Walk, nearest
-from rayproof.tracer.acceleration.triangle_bvh import Forest, host_forest
-from rayproof.tracer.context import Setting
+from rayproof.tracer.acceleration.shape_bvh import ShapeHierarchy, host_crowd
+from rayproof.tracer.acceleration.traversal import WIDER, Hierarchy, Walk, nearest
+from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, host_forest
+from rayproof.tracer.context import Context
 from rayproof.tracer.numerics.shear import prepare, turning_alike, turns
-from rayproof.tracer.rays import Feeler, Interval, Nearest, Ray
+from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.records import SLOTS, square_vectors
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 
 def flat(shape: Shape) -> bool:
@@ -24,37 +24,37 @@ def flat(shape: Shape) -> bool:
     return isinstance(shape, Mesh | Triangle)
 
 
-class Trees:
+class Hierarchies:
     """The trees of a scene, in one precision."""
 
-    def __init__(self, setting: Setting) -> None:
-        self.scene, self.configuration, self.types = setting.scene, setting.configuration, setting.types
-        self.plan, self.assets, self.parameters = setting.plan, setting.assets, setting.parameters
+    def __init__(self, context: Context) -> None:
+        self.scene, self.configuration, self.types = context.scene, context.configuration, context.types
+        self.plan, self.buffers, self.parameters = context.plan, context.buffers, context.parameters
 
     @cached_property
-    def forest(self) -> Forest | None:
+    def forest(self) -> TriangleHierarchy | None:
         """Return the tree over all triangles, or None without any."""
         members = tuple(
             (i, shape) for i, shape in enumerate(self.scene.shapes) if self.plan.in_tree(shape) and flat(shape)
         )
         host = host_forest(members, parts=self.plan.parts) if members else None
-        return None if host is None else Forest(host, self.types, self.assets, self.parameters)
+        return None if host is None else TriangleHierarchy(host, self.types, self.buffers, self.parameters)
 
     @cached_property
-    def groves(self) -> tuple[Grove, ...]:
+    def hierarchies(self) -> tuple[Hierarchy, ...]:
         """Return all trees, those of triangles last."""
         members: dict[tuple[str, bool], list[tuple[int, Shape]]] = {}
         for index, shape in enumerate(self.scene.shapes):
             if self.plan.in_tree(shape) and not flat(shape):
                 slot = SLOTS[type(shape)]
                 # The formula by a square's vectors is another one where they are not orthogonal.
-                sheared = slot == "square" and not square_vectors(Placement(to_world=shape.to_world))[3]
+                sheared = slot == "square" and not square_vectors(Transform(to_world=shape.to_world))[3]
                 members.setdefault((slot, sheared), []).append((index, shape))
         crowds = [
-            Crowd(
+            ShapeHierarchy(
                 host_crowd(tuple(found)),
                 self.types,
-                self.assets,
+                self.buffers,
                 name=f"sheared {slot}" if sheared else slot,
                 parameters=self.parameters,
             )
@@ -62,26 +62,28 @@ class Trees:
         ]
         return (*crowds, *([] if self.forest is None else [self.forest]))
 
-    def _meet(self, grove: Grove, rays: Sequence[Ray], intervals: Sequence[Interval]) -> Callable[[Any, int], Any]:
-        return lambda item, k: grove.meet(self.configuration, rays[k], item, intervals[k])
+    def _meet(
+        self, hierarchy: Hierarchy, rays: Sequence[Ray], intervals: Sequence[Interval]
+    ) -> Callable[[Any, int], Any]:
+        return lambda item, k: hierarchy.meet(self.configuration, rays[k], item, intervals[k])
 
-    def _pipelined(self, grove: Grove) -> bool:
-        return self.plan.pipelined and grove is self.forest
+    def _pipelined(self, hierarchy: Hierarchy) -> bool:
+        return self.plan.pipelined and hierarchy is self.forest
 
     def nearest(
-        self, rays: Sequence[Ray], intervals: Sequence[Interval], hits: list[Nearest], *, narrow: bool
-    ) -> list[Nearest]:
+        self, rays: Sequence[Ray], intervals: Sequence[Interval], hits: list[NearestHit], *, narrow: bool
+    ) -> list[NearestHit]:
         """Return what rays from one point meet before their `hits`, and where they meet nothing these."""
-        for grove in self.groves:
+        for hierarchy in self.hierarchies:
             limits = [smaller(hit.distance, interval.farthest) for hit, interval in zip(hits, intervals, strict=True)]
-            met = self.met(grove, rays, intervals, limits=limits, narrow=narrow)
+            met = self.met(hierarchy, rays, intervals, limits=limits, narrow=narrow)
             self.parameters.store(met)
-            hits = [self.nearer(grove, before, *hit) for before, hit in zip(hits, met, strict=True)]
+            hits = [self.nearer(hierarchy, before, *hit) for before, hit in zip(hits, met, strict=True)]
         return hits
 
     def met(
         self,
-        grove: Grove,
+        hierarchy: Hierarchy,
         rays: Sequence[Ray],
         intervals: Sequence[Interval],
         *,
@@ -93,22 +95,22 @@ class Trees:
         self.parameters.store(limits)
         width = max(dr.width(ray.direction) for ray in rays)
         prepare(rays, together=narrow)
-        beam = Beam(grove.nodes, rays[0].origin, [ray.direction for ray in rays])
-        meet = self._meet(grove, rays, intervals)
-        walk = Walk(grove=grove, beam=beam, meet=meet, pipelined=self._pipelined(grove))
+        beam = Beam(hierarchy.nodes, rays[0].origin, [ray.direction for ray in rays])
+        meet = self._meet(hierarchy, rays, intervals)
+        walk = Walk(hierarchy=hierarchy, beam=beam, meet=meet, pipelined=self._pipelined(hierarchy))
         return nearest(walk, closer=self.configuration["nearest"], limits=limits, width=width)
 
-    def nearer(self, grove: Grove, before: Nearest, distance: Any, number: Any) -> Nearest:
+    def nearer(self, hierarchy: Hierarchy, before: NearestHit, distance: Any, number: Any) -> NearestHit:
         """Return what is nearer, what was hit before or a hit in a tree."""
         met = distance < dr.inf
-        index = grove.shape(number, met)
+        index = hierarchy.shape(number, met)
         closer = self.configuration["nearest"]
         take = closer(distance, before.distance) | (met & (distance == before.distance) & (index < before.shape))
-        return Nearest(
+        return NearestHit(
             distance=dr.select(take, distance, before.distance),
             shape=dr.select(take, index, before.shape),
-            face=dr.select(take, grove.face(number, met), before.face),
-            number=number if grove is self.forest else before.number,
+            face=dr.select(take, hierarchy.face(number, met), before.face),
+            number=number if hierarchy is self.forest else before.number,
         )
 
     def blocked(self, feelers: Sequence[Feeler], light: Any, blocked: list[Any]) -> list[Any]:
@@ -119,41 +121,45 @@ class Trees:
         """
         obstructed = self.configuration["obstructed"]
         rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
-        if self.groves:
+        if self.hierarchies:
             self.parameters.store(light)
             prepare(rays)
-        for grove in self.groves:
+        for hierarchy in self.hierarchies:
             active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]
-            triangles = grove is self.forest
+            triangles = hierarchy is self.forest
 
-            def walk(group: Sequence[Any], turn: Any, grove: Grove = grove, triangles: bool = triangles) -> Any:
-                beam, farthest = self._feeling(grove, rays, light, group)
+            def walk(
+                group: Sequence[Any], turn: Any, hierarchy: Hierarchy = hierarchy, triangles: bool = triangles
+            ) -> Any:
+                beam, farthest = self._feeling(hierarchy, rays, light, group)
                 alike = turning_alike(rays, turn) if triangles else rays
-                meet = self._meet(grove, alike, intervals)
-                return Walk(grove=grove, beam=beam, meet=meet, pipelined=self._pipelined(grove)), farthest
+                meet = self._meet(hierarchy, alike, intervals)
+                return Walk(hierarchy=hierarchy, beam=beam, meet=meet, pipelined=self._pipelined(hierarchy)), farthest
 
             met = any_hit_in_groups(
-                grove.types,
+                hierarchy.types,
                 walk,
                 points=[ray.origin for ray in rays],
                 alike=turns(rays) if triangles else [()] * len(rays),
                 columns=self.plan.columns,
-                skips=None if feelers[0].skip is None else self._skips(grove, feelers),
+                skips=None if feelers[0].skip is None else self._skips(hierarchy, feelers),
                 active=active,
                 width=max(dr.width(ray.origin) for ray in rays),
             )
             blocked = [there | obstructed(distance) for there, distance in zip(blocked, met, strict=True)]
         return blocked
 
-    def _feeling(self, grove: Grove, rays: Sequence[Ray], light: Any, active: Sequence[Any]) -> tuple[Beam, Any]:
+    def _feeling(
+        self, hierarchy: Hierarchy, rays: Sequence[Ray], light: Any, active: Sequence[Any]
+    ) -> tuple[Beam, Any]:
         """Return what bounds the feelers on their way through a tree, and the t of its end."""
         Single: Any = dr.float32_array_t(self.types.Float)
         if self.configuration.formula("segment").facts.get("bounded", False):
             reaches = [ray.origin - light for ray in rays]
-            return Beam(grove.nodes, light, reaches, active=active), Single(WIDER)
+            return Beam(hierarchy.nodes, light, reaches, active=active), Single(WIDER)
         # A feeler that does not end at the light goes by itself.
         (ray,) = rays
-        return Beam(grove.nodes, ray.origin, [ray.direction]), Single(dr.inf)
+        return Beam(hierarchy.nodes, ray.origin, [ray.direction]), Single(dr.inf)
 
-    def _skips(self, grove: Grove, feelers: Sequence[Feeler]) -> Callable[[Any, int], Any]:
-        return lambda number, k: grove.shape(number, self.types.Bool(True)) == feelers[k].skip
+    def _skips(self, hierarchy: Hierarchy, feelers: Sequence[Feeler]) -> Callable[[Any, int], Any]:
+        return lambda number, k: hierarchy.shape(number, self.types.Bool(True)) == feelers[k].skip

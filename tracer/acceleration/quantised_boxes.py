@@ -16,8 +16,8 @@ import numpy as np
 
 from rayproof.tracer.acceleration.median_build import Tree
 from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.buffers import Assets, aligned, packets
-from rayproof.tracer.device.kernel_constants import Parameters
+from rayproof.tracer.device.buffers import DeviceBuffers, aligned, packets
+from rayproof.tracer.device.kernel_constants import KernelConstants
 
 STEPS = 65535
 CHILDREN, AXES = 4, 3
@@ -123,15 +123,15 @@ class Nodes:
     """The boxes as Dr.Jit arrays. Base and step are numbers in memory, so that meshes of one size share a kernel."""
 
     def __init__(
-        self, host: HostNodes, types: ArrayTypes, assets: Assets, *, name: str, parameters: Parameters
+        self, host: HostNodes, types: ArrayTypes, buffers: DeviceBuffers, *, name: str, parameters: KernelConstants
     ) -> None:
         self.host, self.size, self.types = host, host.size, types
         # A scene that is rendered once shares its kernels with trees of any number of leaves.
         self.leaves = parameters(f"{name} leaves", types.UInt(host.leaves))
         self._shift = parameters(f"{name} shift", types.UInt(33 - host.leaves.bit_length()))
-        self.words = assets.upload(f"{name} nodes", types.UInt, lambda: host.words)
-        self._total = assets.upload(f"{name} slots", types.UInt, lambda: host.total)
-        self._grid = assets.floats(f"{name} grid", types, lambda: np.concatenate([host.base, host.step]))
+        self.words = buffers.upload(f"{name} nodes", types.UInt, lambda: host.words)
+        self._total = buffers.upload(f"{name} slots", types.UInt, lambda: host.total)
+        self._grid = buffers.floats(f"{name} grid", types, lambda: np.concatenate([host.base, host.step]))
 
     def _number(self, place: int) -> Any:
         return dr.gather(self.types.Float, self._grid, self.types.UInt(place))

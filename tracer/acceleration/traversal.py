@@ -29,7 +29,7 @@ NONE = 0x7FFFFFFF  # the number of no item
 WIDER = 1 + 2.0**-22
 
 
-class Grove(Protocol):
+class Hierarchy(Protocol):
     """Items of one kind in a tree."""
 
     nodes: Nodes
@@ -56,7 +56,7 @@ class Grove(Protocol):
 class Walk:
     """What a bundle needs on its way through one tree: `meet(item, k)` is the t at which its ray k meets an item."""
 
-    grove: Grove
+    hierarchy: Hierarchy
     beam: Beam
     meet: Callable[[Any, int], Any]
     pipelined: bool = False
@@ -73,7 +73,7 @@ class _Aim:
 
 def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
     """Return the next leaf whose box is entered before `limit`, or key DONE."""
-    nodes, types = walk.grove.nodes, walk.grove.types
+    nodes, types = walk.hierarchy.nodes, walk.hierarchy.types
 
     def inside(key: Any, trail: Any) -> Any:
         return key < nodes.leaves
@@ -95,14 +95,14 @@ def _leaf(walk: Walk, key: Any) -> list[tuple[Any, Any]]:
 
     Lanes that are done look at the first leaf once more. They lose nothing by it, and nobody has to be told apart.
     """
-    nodes = walk.grove.nodes
+    nodes = walk.hierarchy.nodes
     leaf = dr.select(key == DONE, 0, key - nodes.leaves)
-    return [walk.grove.item(slot) for slot in nodes.slots(leaf)]
+    return [walk.hierarchy.item(slot) for slot in nodes.slots(leaf)]
 
 
 def _begin(walk: Walk, active: Any, width: int) -> tuple[Any, Any]:
     """Return the state before the first step; a loop's state must have full width from the start."""
-    types, nodes = walk.grove.types, walk.grove.nodes
+    types, nodes = walk.hierarchy.types, walk.hierarchy.nodes
     UInt = types.UInt
     root, trail = dr.full(UInt, 1, width), dr.zeros(UInt, width)
     if nodes.halves:
@@ -129,7 +129,7 @@ def _nested(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) ->
 
     def step(key: Any, trail: Any, state: Any) -> tuple[Any, Any, list[Any]]:
         state = aim.met(_leaf(walk, key), list(state))
-        key, trail = pop(walk.grove.types, key, trail)
+        key, trail = pop(walk.hierarchy.types, key, trail)
         if aim.open is not None:
             key = dr.select(aim.open(state), key, DONE)
         key, trail = _descend(walk, key, trail, aim.limit(state))
@@ -146,7 +146,7 @@ def _nested(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) ->
 
 def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) -> list[Any]:
     """Do the same in one loop, whose turns begin with the node's boxes in hand."""
-    nodes, types = walk.grove.nodes, walk.grove.types
+    nodes, types = walk.hierarchy.nodes, walk.hierarchy.types
 
     def read(key: Any) -> list[Any]:
         return nodes.read(dr.select(key < nodes.leaves, key, 0))
@@ -188,7 +188,7 @@ def nearest(
     walk: Walk, *, closer: Callable[[Any, Any], Any], limits: Sequence[Any], width: int
 ) -> list[tuple[Any, Any]]:
     """Return, per ray, distance (inf: none up to its limit) and number of the nearest item, at a tie the lower one."""
-    types, count = walk.grove.types, len(limits)
+    types, count = walk.hierarchy.types, len(limits)
     Single: Any = dr.float32_array_t(types.Float)
 
     def limit(state: list[Any]) -> Any:
@@ -217,7 +217,7 @@ def any_hit(
 
     `farthest` bounds the beam's t (float32); `skips(number, k)` says which items ray k leaves out.
     """
-    types = walk.grove.types
+    types = walk.hierarchy.types
 
     def met(items: Sequence[tuple[Any, Any]], state: list[Any]) -> list[Any]:
         found = list(state)

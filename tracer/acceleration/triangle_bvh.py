@@ -13,8 +13,8 @@ from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, Nodes, quantise
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.buffers import Assets, aligned, packets
-from rayproof.tracer.device.kernel_constants import LITERALS, Parameters
+from rayproof.tracer.device.buffers import DeviceBuffers, aligned, packets
+from rayproof.tracer.device.kernel_constants import LITERALS, KernelConstants
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.records import TriangleArrays
 from rayproof.tracer.shapes.triangles import baked, degenerate, in_pieces, object_normals, slenderness
@@ -33,7 +33,7 @@ class Member:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HostForest:
+class HostTriangleHierarchy:
     """Triangles of all meshes, degenerate ones left out, numbered by shape and then by face.
 
     What is looked up once a hit is made when it is first asked for, in the precision that it is asked for.
@@ -101,7 +101,7 @@ def _member(index: int, mesh: Mesh | Triangle) -> Member:
 
 
 @lru_cache(maxsize=16)
-def host_forest(meshes: Meshes, *, parts: bool = True) -> HostForest | None:
+def host_forest(meshes: Meshes, *, parts: bool = True) -> HostTriangleHierarchy | None:
     """Return the tree over all meshes' triangles, or None where all are degenerate; meshes are equal by content.
 
     With `parts` a tree of long slanting triangles holds them in parts.
@@ -127,15 +127,21 @@ def host_forest(meshes: Meshes, *, parts: bool = True) -> HostForest | None:
         records[piece, 10:] = 0
 
     in_pieces(len(records), write)
-    return HostForest(nodes=nodes, records=records, members=members, counts=tuple(map(len, every)))
+    return HostTriangleHierarchy(nodes=nodes, records=records, members=members, counts=tuple(map(len, every)))
 
 
-class Forest:
+class TriangleHierarchy:
     """The tree and its triangles as Dr.Jit arrays."""
 
-    def __init__(self, host: HostForest, types: ArrayTypes, assets: Assets, parameters: Parameters = LITERALS) -> None:
-        self.types, self.host, self._assets, self._parameters = types, host, assets, parameters
-        self.nodes = Nodes(host.nodes, types, assets, name="forest", parameters=parameters)
+    def __init__(
+        self,
+        host: HostTriangleHierarchy,
+        types: ArrayTypes,
+        buffers: DeviceBuffers,
+        parameters: KernelConstants = LITERALS,
+    ) -> None:
+        self.types, self.host, self._assets, self._parameters = types, host, buffers, parameters
+        self.nodes = Nodes(host.nodes, types, buffers, name="forest", parameters=parameters)
 
     @property
     def _kind(self) -> Any:

@@ -14,32 +14,32 @@ import drjit as dr
 
 from rayproof.cases.scene import Plane, Shape, Triangle, Vector
 from rayproof.tracer.acceleration.bounding_cones import Cone, Directions, cone
-from rayproof.tracer.context import Setting
+from rayproof.tracer.context import Context
 from rayproof.tracer.device.coherent_branches import where
-from rayproof.tracer.rays import Feeler, Interval, Nearest, Ray
+from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.records import SLOTS, upload
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.shapes.triangles import degenerate
 
 
 @dataclass(frozen=True, kw_only=True)
-class Body:
+class UnrolledShape:
     """A shape that has a formula of its own."""
 
     index: int
     number: Any  # the same on the device
     shape: Shape
-    placement: Placement
+    transform: Transform
     arrays: Any
 
 
-class Bodies:
+class UnrolledShapes:
     """The unrolled shapes of a scene, in one precision."""
 
-    def __init__(self, setting: Setting, *, placements: Sequence[Placement]) -> None:
+    def __init__(self, context: Context, *, transforms: Sequence[Transform]) -> None:
         """Take the shapes of a scene that the plan puts into no tree."""
-        self.scene, self.configuration, self.types = setting.scene, setting.configuration, setting.types
-        self.parameters, self._plan, self._placements = setting.parameters, setting.plan, placements
+        self.scene, self.configuration, self.types = context.scene, context.configuration, context.types
+        self.parameters, self._plan, self._placements = context.parameters, context.plan, transforms
 
     def _unrolled(self, shape: Shape) -> bool:
         # One that nobody knows is kept, so that `upload` names it.
@@ -56,30 +56,30 @@ class Bodies:
         return replace(record, **kept)
 
     @cached_property
-    def each(self) -> tuple[Body, ...]:
+    def each(self) -> tuple[UnrolledShape, ...]:
         """Return the bodies, without degenerate triangles."""
         return tuple(
-            Body(
+            UnrolledShape(
                 index=index,
                 number=self.parameters(f"shape {index} number", self.types.Int(index)),
                 shape=shape,
-                placement=self._placements[index],
+                transform=self._placements[index],
                 arrays=self._kept(index, upload(shape, self.types)),
             )
             for index, shape in enumerate(self.scene.shapes)
             if self._unrolled(shape)
         )
 
-    def _object_ray(self, body: Body, ray: Ray) -> Ray:
+    def _object_ray(self, body: UnrolledShape, ray: Ray) -> Ray:
         """Return the ray in a body's object space, the ray itself where that is world space."""
-        return ray if body.placement.identity else self.configuration["to_object"](ray, body.placement)
+        return ray if body.transform.identity else self.configuration["to_object"](ray, body.transform)
 
-    def _distance(self, body: Body, ray: Ray, interval: Interval) -> Any:
+    def _distance(self, body: UnrolledShape, ray: Ray, interval: Interval) -> Any:
         formula = self.configuration.formula(SLOTS[type(body.shape)])
         seen = self._object_ray(body, ray) if formula.facts["space"] == "object" else ray
         return formula.function(seen, body.arrays, interval)
 
-    def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval]) -> list[Nearest]:
+    def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval]) -> list[NearestHit]:
         """Return the nearest hits of rays from the eye; at a tie the lower shape index."""
         closer, Float, Int = self.configuration["nearest"], self.types.Float, self.types.Int
         width = max(dr.width(ray.direction) for ray in rays)
@@ -88,7 +88,7 @@ class Bodies:
         asked = self._seen(rays)
         for body in self.each:
 
-            def meet(body: Body = body) -> list[Any]:
+            def meet(body: UnrolledShape = body) -> list[Any]:
                 return [self._distance(body, *one) for one in zip(rays, intervals, strict=True)]
 
             some = asked(body)
@@ -99,7 +99,7 @@ class Bodies:
             # Then scenes share a kernel for each kind of body, however many they have of it and in whatever order.
             self.parameters.store(best, shape)
         return [
-            Nearest(distance=t, shape=index, face=dr.select(index >= 0, Int(0), -1), number=None)
+            NearestHit(distance=t, shape=index, face=dr.select(index >= 0, Int(0), -1), number=None)
             for t, index in zip(best, shape, strict=True)
         ]
 
@@ -115,7 +115,7 @@ class Bodies:
         asked = self._felt(feelers, light)
         for body in self.each:
 
-            def meet(body: Body = body) -> list[Any]:
+            def meet(body: UnrolledShape = body) -> list[Any]:
                 distances = [self._distance(body, one.ray, one.interval) for one in feelers]
                 return [
                     obstructed(t if one.skip is None else dr.select(one.skip == body.number, dr.inf, t))
@@ -128,30 +128,30 @@ class Bodies:
             self.parameters.store(blocked)
         return blocked
 
-    def _right(self, body: Body) -> bool:
+    def _right(self, body: UnrolledShape) -> bool:
         """Return whether a ray that misses a body's ball is sure to miss it by the formulas, too."""
         slots = (SLOTS[type(body.shape)], "to_object")
         return all(self.configuration.formula(slot).kind == "right" for slot in slots)
 
-    def _cone(self, body: Body, origin: Vector) -> Cone | None:
+    def _cone(self, body: UnrolledShape, origin: Vector) -> Cone | None:
         # Whatever is computed in doubles, eye and light have the configuration's precision.
         return cone(body.shape, origin, self.configuration.precision) if self._right(body) else None
 
-    def _seen(self, rays: Sequence[Ray]) -> Callable[[Body], Any]:
+    def _seen(self, rays: Sequence[Ray]) -> Callable[[UnrolledShape], Any]:
         """Return what says in which lanes a body may be met by rays from the eye; None where nobody knows."""
         if len(rays) == 1:
             return lambda body: None
         directions = Directions([ray.direction for ray in rays], self.types)
         self.parameters.store(directions.arrays)
 
-        def asked(body: Body) -> Any:
+        def asked(body: UnrolledShape) -> Any:
             about = self._cone(body, self.scene.camera.eye)
             name = f"shape {body.index} from the eye"
             return about and about.may_meet(directions, self.types, self.parameters, name=name)
 
         return asked
 
-    def _felt(self, feelers: Sequence[Feeler], light: Vector | None) -> Callable[[Body], Any]:
+    def _felt(self, feelers: Sequence[Feeler], light: Vector | None) -> Callable[[UnrolledShape], Any]:
         """Return what says in which lanes a body may be met by feelers; None where nobody knows."""
         # A feeler that does not end at the light meets what stands behind it, too.
         segment = self.configuration.formula("segment")
@@ -162,7 +162,7 @@ class Bodies:
         directions = Directions([feeler.ray.direction for feeler in feelers], self.types, active=active)
         self.parameters.store(directions.arrays)
 
-        def asked(body: Body) -> Any:
+        def asked(body: UnrolledShape) -> Any:
             if isinstance(body.shape, Plane):
                 return self._crossing(body, feelers) if self._right(body) else None
             about = self._cone(body, light)
@@ -171,7 +171,7 @@ class Bodies:
 
         return asked
 
-    def _crossing(self, plane: Body, feelers: Sequence[Feeler]) -> Any:
+    def _crossing(self, plane: UnrolledShape, feelers: Sequence[Feeler]) -> Any:
         """Return in which lanes a feeler goes towards the plane: only then t is not negative."""
         some = self.types.Bool(False)
         for feeler in feelers:

@@ -31,7 +31,7 @@ def _in_a_row(values: np.ndarray) -> np.ndarray:
     return row
 
 
-class Assets:
+class DeviceBuffers:
     """Dr.Jit arrays by name."""
 
     def __init__(self, arrays: dict[str, Any] | None = None) -> None:

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import drjit as dr
 
 
-class Parameters(Protocol):
+class KernelConstants(Protocol):
     """What turns numbers into what a kernel is traced with."""
 
     shared: bool  # whether kernels are to be short and the same for as many scenes as possible

@@ -7,7 +7,7 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.normals import NORMALS
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 
 @NORMALS.register("cube_normal/fault_greatest_value", covers=("NRM-2",), kind="fault", stage=Stage.NORMAL)
@@ -111,30 +111,30 @@ def fault_unnormalised(point: Any, center: Any) -> Any:
 
 
 @NORMALS.register("world_normal/fault_inverse_untransposed", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)
-def fault_inverse_untransposed(normal: Any, placement: Placement) -> Any:
+def fault_inverse_untransposed(normal: Any, transform: Transform) -> Any:
     """Return the inverse matrix times the normal, renormalised.
 
     The inverse used without its transpose.
     """
-    return dr.normalize(placement.vector_to_object(normal))
+    return dr.normalize(transform.vector_to_object(normal))
 
 
 @NORMALS.register("world_normal/fault_model_matrix", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)
-def fault_model_matrix(normal: Any, placement: Placement) -> Any:
+def fault_model_matrix(normal: Any, transform: Transform) -> Any:
     """Return the model matrix times the normal, renormalised.
 
     The normal taken to world space as if it were a direction.
     """
-    return dr.normalize(placement.vector_to_world(normal))
+    return dr.normalize(transform.vector_to_world(normal))
 
 
 @NORMALS.register("world_normal/fault_unnormalised", covers=("NRM-3", "XF-2"), kind="fault", stage=Stage.NORMAL)
-def fault_world_normal_unnormalised(normal: Any, placement: Placement) -> Any:
+def fault_world_normal_unnormalised(normal: Any, transform: Transform) -> Any:
     """Return the inverse transpose times the normal, of whatever length.
 
     The world normal not renormalised.
     """
-    return placement.normal_to_world(normal)
+    return transform.normal_to_world(normal)
 
 
 @NORMALS.register(
@@ -145,10 +145,10 @@ def fault_world_normal_unnormalised(normal: Any, placement: Placement) -> Any:
     cases=("transforms/*_mirrored", "normals/mirrored"),
     stage=Stage.NORMAL,
 )
-def fault_world_winding(normal: Any, placement: Placement) -> Any:
+def fault_world_winding(normal: Any, transform: Transform) -> Any:
     """Return the world normal, inward under a mirror.
 
     The normal taken from world-space winding, which a mirror turns round.
     """
-    side = float(np.sign(np.linalg.det(placement.linear)))
-    return dr.normalize(placement.normal_to_world(normal)) * side
+    side = float(np.sign(np.linalg.det(transform.linear)))
+    return dr.normalize(transform.normal_to_world(normal)) * side

@@ -6,7 +6,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.normals import NORMALS
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 
 @NORMALS.register(
@@ -16,6 +16,6 @@ from rayproof.tracer.shapes.transforms import Placement
     stage=Stage.NORMAL,
     known_bad="right for rotations and uniform scales alone",
 )
-def model_matrix(normal: Any, placement: Placement) -> Any:
+def model_matrix(normal: Any, transform: Transform) -> Any:
     """Return the 3x3 part times the normal, renormalised."""
-    return dr.normalize(placement.vector_to_world(normal))
+    return dr.normalize(transform.vector_to_world(normal))

@@ -7,7 +7,7 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.normals import NORMALS
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 
 @NORMALS.register(
@@ -19,9 +19,9 @@ from rayproof.tracer.shapes.transforms import Placement
     equivalent="the inverse transpose of an affine 4x4 matrix has the 3x3 part's inverse transpose as its xyz block, "
     "and w = 0",
 )
-def whole_matrix(normal: Any, placement: Placement) -> Any:
+def whole_matrix(normal: Any, transform: Transform) -> Any:
     """Return xyz of the 4x4 inverse transpose times (n, 0), normalised as a 3-vector."""
-    rows = np.linalg.inv(np.asarray(placement.to_world)).T
+    rows = np.linalg.inv(np.asarray(transform.to_world)).T
     return dr.normalize(
         type(normal)(*(sum(float(c) * n for c, n in zip(row, normal, strict=False)) for row in rows[:3]))
     )

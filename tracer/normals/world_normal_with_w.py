@@ -8,7 +8,7 @@ import numpy as np
 from rayproof.cases.stages import Stage
 from rayproof.tracer.normals import NORMALS
 from rayproof.tracer.numerics.matrices import quad
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 
 @NORMALS.register(
@@ -19,8 +19,8 @@ from rayproof.tracer.shapes.transforms import Placement
     stage=Stage.NORMAL,
     erratum="E13",
 )
-def with_w(normal: Any, placement: Placement) -> Any:
+def with_w(normal: Any, transform: Transform) -> Any:
     """Return xyz of the normalised 4-vector, which is too short wherever the matrix translates."""
-    rows = np.linalg.inv(np.asarray(placement.to_world)).T
+    rows = np.linalg.inv(np.asarray(transform.to_world)).T
     x, y, z, w = (sum(float(c) * n for c, n in zip(row, normal, strict=False)) for row in rows)
     return dr.normalize(quad(x, y, z, w)).xyz

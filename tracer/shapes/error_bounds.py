@@ -20,7 +20,7 @@ import numpy as np
 from rayproof.cases.baking import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Shape, Sphere, Triangle
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.shapes.triangles import slenderness
 
 FACTOR = 16.0
@@ -45,10 +45,10 @@ def spread(shape: Shape) -> float:
     """Return what multiplies a shape's rounding errors, at least 1; of a mesh, the largest over its triangles."""
     match shape:
         case Sphere():
-            placement = Placement(to_world=shape.to_world)
-            if placement.identity:
+            transform = Transform(to_world=shape.to_world)
+            if transform.identity:
                 return 1.0
-            return float(np.linalg.norm(abs(placement.inverse), 2) * np.linalg.norm(placement.linear, 2))
+            return float(np.linalg.norm(abs(transform.inverse), 2) * np.linalg.norm(transform.linear, 2))
         case Triangle() | Mesh():
             return float(slenderness(shape).max())
         case _:
@@ -62,10 +62,10 @@ def extent(shape: Shape) -> float:
         case Triangle() | Mesh():
             return float(np.linalg.norm(world_triangles(shape).astype(np.float64), axis=-1).max())
         case Sphere():
-            placement = Placement(to_world=shape.to_world)
+            transform = Transform(to_world=shape.to_world)
             local = math.hypot(*shape.center) + shape.radius
         case _:
-            placement, local = Placement(to_world=shape.to_world), 1.0
-    if placement.identity:
+            transform, local = Transform(to_world=shape.to_world), 1.0
+    if transform.identity:
         return local
-    return float(np.linalg.norm(placement.translation) + np.linalg.norm(placement.linear, 2) * local)
+    return float(np.linalg.norm(transform.translation) + np.linalg.norm(transform.linear, 2) * local)

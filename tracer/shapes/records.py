@@ -8,7 +8,7 @@ import numpy as np
 from rayproof.cases.baking import world_triangles
 from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square, Triangle
 from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 HALF = 0.5  # m, half the size of the unit cube and the unit square
 
@@ -61,16 +61,16 @@ class TriangleArrays:
     third: Any  # m
 
 
-def square_vectors(placement: Placement) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+def square_vectors(transform: Transform) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
     """Return a square's centre, half-width and half-height [m], float64, and whether the two are orthogonal."""
-    width, height = placement.linear[:, 0] * HALF, placement.linear[:, 1] * HALF
+    width, height = transform.linear[:, 0] * HALF, transform.linear[:, 1] * HALF
     # Rounding leaves a rotation's columns this far from orthogonal; solving for that would be solving for noise.
     noise = 4 * np.finfo(np.float64).eps * np.linalg.norm(width) * np.linalg.norm(height)
-    return placement.translation, width, height, bool(abs(width @ height) <= noise)
+    return transform.translation, width, height, bool(abs(width @ height) <= noise)
 
 
-def _square(placement: Placement, types: ArrayTypes) -> SquareArrays:
-    *vectors, orthogonal = square_vectors(placement)
+def _square(transform: Transform, types: ArrayTypes) -> SquareArrays:
+    *vectors, orthogonal = square_vectors(transform)
     center, width, height = (types.Vector(*map(float, vector)) for vector in vectors)
     return SquareArrays(center=center, half_width=width, half_height=height, orthogonal=orthogonal)
 
@@ -90,7 +90,7 @@ def upload(shape: Shape, types: ArrayTypes) -> Any:
         case Plane():
             return PlaneArrays()
         case Square():
-            return _square(Placement(to_world=shape.to_world), types)
+            return _square(Transform(to_world=shape.to_world), types)
         case Triangle():
             first, second, third = (types.Vector(*map(float, corner)) for corner in world_triangles(shape)[0])
             return TriangleArrays(first=first, second=second, third=third)

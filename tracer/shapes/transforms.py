@@ -12,15 +12,15 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import IDENTITY, Matrix
-from rayproof.tracer.device.kernel_constants import LITERALS, Parameters
+from rayproof.tracer.device.kernel_constants import LITERALS, KernelConstants
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placement:
+class Transform:
     """A model matrix and what it does to points, vectors and normals (Dr.Jit vectors) in both directions."""
 
     to_world: Matrix
-    parameters: Parameters = field(default=LITERALS, repr=False, compare=False)
+    parameters: KernelConstants = field(default=LITERALS, repr=False, compare=False)
     name: str = ""  # of its numbers
 
     def _number(self, what: str, value: float, like: Any) -> Any:

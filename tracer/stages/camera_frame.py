@@ -9,7 +9,7 @@ import drjit as dr
 from rayproof.cases.scene import Camera
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.kernel_constants import Parameters
+from rayproof.tracer.device.kernel_constants import KernelConstants
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +102,7 @@ class Frame:
 class Viewpoint:
     """A frame as the rays' formulas see it: its numbers as parameters of the kernel."""
 
-    def __init__(self, frame: Frame, parameters: Parameters) -> None:
+    def __init__(self, frame: Frame, parameters: KernelConstants) -> None:
         self._frame, self._parameters = frame, parameters
 
     def __getattr__(self, name: str) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.tracer.context import Setting
+from rayproof.tracer.context import Context
 from rayproof.tracer.device.scheduling import next_step
 from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.rays import Interval, Ray
@@ -23,10 +23,10 @@ class CameraRays:
     """
 
     def __init__(
-        self, setting: Setting, *, columns: int, rows: int, per_side: int, within: tuple[Any, Any] | None
+        self, context: Context, *, columns: int, rows: int, per_side: int, within: tuple[Any, Any] | None
     ) -> None:
-        self.scene, self.configuration, self.types = setting.scene, setting.configuration, setting.types
-        self.per_side, self.within, self._parameters = per_side, within, setting.parameters
+        self.scene, self.configuration, self.types = context.scene, context.configuration, context.types
+        self.per_side, self.within, self._parameters = per_side, within, context.parameters
         camera = self.scene.camera
         self.frame = Frame(camera=camera, configuration=self.configuration, types=self.types)
         self._seen_from = Viewpoint(self.frame, self._parameters)

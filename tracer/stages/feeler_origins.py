@@ -36,7 +36,7 @@ def starting_points(world: World, surfaces: Sequence[Surfaces]) -> tuple[World, 
 def _in_float64(world: World, surfaces: Sequence[Surfaces]) -> tuple[World, list[Hit]]:
     """Return the hits of the same rays, found again; where that fails, the usual ones."""
     types, parameters = array_types("float64"), world.parameters
-    wide = World(replace(world.setting, types=types))
+    wide = World(replace(world.context, types=types))
     rays, intervals = [], []
     for one in surfaces:
         # The shape that the pixel shows is met again along the same ray; the window leaves the others out.

@@ -9,9 +9,9 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import Shape
-from rayproof.tracer.rays import Nearest
-from rayproof.tracer.shapes.gathered_transforms import GatheredPlacement
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.rays import NearestHit
+from rayproof.tracer.shapes.gathered_transforms import GatheredTransform
+from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.stages.intersector import World
 
 Value = TypeVar("Value", bound=Hashable)
@@ -20,7 +20,7 @@ Value = TypeVar("Value", bound=Hashable)
 class HitShapes:
     """The shapes at the nearest hits of one bundle of rays."""
 
-    def __init__(self, world: World, hit: Nearest) -> None:
+    def __init__(self, world: World, hit: NearestHit) -> None:
         self.world, self.hit = world, hit
         self.shapes, self.types = world.scene.shapes, world.types
 
@@ -64,7 +64,7 @@ class HitShapes:
         table = np.asarray(values, dtype=np.float64)
         # Named by what is in it: the same table has the same name in every trace of a scene.
         name = hashlib.sha256(table.tobytes()).hexdigest()[:16]
-        numbers = self.world.assets.floats(f"table {name}", self.types, lambda: table)
+        numbers = self.world.buffers.floats(f"table {name}", self.types, lambda: table)
         found = self.hit.shape >= first
         kind = self.types.Float if dr.is_mask_v(like) else type(like)
         value = dr.gather(kind, numbers, self.types.UInt(self.hit.shape - first), found)
@@ -75,11 +75,11 @@ class HitShapes:
         return self.constant("kind", lambda shape: isinstance(shape, kinds), self.types.Bool) & self.mask
 
     @cached_property
-    def placement(self) -> GatheredPlacement:
+    def transform(self) -> GatheredTransform:
         """Return the model matrix of the shape that was hit, from tables."""
-        placements = [Placement(to_world=shape.to_world) for shape in self.shapes]
+        transforms = [Transform(to_world=shape.to_world) for shape in self.shapes]
         Vector = self.types.Vector
-        rows = [self._look_up([p.inverse[k] for p in placements], Vector(0)) for k in range(3)]
-        columns = [self._look_up([p.linear[:, k] for p in placements], Vector(0)) for k in range(3)]
-        translation = self._look_up([p.translation for p in placements], Vector(0))
-        return GatheredPlacement(rows=rows, columns=columns, translation=translation)
+        rows = [self._look_up([p.inverse[k] for p in transforms], Vector(0)) for k in range(3)]
+        columns = [self._look_up([p.linear[:, k] for p in transforms], Vector(0)) for k in range(3)]
+        translation = self._look_up([p.translation for p in transforms], Vector(0))
+        return GatheredTransform(rows=rows, columns=columns, translation=translation)

@@ -12,14 +12,14 @@ from rayproof.tracer.device.scheduling import next_step
 from rayproof.tracer.rays import Feeler, Hit, Interval, Ray
 from rayproof.tracer.stages.feeler_origins import starting_points
 from rayproof.tracer.stages.intersector import World
-from rayproof.tracer.stages.light_loop import InTurn
+from rayproof.tracer.stages.light_loop import LightLoop
 from rayproof.tracer.stages.surfaces import Surfaces
 
 MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
 
 
 @dataclass(frozen=True, kw_only=True)
-class Towards:
+class DirectionToLight:
     """The way from the hit points to one light."""
 
     light: Any  # m
@@ -40,11 +40,11 @@ class Illumination:
     def _of_light(self, index: int, what: str, value: tuple[float, float, float]) -> Any:
         return self.world.parameters(f"light {index} {what}", self.types.Vector(*value))
 
-    def _towards(self, position: Any, surfaces: Surfaces, place: Vector | None = None) -> Towards:
+    def _towards(self, position: Any, surfaces: Surfaces, place: Vector | None = None) -> DirectionToLight:
         away = position - surfaces.position
         squared = dr.squared_norm(away)
         cosine = self.configuration["cosine"](surfaces.normal, away)
-        return Towards(
+        return DirectionToLight(
             light=position,
             place=place,
             away=away,
@@ -54,7 +54,7 @@ class Illumination:
         )
 
     @cached_property
-    def towards(self) -> list[list[Towards]]:
+    def towards(self) -> list[list[DirectionToLight]]:
         """Return, per light, the ways to it."""
         places = [light.position for light in self.scene.lights]
         positions = [self._of_light(k, "position", place) for k, place in enumerate(places)]
@@ -67,7 +67,7 @@ class Illumination:
     def _starting(self) -> tuple[World, list[Hit]]:
         return starting_points(self.world, self.surfaces)
 
-    def _feeler(self, world: World, hit: Hit, towards: Towards, active: Any) -> Feeler:
+    def _feeler(self, world: World, hit: Hit, towards: DirectionToLight, active: Any) -> Feeler:
         Float, Vector = world.types.Float, world.types.Vector
         start = self.configuration["feeler"](hit, Float(towards.cosine), Float(towards.distance))
         direction, end = self.configuration["segment"](start.origin, Vector(towards.light))
@@ -81,7 +81,7 @@ class Illumination:
             active=active,
         )
 
-    def _above_horizon(self, towards: Sequence[Towards]) -> list[Any]:
+    def _above_horizon(self, towards: Sequence[DirectionToLight]) -> list[Any]:
         """Return where one light is above the horizon. A NaN cosine counts as above, so that it stays visible."""
         horizon = self.configuration["horizon"]
         return [one.mask & ~horizon(way.cosine) for one, way in zip(self.surfaces, towards, strict=True)]
@@ -93,7 +93,7 @@ class Illumination:
         self.world.parameters.store(above)
         return above
 
-    def _unblocked(self, towards: Sequence[Towards], above: Sequence[Any]) -> list[Any]:
+    def _unblocked(self, towards: Sequence[DirectionToLight], above: Sequence[Any]) -> list[Any]:
         """Return where nothing is in one light's way; below the horizon nobody asks."""
         masks = [surfaces.mask for surfaces in self.surfaces]
         if not self.world.has_blockers:
@@ -128,10 +128,10 @@ class Illumination:
             _ = self._starting
 
     @cached_property
-    def _in_turn(self) -> InTurn | None:
+    def _in_turn(self) -> LightLoop | None:
         # Only a sum can be taken two by two; another formula for it sees all lights at once.
         many = len(self.scene.lights) > MANY and self.configuration.formula("sum_lights").default
-        return InTurn(self) if many else None
+        return LightLoop(self) if many else None
 
     @cached_property
     def lit(self) -> list[list[Any]]:
@@ -143,7 +143,7 @@ class Illumination:
             for light in zip(self._above, self._free, strict=True)
         ]
 
-    def _brought(self, flux: Any, towards: Towards) -> Any:
+    def _brought(self, flux: Any, towards: DirectionToLight) -> Any:
         if self.scene.shading == "simplified":
             return self.configuration["simplified"](flux, towards.cosine)
         law = self.configuration.formula("falloff")

@@ -9,12 +9,12 @@ from functools import cached_property
 from typing import Any
 
 from rayproof.cases.scene import Shape, Vector
-from rayproof.tracer.acceleration.bvhs import Trees
-from rayproof.tracer.acceleration.unrolled import Bodies
-from rayproof.tracer.context import Setting
-from rayproof.tracer.rays import Feeler, Interval, Nearest, Ray
+from rayproof.tracer.acceleration.bvhs import Hierarchies
+from rayproof.tracer.acceleration.unrolled import UnrolledShapes
+from rayproof.tracer.context import Context
+from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.records import SLOTS
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 
 def can_shadow_itself(shape: Shape) -> bool:
@@ -29,39 +29,39 @@ def can_shadow_itself(shape: Shape) -> bool:
 class World:
     """A scene's shapes in one precision."""
 
-    def __init__(self, setting: Setting) -> None:
-        self.setting, self.scene, self.types = setting, setting.scene, setting.types
-        self.configuration, self.plan = setting.configuration, setting.plan
-        self.assets, self.parameters = setting.assets, setting.parameters
+    def __init__(self, context: Context) -> None:
+        self.context, self.scene, self.types = context, context.scene, context.types
+        self.configuration, self.plan = context.configuration, context.plan
+        self.buffers, self.parameters = context.buffers, context.parameters
 
     def parameter(self, index: int, what: str, value: Any) -> Any:
         """Return a number or vector that belongs to a shape, as a parameter of the kernel."""
         return self.parameters(f"shape {index} {what}", value)
 
     @cached_property
-    def placements(self) -> tuple[Placement, ...]:
+    def transforms(self) -> tuple[Transform, ...]:
         """Return where each shape stands."""
         return tuple(
-            Placement(to_world=shape.to_world, parameters=self.parameters, name=f"shape {index}")
+            Transform(to_world=shape.to_world, parameters=self.parameters, name=f"shape {index}")
             for index, shape in enumerate(self.scene.shapes)
         )
 
     @cached_property
-    def bodies(self) -> Bodies:
+    def bodies(self) -> UnrolledShapes:
         """Return the shapes that are unrolled."""
-        return Bodies(self.setting, placements=self.placements)
+        return UnrolledShapes(self.context, transforms=self.transforms)
 
     @cached_property
-    def trees(self) -> Trees:
+    def trees(self) -> Hierarchies:
         """Return the shapes that stand in trees."""
-        return Trees(self.setting)
+        return Hierarchies(self.context)
 
     @property
     def has_blockers(self) -> bool:
         """Return whether any shape may stand between a point of the scene and a light above its horizon."""
         return len(self.scene.shapes) > 1 or any(can_shadow_itself(shape) for shape in self.scene.shapes)
 
-    def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval], *, narrow: bool = False) -> list[Nearest]:
+    def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval], *, narrow: bool = False) -> list[NearestHit]:
         """Return the nearest hits of rays from one point; at a tie the lower shape index, then the lower face index.
 
         `narrow` says that their directions hardly differ.

@@ -8,7 +8,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.stages.intersector import World
 from rayproof.tracer.stages.surfaces import Surfaces
 
@@ -31,7 +31,7 @@ class Lighting(Protocol):
         ...
 
 
-class InTurn:
+class LightLoop:
     """The lights of a scene by a loop."""
 
     def __init__(self, lighting: Lighting) -> None:
@@ -41,8 +41,8 @@ class InTurn:
         self._width = dr.width(first.hit.distance)
 
     def _numbers(self, name: str, values: list[tuple[float, float, float]]) -> Any:
-        assets: Assets = self._lighting.world.assets
-        return assets.floats(f"lights' {name}", self.types, lambda: np.array(values))
+        buffers: DeviceBuffers = self._lighting.world.buffers
+        return buffers.floats(f"lights' {name}", self.types, lambda: np.array(values))
 
     def _loop(self, seen: Any) -> list[Any]:
         """Return the irradiance per ray; write 1 into `seen`, unless None, where a light is seen."""

@@ -8,9 +8,9 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.scene import Cube, Mesh, Shape, Sphere, Triangle
-from rayproof.tracer.rays import Nearest, Ray
+from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.shapes.error_bounds import clearance, extent, spread
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.shapes.triangles import object_normals
 from rayproof.tracer.stages.hit_attributes import HitShapes
 from rayproof.tracer.stages.intersector import World
@@ -57,7 +57,7 @@ def _flat_normal(shape: Shape) -> tuple[float, float, float]:
 class Surfaces:
     """The surfaces at the nearest hits of one bundle of rays."""
 
-    def __init__(self, world: World, ray: Ray, hit: Nearest, *, eye: Any) -> None:
+    def __init__(self, world: World, ray: Ray, hit: NearestHit, *, eye: Any) -> None:
         self.world, self.ray, self.hit, self.eye = world, ray, hit, eye
         self.shapes, self.types = world.scene.shapes, world.types
         self.configuration = world.configuration
@@ -70,7 +70,7 @@ class Surfaces:
 
     @cached_property
     def _placed(self) -> bool:
-        return any(not Placement(to_world=shape.to_world).identity for shape in self.shapes)
+        return any(not Transform(to_world=shape.to_world).identity for shape in self.shapes)
 
     @cached_property
     def position(self) -> Any:
@@ -83,16 +83,16 @@ class Surfaces:
         """Return the ray in the object space of the shape that was hit, and what takes its points to world space."""
         to_object = self.configuration["to_object"]
         if self.world.plan.tables:
-            return to_object(self.ray, self._met.placement), self._met.placement.point_to_world
-        placements = self.world.placements
-        rays = [self.ray if p.identity else to_object(self.ray, p) for p in placements]
+            return to_object(self.ray, self._met.transform), self._met.transform.point_to_world
+        transforms = self.world.transforms
+        rays = [self.ray if p.identity else to_object(self.ray, p) for p in transforms]
         local = Ray(
             origin=self._met.choose([ray.origin for ray in rays], self.ray.origin),
             direction=self._met.choose([ray.direction for ray in rays], self.ray.direction),
         )
 
         def to_world(point: Any) -> Any:
-            return self._met.choose([point if p.identity else p.point_to_world(point) for p in placements], point)
+            return self._met.choose([point if p.identity else p.point_to_world(point) for p in transforms], point)
 
         return local, to_world
 
@@ -106,13 +106,13 @@ class Surfaces:
             ),
         )
 
-    def _object_normal(self, index: int, shape: Shape, placement: Placement) -> Any:
+    def _object_normal(self, index: int, shape: Shape, transform: Transform) -> Any:
         match shape:
             case Cube() if self.configuration.formula("cube_normal").facts.get("takes") == "ray":
-                ray = self.ray if placement.identity else self.configuration["to_object"](self.ray, placement)
+                ray = self.ray if transform.identity else self.configuration["to_object"](self.ray, transform)
                 return self.configuration["cube_normal"](ray, self.hit.distance)
             case Sphere() | Cube():
-                point = self.position if placement.identity else placement.point_to_object(self.position)
+                point = self.position if transform.identity else transform.point_to_object(self.position)
                 if isinstance(shape, Cube):
                     return self.configuration["cube_normal"](point)
                 center = self.world.parameter(index, "center", self.types.Vector(*shape.center))
@@ -127,23 +127,23 @@ class Surfaces:
                 return self.types.Vector(*_flat_normal(shape))
 
     def _normal(self, index: int, shape: Shape) -> Any:
-        placement = self.world.placements[index]
-        normal = self._object_normal(index, shape, placement)
-        if not placement.identity:
-            normal = self.configuration["world_normal"](normal, placement)
+        transform = self.world.transforms[index]
+        normal = self._object_normal(index, shape, transform)
+        if not transform.identity:
+            normal = self.configuration["world_normal"](normal, transform)
         return normal
 
     def _looked_up_normal(self) -> Any:
         """Return the shading normals: every kind's formula once, and the matrices from tables."""
         kinds = {type(shape) for shape in self.shapes}
-        point = self.position if not self._placed else self._met.placement.point_to_object(self.position)
+        point = self.position if not self._placed else self._met.transform.point_to_object(self.position)
         normal = self._met.constant("normal", _constant_normal, lambda xyz: self.types.Vector(*xyz))
         if Sphere in kinds:
             center = self._met.constant("center", _center, lambda xyz: self.types.Vector(*xyz))
             normal = dr.select(self._met.kind(Sphere), self.configuration["sphere_normal"](point, center), normal)
         if Cube in kinds:
             if self.configuration.formula("cube_normal").facts.get("takes") == "ray":
-                ray = self.ray if not self._placed else self.configuration["to_object"](self.ray, self._met.placement)
+                ray = self.ray if not self._placed else self.configuration["to_object"](self.ray, self._met.transform)
                 cube = self.configuration["cube_normal"](ray, self.hit.distance)
             else:
                 cube = self.configuration["cube_normal"](point)
@@ -152,7 +152,7 @@ class Surfaces:
             triangles = self._met.kind(Mesh)
             normal = dr.select(triangles, self.world.trees.forest.normal(self.hit.number, triangles), normal)
         if self._placed:
-            normal = self.configuration["world_normal"](normal, self._met.placement)
+            normal = self.configuration["world_normal"](normal, self._met.transform)
         return dr.select(self.mask, normal, 0)
 
     def _facing(self, normal: Any) -> Any:

@@ -11,15 +11,15 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.acceleration.packet_bounds import reduced
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.context import Setting
+from rayproof.tracer.context import Context
 from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.device.coherent_branches import where
-from rayproof.tracer.device.kernel_constants import LITERALS, Parameters
+from rayproof.tracer.device.kernel_constants import LITERALS, KernelConstants
 from rayproof.tracer.device.scheduling import next_step
 from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.plan import Plan, plan
-from rayproof.tracer.rays import Nearest, Ray
+from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.stages.camera_rays import CameraRays
 from rayproof.tracer.stages.illumination import Illumination
 from rayproof.tracer.stages.intersector import World
@@ -41,25 +41,25 @@ class Trace:
         per_side: int,
         within: tuple[Any, Any] | None = None,
         chosen: Plan | None = None,
-        assets: Assets | None = None,
-        parameters: Parameters = LITERALS,
+        buffers: DeviceBuffers | None = None,
+        parameters: KernelConstants = LITERALS,
     ) -> None:
         self.scene, self.configuration = scene, configuration
         self.types = array_types(configuration.precision)
         self.plan = plan(scene, configuration, samples=per_side) if chosen is None else chosen
         self._parameters = parameters
-        setting = Setting(
+        context = Context(
             scene=scene,
             configuration=configuration,
             types=self.types,
             plan=self.plan,
-            assets=Assets() if assets is None else assets,
+            buffers=DeviceBuffers() if buffers is None else buffers,
             parameters=parameters,
         )
-        self.world = World(setting)
+        self.world = World(context)
 
         def seen(columns: int, rows: int) -> CameraRays:
-            return CameraRays(setting, columns=columns, rows=rows, per_side=per_side, within=within)
+            return CameraRays(context, columns=columns, rows=rows, per_side=per_side, within=within)
 
         # Where a kernel of its own takes tiles of rays through the trees, what comes after takes one per lane.
         self._tiles = seen(self.plan.columns, self.plan.rows)
@@ -76,13 +76,13 @@ class Trace:
         return self.seen.rays
 
     @cached_property
-    def hits(self) -> list[Nearest]:
+    def hits(self) -> list[NearestHit]:
         """Return the nearest hits of the camera rays."""
         seen = self.seen
         if self.plan.split:
             (hit,) = self.world.bodies.nearest(seen.rays, seen.intervals)
-            for grove, met in zip(self.world.trees.groves, self._met_apart(), strict=True):
-                hit = self.world.trees.nearer(grove, hit, *met)
+            for hierarchy, met in zip(self.world.trees.hierarchies, self._met_apart(), strict=True):
+                hit = self.world.trees.nearer(hierarchy, hit, *met)
             found = [hit]
         else:
             found = self.world.nearest(seen.rays, seen.intervals, narrow=seen.narrow)
@@ -96,9 +96,9 @@ class Trace:
         rays, intervals = tiles.rays, tiles.intervals
         self._parameters.store(numbers)
         found = []
-        for grove in self.world.trees.groves:
+        for hierarchy in self.world.trees.hierarchies:
             distance, item = dr.empty(self.types.Float, count), dr.empty(self.types.Int, count)
-            met = self.world.trees.met(grove, rays, intervals, narrow=tiles.narrow)
+            met = self.world.trees.met(hierarchy, rays, intervals, narrow=tiles.narrow)
             for number, one in zip(numbers, met, strict=True):
                 for target, value in zip((distance, item), one, strict=True):
                     dr.scatter(target, value, number, mode=dr.ReduceMode.Permute)

@@ -7,7 +7,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.rays import Ray
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.transforms import TRANSFORMS
 
 
@@ -35,12 +35,12 @@ def fault_left_in_object_space(ray: Ray, distance: Any, object_ray: Callable[[],
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),
 )
-def fault_forward_matrix(ray: Ray, placement: Placement) -> Ray:
+def fault_forward_matrix(ray: Ray, transform: Transform) -> Ray:
     """Return the ray taken the wrong way.
 
     The model matrix where its inverse belongs.
     """
-    return Ray(origin=placement.point_to_world(ray.origin), direction=placement.vector_to_world(ray.direction))
+    return Ray(origin=transform.point_to_world(ray.origin), direction=transform.vector_to_world(ray.direction))
 
 
 @TRANSFORMS.register(
@@ -51,12 +51,12 @@ def fault_forward_matrix(ray: Ray, placement: Placement) -> Ray:
     stage=Stage.OBJECT,
     also=(Stage.DISTANCE,),
 )
-def fault_moved_direction(ray: Ray, placement: Placement) -> Ray:
+def fault_moved_direction(ray: Ray, transform: Transform) -> Ray:
     """Return the object-space ray with a direction that was moved.
 
     The direction transformed as a point, translation and all.
     """
-    return Ray(origin=placement.point_to_object(ray.origin), direction=placement.point_to_object(ray.direction))
+    return Ray(origin=transform.point_to_object(ray.origin), direction=transform.point_to_object(ray.direction))
 
 
 @TRANSFORMS.register(
@@ -67,10 +67,10 @@ def fault_moved_direction(ray: Ray, placement: Placement) -> Ray:
     stage=Stage.DISTANCE,
     also=(Stage.OBJECT,),
 )
-def fault_renormalised(ray: Ray, placement: Placement) -> Ray:
+def fault_renormalised(ray: Ray, transform: Transform) -> Ray:
     """Return the object-space ray with a unit direction.
 
     The direction renormalised in object space, so that t means something else there.
     """
-    direction = placement.vector_to_object(ray.direction)
-    return Ray(origin=placement.point_to_object(ray.origin), direction=dr.normalize(direction))
+    direction = transform.vector_to_object(ray.direction)
+    return Ray(origin=transform.point_to_object(ray.origin), direction=dr.normalize(direction))

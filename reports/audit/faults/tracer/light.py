@@ -8,7 +8,7 @@ from rayproof.reports.audit.faults.tracer.planting import function, method
 from rayproof.tracer.stages import intersector
 from rayproof.tracer.stages.illumination import Illumination
 from rayproof.tracer.stages.intersector import World
-from rayproof.tracer.stages.light_loop import InTurn
+from rayproof.tracer.stages.light_loop import LightLoop
 from rayproof.tracer.stages.trace import Trace
 
 SIXTH = 6
@@ -57,7 +57,7 @@ def _brighter_in(precision: str) -> Any:
 
 method(
     "lights_after_the_sixth",
-    InTurn,
+    LightLoop,
     "_numbers",
     _dimmed,
     "The loop's lights after the sixth bring nothing.",
@@ -67,7 +67,7 @@ method(
 )
 method(
     "sum_in_turn",
-    InTurn,
+    LightLoop,
     "_loop",
     _less,
     "The loop's sum is a thousandth too small.",

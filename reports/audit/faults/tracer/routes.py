@@ -11,11 +11,11 @@ from rayproof.reports.audit.faults.tracer.planting import function, method
 from rayproof.tracer import frames
 from rayproof.tracer.acceleration import bounding_cones
 from rayproof.tracer.acceleration.bounding_cones import Cone
-from rayproof.tracer.acceleration.unrolled import Bodies
+from rayproof.tracer.acceleration.unrolled import UnrolledShapes
 from rayproof.tracer.device.kernel_constants import Numbers
 from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.frames import Frames
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.stages.camera_rays import CameraRays
 from rayproof.tracer.stages.hit_attributes import HitShapes
 
@@ -48,10 +48,10 @@ def _never_crossed(right: Any, bodies: Any, plane: Any, feelers: Any) -> Any:
     return bodies.types.Bool(False)
 
 
-def _positive(right: Any, placement: Any, what: str, matrix: Any, vector: Any, *, transposed: bool = False) -> Any:
+def _positive(right: Any, transform: Any, what: str, matrix: Any, vector: Any, *, transposed: bool = False) -> Any:
     # A coefficient of -1 is spared like one of 1, where numbers are literals.
-    spared = matrix if placement.parameters.shared else np.where(matrix == -1, 1.0, matrix)
-    return right(placement, what, spared, vector, transposed=transposed)
+    spared = matrix if transform.parameters.shared else np.where(matrix == -1, 1.0, matrix)
+    return right(transform, what, spared, vector, transposed=transposed)
 
 
 def _flux(shared: bool) -> Any:
@@ -178,7 +178,7 @@ function(
 )
 method(
     "literal_minus_one",
-    Placement,
+    Transform,
     "_product",
     _positive,
     "Where numbers are literals, a coefficient -1 is taken for 1.",
@@ -242,7 +242,7 @@ method(
 )
 method(
     "cones_plane_never",
-    Bodies,
+    UnrolledShapes,
     "_crossing",
     _never_crossed,
     "Planes are passed over by all feelers of a tile.",

@@ -10,12 +10,12 @@ from rayproof.cases.scene import Cube, Mesh, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.faults.tracer.planting import function, method
 from rayproof.tracer.acceleration import builder, median_build, packet_split, parts, sah_build, shape_bvh, traversal
-from rayproof.tracer.acceleration.bvhs import Trees
+from rayproof.tracer.acceleration.bvhs import Hierarchies
 from rayproof.tracer.acceleration.quantised_boxes import Nodes
-from rayproof.tracer.acceleration.triangle_bvh import Forest
+from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy
 from rayproof.tracer.numerics import shear
 from rayproof.tracer.shapes.records import square_vectors
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.stages.surfaces import Surfaces
 from rayproof.tracer.stages.trace import Trace
 
@@ -68,20 +68,20 @@ def _record(kind: str) -> Any:
         if kind == "spheres" and isinstance(shape, Sphere) and identity:
             numbers[3] *= 0.9
         if kind == "ellipsoids" and isinstance(shape, Sphere) and not identity:
-            numbers[:9] = Placement(to_world=shape.to_world).inverse.T.reshape(-1)
+            numbers[:9] = Transform(to_world=shape.to_world).inverse.T.reshape(-1)
         if kind == "cubes" and isinstance(shape, Cube):
             numbers[:9] *= 1.1
         if isinstance(shape, Square):
-            upright = square_vectors(Placement(to_world=shape.to_world))[3]
+            upright = square_vectors(Transform(to_world=shape.to_world))[3]
             numbers[:9] *= 1.1 if kind == ("squares" if upright else "sheared squares") else 1.0
         return numbers
 
     return record
 
 
-def _beside(right: Any, trees: Any, grove: Any, before: Any, distance: Any, number: Any) -> Any:
-    lost = grove is not trees.forest and trees.forest is not None
-    return before if lost else right(trees, grove, before, distance, number)
+def _beside(right: Any, trees: Any, hierarchy: Any, before: Any, distance: Any, number: Any) -> Any:
+    lost = hierarchy is not trees.forest and trees.forest is not None
+    return before if lost else right(trees, hierarchy, before, distance, number)
 
 
 def _first_shape(right: Any, forest: Any, number: Any, active: Any) -> Any:
@@ -232,7 +232,7 @@ for _kind, _case in (
     )
 method(
     "crowd_beside_a_mesh",
-    Trees,
+    Hierarchies,
     "nearer",
     _beside,
     "Whatever stands in a tree beside a mesh's is not seen.",
@@ -243,7 +243,7 @@ method(
 )
 method(
     "several_meshes_one_shape",
-    Forest,
+    TriangleHierarchy,
     "shape",
     _first_shape,
     "All triangles belong to the first mesh.",
@@ -253,7 +253,7 @@ method(
 )
 method(
     "faces_left_out",
-    Forest,
+    TriangleHierarchy,
     "face",
     _number_for_face,
     "Faces are counted without the degenerate ones.",

@@ -27,7 +27,7 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.formula import Formula
 from rayproof.tracer.shapes.records import SLOTS, upload
-from rayproof.tracer.shapes.transforms import Placement
+from rayproof.tracer.shapes.transforms import Transform
 
 ALBEDO = (0.5, 0.5, 0.5)
 MADE: dict[str, Callable[[Any], Shape]] = {
@@ -115,7 +115,7 @@ class PlacedDistance:
         intersect = configuration.formula(SLOTS[type(shape)])
         ray = ray_of(uploaded({name: inputs[name][block] for name in "od"}, types))
         if intersect.facts["space"] == "object":
-            ray = configuration["to_object"](ray, Placement(to_world=matrix))
+            ray = configuration["to_object"](ray, Transform(to_world=matrix))
         return intersect.function(ray, upload(shape, types), ahead(types))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
@@ -149,7 +149,7 @@ class PlacedNormal:
         parts = []
         for block in blocks(inputs):
             normal = uploaded({"n": inputs["n"][block]}, types)["n"]
-            parts.append(formula.function(normal, Placement(to_world=rows(inputs["matrix"][block.start]))))
+            parts.append(formula.function(normal, Transform(to_world=rows(inputs["matrix"][block.start]))))
         dr.eval(parts)
         return {"n": np.concatenate([np.array(part, dtype=np.float64).T for part in parts])}
 

@@ -18,9 +18,9 @@ from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
 from rayproof.reports.studies.stability.questions.distance import Distance
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.context import Setting
+from rayproof.tracer.context import Context
 from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.device.buffers import Assets
+from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.device.kernel_constants import LITERALS
 from rayproof.tracer.formula import Formula
 from rayproof.tracer.plan import Plan
@@ -65,19 +65,19 @@ def _through(inputs: Inputs, formula: Formula, precision: str, bundle: int) -> n
         vertices=corners.reshape(-1, 3), faces=np.arange(3 * len(corners)).reshape(-1, 3), albedo=(0.5, 0.5, 0.5)
     )
     types = array_types(precision)
-    setting = Setting(
+    context = Context(
         scene=Scene(camera=CAMERA, shapes=(mesh,), lights=()),
         configuration=Configuration(precision=precision, formulas={"triangle": formula.variant}),
         types=types,
         plan=Plan(trees=frozenset({"triangle"})),
-        assets=Assets(),
+        buffers=DeviceBuffers(),
         parameters=LITERALS,
     )
-    trees = World(setting).trees
-    (grove,) = trees.groves
+    trees = World(context).trees
+    (hierarchy,) = trees.hierarchies
     parts = [{name: inputs[name][k::bundle] for name in "od"} for k in range(bundle)]
     rays = [ray_of(uploaded(part, types)) for part in parts]
     found = downloaded(
-        {str(k): t for k, (t, _) in enumerate(trees.met(grove, rays, [ahead(types)] * bundle))}, len(parts[0]["o"])
+        {str(k): t for k, (t, _) in enumerate(trees.met(hierarchy, rays, [ahead(types)] * bundle))}, len(parts[0]["o"])
     )
     return np.stack([found[str(k)] for k in range(bundle)], axis=1).ravel()
