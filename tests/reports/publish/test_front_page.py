@@ -23,7 +23,10 @@ def test_the_first_screen_says_verdict_totals_and_coverage(visit):
     assert page.locator(".shout").count() == 0
 
 
-def test_what_differs_is_seen_at_once_the_worst_first_and_by_what_is_wrong(visit):
+def test_what_differs_is_seen_at_once_the_worst_first_and_by_what_is_wrong(browser, tmp_path):
+    make_folder(tmp_path)
+    publish_all(tmp_path)
+    visit = Visit(browser, tmp_path)  # of its own: another test publishes the shared one again, without small pictures
     page = visit.open()
 
     first, *others = page.locator(".differences img").all()
@@ -37,6 +40,7 @@ def test_what_differs_is_seen_at_once_the_worst_first_and_by_what_is_wrong(visit
     assert len(headings) == len(set(headings)) >= 2
     page.locator(".thumbnails a").first.click()
     page.wait_for_selector("main.case")
+    visit.end()
 
 
 def test_filters_narrow_the_list_and_live_in_the_address(visit):
