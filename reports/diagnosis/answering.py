@@ -281,7 +281,7 @@ def _on_a_surface(scene: Scene, point: np.ndarray) -> bool:
 
 
 def _over_its_limit(scene: Scene, found: Answered, plain: Answers, way: Way) -> dict[Stage, np.ndarray]:
-    """Return radiance's limit under a curve: the farthest that the curve's value moves within the plain limit."""
+    """Return the limit of radiance under a curve: how far its value moves within the limits of what it is made of."""
     wrong = way.stages[Stage.RADIANCE]
     middle, value = plain[Stage.RADIANCE], found.answers[Stage.RADIANCE]
     with np.errstate(all="ignore"):
@@ -289,8 +289,16 @@ def _over_its_limit(scene: Scene, found: Answered, plain: Answers, way: Way) -> 
             scene, {**found.answers, **plain}, condition(scene, found.answers), Roundoff(PRECISION), by_matrices=False
         ).end_to_end[Stage.RADIANCE]
         room = np.where(np.isfinite(room), room, 0.0) + LEAST * np.abs(middle)
+        exitance, about = found.answers[Stage.EXITANCE], found.limits[Stage.EXITANCE]
         ends = [
-            wrong(Given(scene=scene, answers=found.answers, right=middle + sign * room, parameter=0.0))
+            wrong(
+                Given(
+                    scene=scene,
+                    answers={**found.answers, Stage.EXITANCE: exitance + sign * about},
+                    right=middle + sign * room,
+                    parameter=0.0,
+                )
+            )
             for sign in (-1, 1)
         ]
         moved = np.max([np.abs(end - value) for end in ends], axis=0)

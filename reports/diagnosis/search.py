@@ -78,15 +78,21 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
         return Searched(found=(), tried=0, failing=(), fitted=(), seconds=clock.spent, finished=True)
     hypotheses = list(singles(fitted[:4]))
     rest = [*predicted, *fitted][:FAILING]
-    left = _left(hypotheses, screen, rest, passing[:PASSING], clock)
-    modes = sorted({str(one.scene.shading) for one in (*failing, *passing)})
+    everything = [*failing, *passing]
+
+    def held(some: list[Found]) -> list[Found]:
+        return _uncontradicted(_settled(some, everything, clock), everything, clock)
+
+    single = _left(hypotheses, screen, rest, passing[:PASSING], clock)
+    left = held(single)
+    modes = sorted({str(one.scene.shading) for one in everything})
     if not left and len(modes) > 1:
-        apart = in_one_light(hypotheses, failing, modes)
-        left = _left(apart, screen, rest, passing[:PASSING], clock)
-    if not left and pairs and len(screen[0].stages) > 1:
-        left = _pairs(hypotheses, screen, rest, passing[:PASSING], clock)
-    left = _settled(left, [*failing, *passing], clock)
-    left = _uncontradicted(left, [*failing, *passing], clock) or _seen(failing)
+        # A mistake in one model of light may be contradicted by the other in a case that came last.
+        single = _left(in_one_light(hypotheses, failing, modes), screen, rest, passing[:PASSING], clock) or single
+        left = held(single)
+    if not single and pairs and len(screen[0].stages) > 1:
+        left = held(_pairs(hypotheses, screen, rest, passing[:PASSING], clock))
+    left = left or _seen(failing)
     return Searched(
         found=tuple(left),
         tried=len({name for one in hypotheses for name in one.mistakes}),

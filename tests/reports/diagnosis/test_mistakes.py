@@ -148,7 +148,11 @@ def test_a_name_is_held_against_every_case_of_the_run(monkeypatch: pytest.Monkey
     assert search([*shown, last]).found == ()
 
 
-def test_a_mistake_in_one_model_of_light_is_named_though_the_other_is_right() -> None:
+@pytest.mark.parametrize("passing", [10, 0])
+def test_a_mistake_in_one_model_of_light_is_named_though_the_other_is_right(
+    passing: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(searching, "PASSING", passing)  # none: what contradicts comes last
     lit = [under(name, "cosine_squared") for name in ("primitives/sphere", "primitives/plane")]
     # Without a case of the other model nothing says that the mistake is restricted.
     for shown, restricted in (
