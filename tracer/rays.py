@@ -12,7 +12,8 @@ class Ray:
 
     origin: Any
     direction: Any
-    # What formulas of triangles derive from the ray alone, once for all triangles that it meets (`tracer.shear`).
+    # What formulas of triangles derive from the ray alone, once for all triangles that it meets
+    # (`tracer.numerics.shear`).
     prepared: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def at(self, t: Any) -> Any:

@@ -70,7 +70,7 @@ def render(
 
     Raises:
         ValueError: samples < 1, a stage other than radiance with samples > 1, or a scene beyond what the precision
-            can hold (see `tracer.reach`).
+            can hold (see `tracer.shapes.representable`).
         LookupError: a shape that the tracer has no formula for.
         RuntimeError: Dr.Jit has no backend on this machine.
 

@@ -1,7 +1,7 @@
 """Ladders: ill-conditioned sweeps as data, each with its condition number, predicted slope and first victim.
 
 To add one: a `Ladder` in the list `LADDERS` of the file of its group, or of a new file. Renders nothing: what a
-formula makes of the inputs is measured in `reports.stability`.
+formula makes of the inputs is measured in `reports.studies.stability`.
 """
 
 import importlib

@@ -47,8 +47,8 @@ class Failure:
 class Ladder:
     """One sweep of the catalogue. Values run from easy to hard; the inputs are drawn with a seed of the ladder's own.
 
-    `question` names how truth is found and a formula is asked (`reports.stability.questions`); `condition` is K as the
-    question understands it, `unit` what an error is divided by.
+    `question` names how truth is found and a formula is asked (`reports.studies.stability.questions`); `condition` is K
+    as the question understands it, `unit` what an error is divided by.
     """
 
     name: str

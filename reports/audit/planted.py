@@ -23,7 +23,7 @@ LIAR = "liar"  # what `--only` calls the part of the audit that lets a liar loos
 class PlantedFault:
     """One fault, where it is planted and what must become of it."""
 
-    name: str  # "slot/variant" of the tracer, else a name in `reports.faults`
+    name: str  # "slot/variant" of the tracer, else a name in `reports.audit.faults`
     where: str  # "tracer", "reference", "loader", "judge", "run" or "report"
     stage: Stage | None  # the one to be found wrong; None: a guard must stop the run
     also: tuple[Stage, ...] = ()  # others that a case may find wrong in its place

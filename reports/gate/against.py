@@ -2,7 +2,7 @@
 
 Against a folder it is verdicts and errors, check by check. Of its times there is no control, because each render was
 timed once and at another hour. Against a history times count too, in standard deviations of the earlier runs on the
-same machine, as `reports.history.standing` has it.
+same machine, as `reports.runs.history.standing` has it.
 """
 
 import shutil

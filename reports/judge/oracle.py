@@ -28,7 +28,7 @@ class FullOracle(Protocol):
         ...
 
     def edges(self, scene: Scene) -> Any:
-        """Return each pixel's distance to the nearest edges [px], as `reports.judge.edges.Edges`."""
+        """Return each pixel's distance to the nearest edges [px], as `reports.judge.tolerance.edges.Edges`."""
         ...
 
 

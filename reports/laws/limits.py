@@ -19,7 +19,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.tolerance.conditioning import basis_condition
 
 # Roundings from pixel to radiance, each side of a relation: ray 16, hit 16, position 4, normal 16, light 12
-# (`reports.judge.limits`). The sum is what one side may be off; two random sides come near to it together.
+# (`reports.judge.tolerance.limits`). The sum is what one side may be off; two random sides come near to it together.
 K = 64
 # A relation whose limit is a larger share of the values themselves than this tells nothing.
 TELLING = 0.01

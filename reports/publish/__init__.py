@@ -2,8 +2,8 @@
 
 To add a publisher: a function `(folder, results) -> list[Path]` in a new file, under `@PUBLISHERS.register("name")`.
 It reads `results` (see docs/results.md) and what lies below `folder`, writes below `folder` only, each file through
-`reports.publish.atomic`, and returns what it wrote. Names, paths and messages in `results` are hostile input. What
-`reports.publish.headline.shouts` returns stands on the first line of everything written.
+`reports.results.atomic`, and returns what it wrote. Names, paths and messages in `results` are hostile input. What
+`reports.results.headline.shouts` returns stands on the first line of everything written.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,8 @@
 """Float images as text that a browser decodes without a library: bit for bit, and small.
 
-What is stored is the difference of bits to a prediction (`reports.publish.predicting`), zigzag-coded, and where that is
+What is stored is the difference of bits to a prediction (`reports.results.prediction`), zigzag-coded, and where that is
 smaller its second difference along the rows: smooth images are near a parabola. Channel by channel, in byte planes
-from the highest byte down, deflated (`reports.publish.deflating`) and in base64; `DecompressionStream` undoes the
+from the highest byte down, deflated (`reports.results.deflate`) and in base64; `DecompressionStream` undoes the
 deflating and html/decode.js the rest.
 """
 

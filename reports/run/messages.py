@@ -12,7 +12,7 @@ from rayproof.reports.subjects.keeping import Keep
 
 @dataclass(frozen=True, kw_only=True)
 class TracerTask:
-    """Render a scene by one configuration; the answer is what `reports.run.trace_task.trace` returns."""
+    """Render a scene by one configuration; the answer is what `reports.run.tasks.trace_task.trace` returns."""
 
     scene: Scene
     configuration: str

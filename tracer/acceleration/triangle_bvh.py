@@ -58,7 +58,7 @@ class HostTriangleHierarchy:
         return self._table("normals", kind)
 
     def slenderness(self, kind: Any) -> np.ndarray:
-        """Return `tracer.triangles.slenderness`, (n,)."""
+        """Return `tracer.shapes.triangles.slenderness`, (n,)."""
         return self._table("slenderness", kind)
 
     @cached_property

@@ -1,6 +1,7 @@
 """The shapes that are unrolled into the kernel: one formula each, passed over where no ray of a packet can meet it.
 
-A lane of one ray asks every formula. Where a lane takes several, asking for the cone about a shape (`tracer.cones`)
+A lane of one ray asks every formula. Where a lane takes several, asking for the cone about a shape
+(`tracer.acceleration.bounding_cones`)
 costs little beside as many formulas, and most packets can meet few of the shapes. The cone is about the true shape: a
 formula that is wrong on purpose meets others, and is always asked.
 """

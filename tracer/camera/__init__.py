@@ -4,7 +4,7 @@ Contract. A file registers one formula as "slot/variant" with the facts covers (
 "control" or "fault"), stage (the one blamed) and, where it applies, erratum, equivalent, and default=True for the
 variant that runs unless another is named. Facts are read from the source, so they are literals. Arguments and results
 are Dr.Jit arrays of the configuration's precision (literals for what belongs to the camera, so that they fold away); a
-`frame` is `tracer.frame.Frame`.
+`frame` is `tracer.stages.camera_frame.Frame`.
 
     half_extent(Float, fovy, aspect)             -> (horizontal, vertical) half-sizes of the image at depth 1, Float;
                                                     fovy in degrees and aspect as Python numbers

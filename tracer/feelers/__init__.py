@@ -5,8 +5,8 @@ Contract, with the facts listed in `tracer.camera`:
     horizon(cosine)                -> where the light is not above the surface's horizon
     segment(origin, light)         -> (direction, end): the feeler origin + t direction is tested for t < end
     obstructed(distance)           -> where a feeler that met something at t (inf: nothing) is blocked
-    feeler(hit, cosine, reach)     -> `tracer.feeling.Start`, the strategy against shadow acne. `hit` is
-                                      `tracer.feeling.Hit`; cosine = dot(N, L), reach = distance to the light [m].
+    feeler(hit, cosine, reach)     -> `tracer.rays.Start`, the strategy against shadow acne. `hit` is
+                                      `tracer.rays.Hit`; cosine = dot(N, L), reach = distance to the light [m].
                                       Facts: doubles (compute the feeler and its start in float64) and
                                       epsilon(clearance) -> how far from the surface [m], along its normal, a blocker
                                       may stand without being noticed; moved(scale, precision), where it goes by

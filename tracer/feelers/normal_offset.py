@@ -1,6 +1,7 @@
 """Against shadow acne: start the feeler a few float spacings above the surface, along its normal.
 
-The clearance bounds the distance along the normal between the computed and the true surface (`tracer.clearance`).
+The clearance bounds the distance along the normal between the computed and the true surface
+(`tracer.shapes.error_bounds`).
 Sources: Pharr, Jakob and Humphreys, "Physically Based Rendering", 3rd ed., section 3.9; Wächter and Binder, "A Fast
 and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems (2019), chapter 6.
 """

@@ -3,7 +3,7 @@
 No compiler can fuse these again. An area is off by 1.5 ulp at most, so that without underflow its sign is always right
 for the sheared corners, and neighbours agree about their edge.
 Sources: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", Journal of Computer Graphics Techniques 2
-(2013); Kahan (see `tracer.products`).
+(2013); Kahan (see `tracer.numerics.products`).
 """
 
 from typing import Any

@@ -12,7 +12,7 @@ def _product(rows: Any, vector: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class GatheredTransform:
-    """What `tracer.placement.Placement` does to points, vectors and normals, by numbers that were gathered."""
+    """What `tracer.shapes.transforms.Transform` does to points, vectors and normals, by numbers that were gathered."""
 
     rows: Any  # of the inverse of the 3x3 part
     translation: Any  # m

@@ -1,7 +1,7 @@
 """Where a shape stands: its model matrix, inverted on the host in float64 and rounded once to the working precision.
 
 Coefficients that are 0 or 1 cost no operation, so that a translation or an axis-aligned scale is no more than that.
-Where kernels are to be shared (`tracer.parameters`), only those that are 0 cost none.
+Where kernels are to be shared (`tracer.device.kernel_constants`), only those that are 0 cost none.
 """
 
 from dataclasses import dataclass, field

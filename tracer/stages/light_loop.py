@@ -14,7 +14,7 @@ from rayproof.tracer.stages.surfaces import Surfaces
 
 
 class Lighting(Protocol):
-    """What the loop asks of `tracer.illumination.Illumination`."""
+    """What the loop asks of `tracer.stages.illumination.Illumination`."""
 
     world: World
     scene: Scene

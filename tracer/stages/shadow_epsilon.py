@@ -9,7 +9,8 @@ from rayproof.tracer.shapes.error_bounds import bound
 def shadow_epsilon(configuration: Configuration, *, scale: Any, spread: Any = 1.0) -> Any:
     """Return how far from a surface [m] a blocker may stand unnoticed, by the configuration's strategy.
 
-    `scale` is the largest absolute coordinate of the scene [m]; `spread` the largest `tracer.clearance.spread` of its
+    `scale` is the largest absolute coordinate of the scene [m]; `spread` the largest
+    `tracer.shapes.error_bounds.spread` of its
     shapes; both may be arrays. It is a bound for the whole image; the strategies use each pixel's own, smaller
     clearance.
     """

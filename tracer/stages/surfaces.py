@@ -189,7 +189,7 @@ class Surfaces:
 
     @cached_property
     def clearance(self) -> Any:
-        """Return how far along the normal the hit points may be off [m] (see `tracer.clearance`)."""
+        """Return how far along the normal the hit points may be off [m] (see `tracer.shapes.error_bounds`)."""
         wide: Any = 1.0
         if any(_spread(shape) != 1 for shape in self.shapes):
             wide = self._met.constant("spread", _spread, self.types.Float)

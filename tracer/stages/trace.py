@@ -29,8 +29,8 @@ from rayproof.tracer.stages.surfaces import Surfaces
 class Trace:
     """One scene by one configuration; the stages are Dr.Jit arrays, evaluated only where `parameters` ends a kernel.
 
-    A lane holds one or several samples (`tracer.lanes`); every stage is a list with an entry for each of them.
-    per_side and `within` say which samples of a pixel (`tracer.camera_rays`).
+    A lane holds one or several samples (`tracer.device.tiles`); every stage is a list with an entry for each of them.
+    per_side and `within` say which samples of a pixel (`tracer.stages.camera_rays`).
     """
 
     def __init__(

@@ -1,8 +1,8 @@
 """Transforms: rays into object space, hit points back to world space.
 
-Contract, with the facts listed in `tracer.camera`; a `placement` is `tracer.placement.Placement`:
+Contract, with the facts listed in `tracer.camera`; a `transform` is `tracer.shapes.transforms.Transform`:
 
-    to_object(ray, placement)           -> the ray in object space with the same parameter t
+    to_object(ray, transform)           -> the ray in object space with the same parameter t
     position(ray, distance, object_ray) -> world point [m]; object_ray() gives the ray in the object space of the shape
                                            that was hit and a function that takes such a point to world space (itself
                                            a function, so that nothing is computed where it is not used);

@@ -1,4 +1,4 @@
-"""history/: how the run stands among those before it, as `reports.history.keeping` told its results, for the page."""
+"""history/: how the run stands among those before it, as `reports.runs.history.keeping` told its results."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -64,7 +64,7 @@ def _elements(folder: Path, ordered: list[CaseRecord]) -> Iterator[str]:
 
 
 def _script(folder: Path, name: str) -> Iterator[str]:
-    """Yield what a script that `reports.publish.pixels.script` made hands over, where there is such a file."""
+    """Yield what a script that `reports.results.image_script.script` made hands over, where there is such a file."""
     if inside(folder, name):
         content = handed_over((folder / name).read_text(encoding="utf-8"))
         yield _element(name, content, 'type="application/json"')

@@ -23,7 +23,7 @@ PARTING = 5.0  # s for a process that was killed, or has said all, to be gone
 
 
 class DrawingChild:
-    """A process of `reports.publish.picture_worker`.
+    """A process of `reports.publish.scene3d.picture_worker`.
 
     `drawn` is called with a case's name, `failed` with its name and why, both from a thread of its own. `seconds` is
     how long one picture may take.

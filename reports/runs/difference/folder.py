@@ -23,7 +23,7 @@ def write_folder(
 ) -> Results:
     """Fill `out` with the later run's results and both runs' images, complete `record`, and return those results.
 
-    `record` is `reports.difference.record.comparison` of `runs`; it gets the pixels that differ, and its sentence.
+    `record` is `reports.runs.difference.record.comparison` of `runs`; it gets the pixels that differ, and its sentence.
     """
     before, after = runs
     label = record["base"]["name"]

@@ -123,7 +123,7 @@ def append(path: Path, results: RunRecord, revision: str) -> int:
 
 
 def storable(*values: Any) -> tuple[Any, ...]:
-    """Return values as SQLite takes them: of an undecodable file name what reports.publish.atomic makes of it."""
+    """Return values as SQLite takes them: of an undecodable file name what reports.results.atomic makes of it."""
     return tuple(encodable(one) if isinstance(one, str) else one for one in values)
 
 

@@ -1,8 +1,8 @@
 """What the compiler must not do: treat NaN as a number, or fuse a product into a sum behind a formula's back.
 
 Either would make the same formula different arithmetics on different backends. FastMath is turned off by
-`tracer.arrays`; LLVM does not contract a product and a sum unless it is told to. Both are asked, not assumed. What
-subnormals become is no fault, it differs by backend: the report says which.
+`tracer.device.arrays`; LLVM does not contract a product and a sum unless it is told to. Both are asked, not assumed.
+What subnormals become is no fault, it differs by backend: the report says which.
 """
 
 import drjit as dr

@@ -1,7 +1,7 @@
 """What is a formula's number, or its numbers, worth? For slots that return neither a hit nor a decision.
 
 One entry of `ASKED` a slot: the exact mathematics, and how the formula is asked. K is what the very expression makes
-of one rounding of each input (`reports.stability.conditioned`). A ray's error is that of its worst number.
+of one rounding of each input (`reports.studies.stability.conditioned`). A ray's error is that of its worst number.
 """
 
 from collections.abc import Callable, Mapping
