@@ -19,6 +19,7 @@ SCREENING = 3  # failing cases that every hypothesis meets
 FAILING, PASSING = 10, 10  # cases that what is left meets
 LEAST_TELLING = 30  # pixels that tell a hypothesis from the right answer and agree with it
 MUTE = 1 / 3  # of the failing cases that a hypothesis explains: so many more may fail only where it says nothing
+HOLDING = 10.0  # s of processor time beyond the search's: a name that is not held against every case is none
 LEAST_SEEN = 3  # failing cases that look like a mistake whose pixels roundings decide
 FIRST_MISTAKES = 4  # hypotheses of the first wrong stage that pairs begin with
 
@@ -78,10 +79,10 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
         return Searched(found=(), tried=0, failing=(), fitted=(), seconds=clock.spent, finished=True)
     hypotheses = list(singles(fitted[:4]))
     rest = [*predicted, *fitted][:FAILING]
-    everything = [*failing, *passing]
+    everything, whole = [*failing, *passing], Clock(seconds + HOLDING)
 
     def held(some: list[Found]) -> list[Found]:
-        return _uncontradicted(_settled(some, everything, clock), everything, clock)
+        return _uncontradicted(_settled(some, everything, clock), everything, whole)
 
     single = _left(hypotheses, screen, rest, passing[:PASSING], clock)
     left = held(single)
@@ -213,13 +214,13 @@ def _settled(left: list[Found], cases: Sequence[Evidence], clock: Clock) -> list
 
 
 def _uncontradicted(left: list[Found], cases: Sequence[Evidence], clock: Clock) -> list[Found]:
-    """Return those that no case contradicts of all there are, as far as there is time.
+    """Return those that no case contradicts of all there are; none where there is no time to ask all.
 
     A mistake that nobody knows may look like a known one in most cases.
     """
     for case in cases:
         if clock.over:
-            break
+            return []
         kept = []
         for one in left:
             tally = one.tallies.get(case.case) or trial(case, one.hypothesis.way)

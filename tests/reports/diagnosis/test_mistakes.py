@@ -148,6 +148,14 @@ def test_a_name_is_held_against_every_case_of_the_run(monkeypatch: pytest.Monkey
     assert search([*shown, last]).found == ()
 
 
+def test_a_name_that_there_is_no_time_to_hold_against_every_case_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = [under(name, "no_pi") for name in ("primitives/sphere", "primitives/plane")]
+    assert search(shown, pairs=False).found
+    monkeypatch.setattr(searching, "HOLDING", -1000.0)
+
+    assert search(shown, pairs=False).found == ()
+
+
 @pytest.mark.parametrize("passing", [10, 0])
 def test_a_mistake_in_one_model_of_light_is_named_though_the_other_is_right(
     passing: int, monkeypatch: pytest.MonkeyPatch
