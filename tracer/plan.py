@@ -3,8 +3,8 @@
 Few primitives are unrolled: nothing is cheaper than a formula whose numbers are constants, but to go past it. In a
 large image a lane takes several samples in a row, so that asking what they may meet costs little. More primitives go
 into trees, and a lane takes a whole tile of samples through them. Fused into one kernel the feelers of a tile go
-together as well, in fewer rows where triangles are nearly as small as pixels; where the image is small, a second kernel
-takes feelers one by one.
+together as well, in fewer rows where triangles are nearly as small as pixels; where the image is small, or a mesh is as
+deep as hair, a second kernel takes feelers one by one.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.shapes.records import SLOTS
+from rayproof.tracer.shapes.triangles import layers
 
 HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
 SEVERAL = 24  # shapes in all that are, where a lane takes several samples and goes past those that it cannot meet
@@ -26,6 +27,9 @@ DUST = 2.5  # and from which on only two by two go together
 # number on two columns, since a lane of more rays in float64 has no room for what it reads ahead.
 FINE = 0.5
 FINE_DUST = {"float32": 7.5, "float64": 1.0}
+# Meshes that cover their box more often than this are hair or dust: neighbours see triangles that lie one behind the
+# other, and feelers of a tile would go one group after the other. It is asked from so many triangles per sample on.
+DEEP, SCATTERED = 5.0, 0.25
 # How far a hit may lie beside its triangle is known of the default formula, and parts have room for it.
 CUT = "triangle"
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
@@ -72,7 +76,8 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     """Return how to trace a scene with samples x samples points per pixel."""
     plain = all(configuration.formula(slot).default for slot in PLACING)
     counts = _kinds(scene.shapes)
-    triangles = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
+    meshes = tuple(shape for shape in scene.shapes if isinstance(shape, Mesh))
+    triangles = sum(len(mesh.faces) for mesh in meshes)
     count = scene.camera.width * scene.camera.lines * samples * samples
     strip = count >= FEW and not triangles and len(scene.shapes) <= SEVERAL
     tables = plain and sum(counts.values()) > HANDFUL
@@ -83,7 +88,7 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
         columns = STRIP if len(scene.shapes) <= SIMPLE else SHORT
         return Plan(columns=columns if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
-    split = count < FEW or not bounded
+    split = count < FEW or not bounded or (triangles > SCATTERED * count and layers(meshes) > DEEP)
     pipelined = not split and triangles > FINE * count
     small, dust = (FINE, FINE_DUST[configuration.precision]) if pipelined else (SMALL, DUST)
     # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.

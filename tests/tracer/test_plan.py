@@ -6,8 +6,9 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from rayproof.cases.benchmark.meshes import soup, terrain
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.cases.scene import Cube, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.scene import Cube, Mesh, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
@@ -83,6 +84,11 @@ def test_frames_are_the_radiance_again_and_again(columns: int, width: int) -> No
     assert (first > 0).mean() > 0.5
 
 
+def centers(mesh: Mesh) -> np.ndarray:
+    """Return, for each vertex of a mesh whose faces share none, the middle of its face."""
+    return mesh.vertices.reshape(-1, 3, 3).mean(axis=1).repeat(3, axis=0)
+
+
 def test_the_scene_decides() -> None:
     def large(what: Scene) -> Scene:
         return dataclasses.replace(what, camera=camera(width=512, height=512))
@@ -102,19 +108,23 @@ def test_the_scene_decides() -> None:
     assert not plan(large(scene(octahedron())), default).split
     # Triangles larger than pixels, about as small, and smaller ones.
     double = Configuration(precision="float64")
-    for times, configuration, tile in (
-        (10_000, default, (4, 4)),
-        (20_000, default, (4, 2)),
-        (100_000, default, (4, 2)),
-        (100_000, double, (2, 2)),
-        (300_000, default, (2, 2)),
+    for cells, configuration, tile in (
+        (200, default, (4, 4)),
+        (300, default, (4, 2)),
+        (600, default, (4, 2)),
+        (600, double, (2, 2)),
+        (1000, default, (2, 2)),
     ):
-        mesh = dataclasses.replace(octahedron(), faces=np.repeat(octahedron().faces, times, axis=0))
-        chosen = plan(large(scene(mesh)), configuration)
+        hills = terrain(cells)
+        chosen = plan(large(scene(hills)), configuration)
         assert (chosen.columns, chosen.rows, chosen.split) == (*tile, False)
         assert chosen.pipelined is (tile != (4, 4))
         # A lane of hits in a kernel of their own goes by nested loops.
-        assert not plan(scene(mesh), configuration).pipelined
+        assert not plan(scene(hills), configuration).pipelined
+    # About as many faces as samples, far apart, and one behind the other: there feelers go by themselves.
+    dust = soup(200_000)
+    thick = dataclasses.replace(dust, vertices=dust.vertices + 5 * (dust.vertices - centers(dust)))
+    assert [plan(large(scene(mesh)), default).split for mesh in (dust, thick)] == [False, True]
     # A feeler that goes on behind the light cannot be bounded from there.
     assert plan(large(scene(octahedron())), endless).split
 

@@ -20,7 +20,7 @@ coordinate, since it is kept in float32; what grows with the distance is what a 
 import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.tracer.shapes.triangles import in_pieces
+from rayproof.tracer.shapes.triangles import in_pieces, shadows
 
 FEWEST = 64  # triangles; of fewer none is cut: a tree of so few is soon walked
 # How much larger the boxes are than the triangles' shadows on their sides, from which on parts pay. Smooth meshes have
@@ -40,12 +40,6 @@ def _half_areas(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     return x * y + y * z + z * x
 
 
-def _shadows(corners: np.ndarray) -> np.ndarray:
-    """Return the area of each triangle's projections along the three axes together [m^2]; corners (3, 3, n)."""
-    (ux, uy, uz), (vx, vy, vz) = corners[1] - corners[0], corners[2] - corners[0]
-    return (abs(uy * vz - uz * vy) + abs(uz * vx - ux * vz) + abs(ux * vy - uy * vx)) / 2
-
-
 def slant(corners: np.ndarray) -> float:
     """Return half the area of all triangles' boxes over that of their shadows; triangles are rows of nine numbers."""
     sums: list[tuple[float, float]] = []
@@ -53,11 +47,11 @@ def slant(corners: np.ndarray) -> float:
     def work(piece: slice) -> None:
         taken = corners[piece].T.astype(np.float64).reshape(3, 3, -1)
         boxes = _half_areas(taken.min(axis=0), taken.max(axis=0))
-        sums.append((float(boxes.sum()), float(_shadows(taken).sum())))
+        sums.append((float(boxes.sum()), float(shadows(taken).sum())))
 
     in_pieces(len(corners), work)
-    boxes, shadows = (sum(some) for some in zip(*sums, strict=True))
-    return boxes / shadows if shadows > 0 else 1.0
+    boxes, shade = (sum(some) for some in zip(*sums, strict=True))
+    return boxes / shade if shade > 0 else 1.0
 
 
 def _room(count: int) -> int:

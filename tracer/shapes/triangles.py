@@ -6,6 +6,7 @@ Meshes are large: they are worked through in pieces that stay in the cache, by s
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,27 @@ def _doubled_areas(corners: Corners) -> np.ndarray:
     """Return the cross product of two edges [m^2], (3, n): by winding, its length is twice the area."""
     (ux, uy, uz), (vx, vy, vz) = corners[1] - corners[0], corners[2] - corners[0]
     return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx])
+
+
+def shadows(corners: Corners) -> np.ndarray:
+    """Return the area of each triangle's projections along the three axes together [m^2], (n,)."""
+    return abs(_doubled_areas(corners)).sum(axis=0) / 2
+
+
+@lru_cache(maxsize=16)
+def layers(meshes: tuple[Mesh, ...]) -> float:
+    """Return how often meshes cover the box about them: the area of their shadows over half that of the box."""
+    rows = np.concatenate([baked(mesh) for mesh in meshes])
+    found: list[float] = []
+
+    def work(piece: slice) -> None:
+        found.append(float(shadows(_corners(rows[piece])).sum()))
+
+    in_pieces(len(rows), work)
+    points = rows.reshape(-1, 3)
+    x, y, z = (points.max(axis=0) - points.min(axis=0)).astype(np.float64)
+    box = float(x * y + y * z + z * x)
+    return sum(found) / box if box > 0 else 0.0
 
 
 def _length(vectors: np.ndarray) -> np.ndarray:
