@@ -265,7 +265,7 @@ method(
 method(
     "tables_placement",
     HitShapes,
-    "placement",
+    "transform",
     _moved,
     "Matrices that are looked up are stretched.",
     path="tables/looked up",
