@@ -40,6 +40,7 @@ def test_ruff_finds_nothing() -> None:
     output(str(BIN / "ruff"), "check", ".")
 
 
+@pytest.mark.timeout(900)  # 80 s of one idle processor, and others' tests beside it
 def test_the_types_check() -> None:
     output(str(BIN / "basedpyright"), "--pythonpath", sys.executable)
 

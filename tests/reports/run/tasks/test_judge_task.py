@@ -69,7 +69,7 @@ def test_a_sound_judge_is_asked_once(cached, tmp_path, monkeypatch):
     monkeypatch.setattr(judge_task, "stand_guard", lambda _: asked.append(1))
     judge = handler(JUDGE)
 
-    assert judge(GuardTask(cached=cached)) == {}
+    assert judge(GuardTask(cached=cached)) is None
     assert judge(task(tmp_path / "run", cached=cached))["verdict"] == Outcome.PASS
 
     assert len(asked) == 1
