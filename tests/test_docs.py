@@ -90,6 +90,14 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert [target for target in targets if not (page.parent / target).exists()] == []
 
 
+def test_the_page_on_the_architecture_names_every_folder() -> None:
+    section = (CHECKOUT / "docs" / "architecture.md").read_text().split("## Folders", 1)[1].split("\n## ", 1)[0]
+    packages = ("cases", "tracer", "reference", "reports")
+    folders = {file.parent.name for package in packages for file in (CHECKOUT / package).rglob("__init__.py")}
+
+    assert sorted(folder for folder in folders if f"{folder}/" not in section) == []
+
+
 def test_every_item_is_specified() -> None:
     text = (CHECKOUT / "docs" / "specification.md").read_text()
 
