@@ -21,7 +21,7 @@ def test_without_the_program_it_says_how_to_install_it(monkeypatch):
 
     assert "apt-get install" in reference.missing()
     assert reference().unsupported(every_shape(), Stage.OBJECT) == reference.missing()
-    assert REFERENCES.about("povray") == {"independent": True, "optional": True}
+    assert REFERENCES.about("povray") == {"independent": True, "optional": True, "sleeps": True}
 
 
 def test_it_answers_every_image_stage_and_has_no_clip_space(povray):
