@@ -21,7 +21,8 @@ from typing import NoReturn
 CHECKOUT = Path(__file__).resolve().parent
 APT = "on Debian 12: apt-get install python3 python3-venv libatomic1"
 STAMP = "rayproof-setup.json"
-SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "8", "--dist", "loadfile"]
+# A process of all tests takes up to 2.4 GB, so that not every processor of a large machine gets one.
+SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile"]
 IN_PROGRESS = {"state": "in progress"}
 
 
