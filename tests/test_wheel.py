@@ -1,5 +1,6 @@
 """What is installed is one package, and a project that has packages of our folders' names can use it."""
 
+import json
 import os
 import subprocess
 import sys
@@ -114,3 +115,34 @@ def test_a_project_with_packages_of_the_same_names_can_use_it(
 
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert said.format(site=environment["PYTHONPATH"].split(os.pathsep)[0]) in ended.stdout
+
+
+def test_the_gate_of_a_foreign_project_goes_red_in_each_of_its_ways(project: tuple[Path, dict[str, str]]) -> None:
+    # Replaces trying by hand what `docs/gate.md` promises of a project that has installed rayproof.
+    folder, environment = project
+    cli = [sys.executable, "-c", "import sys; from rayproof.reports.cli import main; sys.exit(main())"]
+
+    def rayproof(*arguments: str) -> int:
+        return subprocess.run([*cli, *arguments], cwd=folder, env=environment, capture_output=True).returncode
+
+    def shut_by(file: str) -> tuple[int, set[str]]:
+        code = rayproof("expect", "check", "broken", "--file", file, "--json", "gate.json")
+        told = json.loads((folder / "gate.json").read_text())
+        return code, {name for name in ("regressions", "tighten", "stale", "expired") if told[name]}
+
+    assert rayproof("run", "primitives/plane", "--formula", "exitance/fault_albedo_squared", "--out", "broken") == 1
+    assert rayproof("expect", "accept", "broken", "--file", "known.json", "--reason", "It squares the albedo.") == 0
+    known = json.loads((folder / "known.json").read_text())
+    first, *others = known["expected"]
+    changed = {
+        "regressions": others,
+        "tighten": [first | {"ratio": [2 * end for end in first["ratio"]]}, *others],
+        "stale": [first | {"reference": "nobody"}, first, *others],
+        "expired": [first | {"expires": "2020-01-31"}, *others],
+    }
+
+    assert shut_by("known.json") == (0, set())
+    for way, entries in changed.items():
+        (folder / f"{way}.json").write_text(json.dumps(known | {"expected": entries}))
+        code, found = shut_by(f"{way}.json")
+        assert (code, way in found) == (1, True), way
