@@ -18,11 +18,10 @@ from rayproof.reports.results.document import load_results
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.json_numbers import legible
-from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import CaseRecord, RunRecord
 
 GOOD = ("pass", "warn")
-MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
 PICTURES = 4  # of the worst cases, in a notebook
 SHOWN = 12  # rows of a table in a notebook, and lines of an assertion
 

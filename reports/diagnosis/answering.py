@@ -36,9 +36,8 @@ class Answered:
     answers: Answers
     limits: Mapping[Stage, np.ndarray]  # (height, width) or (height, width, 3)
     edge: np.ndarray  # (height, width): something else begins within a pixel
-    place: np.ndarray | None = (
-        None  # (height, width): of each pixel, which one of the question's image it is; None: same
-    )
+    # (height, width): which pixel of the question's image each one is; None: the same one
+    place: np.ndarray | None = None
 
 
 class Unanswerable(Exception):  # noqa: N818  an answer, not a mishap

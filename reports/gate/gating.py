@@ -9,11 +9,8 @@ from typing import cast
 from rayproof.reports.gate.against import GOOD, Base, standing
 from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
 from rayproof.reports.results.headline import blamed_items
-from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord, GateRecord, RunRecord
-
-MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
-
 
 # What keeps a gate shut, the most telling first.
 SHUTTING = ("regressions", "worse", "uncovered", "tighten", "stale", "expired")

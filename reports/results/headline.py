@@ -5,7 +5,7 @@ from typing import Any, cast
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.json_numbers import at_worst, legible, number
-from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
@@ -142,7 +142,7 @@ def examined_line(results: RunRecord) -> str | None:
 
 
 # Of these a check may have come to nothing; the camera's have no measurement though they were made.
-UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED, Outcome.UNSUPPORTED})
+UNMEASURED = frozenset(Outcome) - MEASURED
 BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING})
 
 

@@ -18,6 +18,7 @@ class Outcome(StrEnum):
     FAIL = "fail"
 
 
+MEASURED = frozenset({Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT})  # something was compared
 LEDGER = ("planned", *(outcome.value for outcome in Outcome))
 
 

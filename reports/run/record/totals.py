@@ -10,11 +10,10 @@ from rayproof.reports.judge.comparison.examined import Examined
 from rayproof.reports.judge.panel.known_defects import known_findings
 from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.results.json_numbers import at_worst
-from rayproof.reports.results.outcomes import Outcome, ledger, worst
+from rayproof.reports.results.outcomes import MEASURED, Outcome, ledger, worst
 from rayproof.reports.results.records import CaseRecord, CheckRecord, CoverageRecord, LedgerRecord, ReviewRecord
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
-MEASURED = {Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT}
 STAGE_ITEMS: dict[str, tuple[str, ...]] = {
     "CAM": ("camera",),
     "CAM-4": ("ray",),
