@@ -68,12 +68,12 @@ def pins(name: str) -> set[str]:
     return set(re.findall(r"^[a-z0-9].*?==[^\\\n]+", (CHECKOUT / name).read_text(), re.MULTILINE))
 
 
-def test_the_development_lock_holds_the_other_one() -> None:
+def test_the_development_lock_holds_the_other_ones() -> None:
     assert pins("requirements.txt")
-    assert pins("requirements.txt") <= pins("requirements-dev.txt")
+    assert pins("requirements.txt") < pins("requirements-dask.txt") < pins("requirements-dev.txt")
 
 
-@pytest.mark.parametrize("name", ["requirements.txt", "requirements-dev.txt"])
+@pytest.mark.parametrize("name", ["requirements.txt", "requirements-dask.txt", "requirements-dev.txt"])
 def test_the_lock_hashes_everything_and_names_no_address(name: str) -> None:
     text = (CHECKOUT / name).read_text()
 
