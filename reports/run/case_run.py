@@ -1,7 +1,8 @@
 """One case on its way through the pool: rendered by everyone, then judged, then recorded."""
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,31 @@ from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 from rayproof.reports.subjects.keeping import Keep
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """A task for a worker of a kind; `first` puts it before everything else that waits for that kind."""
+
+    kind: str
+    task: Any
+    first: bool = False
+
+
+Replies = Mapping[str, Reply]  # by the name of who was asked
+Steps = Generator[Mapping[str, Request], Replies, CaseRecord]
+
+
+@dataclass(kw_only=True)
+class Renders:
+    """What the renderers of a case answered; each by its name."""
+
+    candidates: dict[str, Candidate]
+    versions: dict[str, str]
+    seconds: dict[str, float]  # by renderer, as the report names it
+    notes: tuple[str, ...] = ()  # what the subject says of its answers
+    consistency: list[ConsistencyRecord]
+    paths: list[dict[str, list[str]]]  # of each configuration: path -> routes
 
 
 class CaseRun:
@@ -47,7 +73,6 @@ class CaseRun:
         finished: Callable[["CaseRun", CaseRecord], None],
     ) -> None:
         self.planned = planned
-        self.versions: dict[str, str] = {}
         self._references = references
         self._pool = pool
         self._folder = folder
@@ -55,11 +80,6 @@ class CaseRun:
         self._subject = subject
         self._memory = memory
         self._own = own  # the user's own formulas, each with the SHA-256 of its file
-        self._key: str | None = None
-        self._damaged: dict[str, str] = {}  # what is told of references whose kept render was damaged
-        self._notes: tuple[str, ...] = ()
-        self._consistency: dict[str, list[ConsistencyRecord]] = {}  # by configuration
-        self._paths: dict[str, dict[str, list[str]]] = {}  # by configuration: path -> routes
         self._full = full
         self._certified = certified
         self._limit, self._large = seconds, is_large(planned.case.scene)
@@ -67,168 +87,179 @@ class CaseRun:
         self._asked = dict.fromkeys(planned.configurations, subject)
         self._asked |= {trial.name: trial.subject for trial in planned.trials}
         self._finished = finished
-        self._candidates: dict[str, Candidate] = {}
-        self._witnesses: dict[str, Witness] = {}
-        self._seconds: dict[str, float] = {}
 
     def start(self) -> None:
         """Submit the renders of the one under test; what else is needed, what they are tells."""
-        for name, subject in self._asked.items():
-            kind, task = self._task(name, subject)
-            # Before what others are asked: all else waits for the one under test, which has one worker.
-            self._submit(kind, task, lambda reply, name=name: self._traced(name, reply), first=True)
+        self._advance(self._steps(), None)
 
-    def _compare(self) -> None:
-        """Take up what was found of these very answers before, or have them judged."""
-        candidates = [self._candidates[name] for name in self._asked]
-        if self._memory is not None and all(candidate.error is None for candidate in candidates):
-            self._key = self._memory.key(self.planned.case, candidates, self._notes)
-            record = self._memory.recall(self._key, self._folder)
+    def _advance(self, steps: Steps, replies: Replies | None) -> None:
+        """Submit what the next step asks for; once everybody has replied the step after it gets the replies."""
+        try:
+            requests = next(steps) if replies is None else steps.send(replies)
+        except StopIteration as end:
+            self._finished(self, end.value)
+            return
+        found: dict[str, Reply] = {}
+
+        def take(name: str, reply: Reply) -> None:
+            found[name] = reply
+            if len(found) == len(requests):
+                self._advance(steps, found)
+
+        for name, request in requests.items():
+            seconds = self._limit
+            if seconds is not None and request.kind == PROGRAM:
+                seconds = 3 * seconds  # its own limit ends it, with a reason; it may be called twice
+            about = {"first": request.first, "seconds": seconds, "large": self._large}
+            self._pool.submit(request.kind, request.task, partial(take, name), **about)
+        if not requests:
+            self._advance(steps, found)
+
+    def _steps(self) -> Steps:
+        """Ask who is under test, look for an earlier verdict on these very answers, ask the references, have it judged.
+
+        Each `yield` hands out requests, and gets the replies under their names. The end is the case's record.
+        """
+        # Before what others are asked: all else waits for the one under test, which has one worker.
+        renders = self._rendered((yield {name: self._render(name) for name in self._asked}))
+        key = None
+        if self._memory is not None and all(one.error is None for one in renders.candidates.values()):
+            key = self._memory.key(self.planned.case, list(renders.candidates.values()), renders.notes)
+            record = self._memory.recall(key, self._folder)
             if record is not None:
-                self._recognised(record)
-                return
+                return self._recorded(self._recognised(record, renders), renders)
         # While the references render: a second judge then finds the sentinels judged.
         self._pool.prepare(JUDGE, GuardTask(cached=self._memory is not None))
-        if self._memory is None:
-            self._ask(self._references)
-        else:
-            task = RecallTask(names=self._references, task=self._reference_task)
-            self._submit(RECALLING, task, self._recalled)
+        answers, damaged = {}, {}
+        if self._memory is not None:
+            recall = Request(kind=RECALLING, task=RecallTask(names=self._references, task=self._reference_task))
+            reply = (yield {RECALLING: recall})[RECALLING]
+            if reply.error is None:  # a cache that broke knows nothing
+                known, damaged = reply.value
+                answers = {
+                    name: Reply(value=(witness, {name: version}), error=None, trace=None, seconds=0.0)
+                    for name, (witness, version) in known.items()
+                }
+        answers |= yield {
+            name: Request(kind=f"reference:{name}", task=self._reference_task)
+            for name in self._references
+            if name not in answers
+        }
+        witnesses = self._witnesses(answers, damaged, renders)
+        candidates = tuple(renders.candidates[name] for name in self.planned.configurations)
+        task = JudgeTask(
+            case=self.planned.case,
+            candidates=candidates,
+            witnesses=witnesses,
+            versions=renders.versions,
+            folder=self._folder,
+            require=self._require,
+            panel=self._references,
+            subject=self._subject,
+            notes=renders.notes,
+            full=self._full,
+            cached=self._memory is not None,
+            certified=self._certified,
+            trials=tuple(renders.candidates[trial.name] for trial in self.planned.trials),
+        )
+        # Judged before anything else is rendered: finished cases leave memory.
+        reply = (yield {JUDGE: Request(kind=JUDGE, task=task, first=True)})[JUDGE]
+        record = reply.value
+        if reply.error is not None:
+            about = (self.planned.case, candidates, witnesses, reply)
+            record = unjudged(*about, folder=self._folder, subject=self._subject)
+        record["judge_seconds"] = round(reply.seconds, 4)
+        record["remembered"] = False
+        record["versions"] = renders.versions
+        if self._memory is not None and key is not None and flawless(record, witnesses):
+            self._memory.keep(key, self._folder, record)
+        return self._recorded(record, renders)
 
     @property
     def _reference_task(self) -> ReferenceTask:
         case = self.planned.case
         return ReferenceTask(scene=case.scene, samples=case.samples, cached=self._memory is not None)
 
-    def _recalled(self, reply: Reply) -> None:
-        """Take what the cache knows, and ask the references for the rest; a cache that broke knows nothing."""
-        known, self._damaged = reply.value if reply.error is None else ({}, {})
-        self._ask(tuple(name for name in self._references if name not in known))
-        for name, (witness, version) in known.items():
-            self._referred(name, Reply(value=(witness, {name: version}), error=None, trace=None, seconds=0.0))
-
-    def _ask(self, references: tuple[str, ...]) -> None:
-        for name in references:
-            self._submit(
-                f"reference:{name}", self._reference_task, lambda reply, name=name: self._referred(name, reply)
-            )
-
-    def _submit(self, kind: str, task: Any, done: Callable[[Reply], None], *, first: bool = False) -> None:
-        seconds = self._limit
-        if seconds is not None and kind == PROGRAM:  # its own limit ends it, with a reason; it may be called twice
-            seconds = 3 * seconds
-        self._pool.submit(kind, task, done, first=first, seconds=seconds, large=self._large)
-
-    def _task(self, configuration: str, subject: Subject) -> tuple[str, TracerTask | SubjectTask]:
-        """Return the kind of worker that renders for a subject, and its task."""
-        case = self.planned.case
+    def _render(self, configuration: str) -> Request:
+        """Return the request for the answers of one configuration, or of one who is only tried."""
+        case, subject = self.planned.case, self._asked[configuration]
         if subject.is_tracer:
             routes = asked(self.planned.routes, configuration)
             about = {"scene": case.scene, "configuration": configuration, "samples": case.samples, "routes": routes}
-            return TRACER, TracerTask(**about, own=self._own)
+            return Request(kind=TRACER, task=TracerTask(**about, own=self._own), first=True)
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
         kept = subject.name == PROGRAM == self._subject.name
         keep = Keep(folder=self._folder / CALLS / case.name) if kept else None
         task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject, keep=keep)
-        return subject.name if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}", task
+        kind = subject.name if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}"
+        return Request(kind=kind, task=task, first=True)
 
-    def _traced(self, name: str, reply: Reply) -> None:
-        subject = self._asked[name]
-        if reply.error is None:
-            self._candidates[name], versions, *more = reply.value
-            if subject == self._subject:
-                self._notes = more[0] if more else ()
+    def _rendered(self, replies: Replies) -> Renders:
+        """Return what those under test answered, in the plan's order."""
+        found = Renders(candidates={}, versions={}, seconds={}, consistency=[], paths=[])
+        for name, subject in self._asked.items():
+            reply = replies[name]
+            found.seconds[subject.renderer(name)] = reply.seconds
+            if reply.error is not None:
+                found.candidates[name] = Candidate(
+                    name=name,
+                    precision=name.split("/")[0] if subject.is_tracer else "float32",
+                    items=frozenset(),
+                    shadow_epsilon=0.0,
+                    answers=None,
+                    error=reply.error,
+                )
+                continue
+            found.candidates[name], versions, *more = reply.value
+            found.versions |= versions
+            if subject == self._subject and more:
+                found.notes = more[0]
             if len(more) > 1:
-                self._consistency[name] = more[1]
-                self._paths[name] = more[2]
-            self.versions |= versions
-        else:
-            self._candidates[name] = Candidate(
-                name=name,
-                precision=name.split("/")[0] if subject.is_tracer else "float32",
-                items=frozenset(),
-                shadow_epsilon=0.0,
-                answers=None,
-                error=reply.error,
-            )
-        self._seconds[subject.renderer(name)] = reply.seconds
-        if len(self._candidates) == len(self._asked):
-            self._compare()
+                found.consistency += more[1]
+                found.paths.append(more[2])
+        return found
 
-    def _referred(self, name: str, reply: Reply) -> None:
-        if reply.error is None:
+    def _witnesses(self, answers: Replies, damaged: Mapping[str, str], renders: Renders) -> tuple[Witness, ...]:
+        """Return the references in the plan's order; `damaged` says of whom a kept render could not be read, and why.
+
+        Their versions and times are added to what `renders` knows.
+        """
+        witnesses = []
+        for name in self._references:
+            reply = answers[name]
+            renders.seconds[name] = reply.seconds
+            if reply.error is not None:
+                lost = {"precision": "float32", "independent": False, "shadow_epsilon": 0.0, "answers": {}}
+                witnesses.append(Witness(name=name, **lost, error=reply.error))
+                continue
             witness, versions = reply.value
-            if name in self._damaged:
-                witness = replace(witness, mishaps=(self._damaged[name], *witness.mishaps))
-            self._witnesses[name] = witness
-            self.versions |= versions
-        else:
-            self._witnesses[name] = Witness(
-                name=name,
-                precision="float32",
-                independent=False,
-                shadow_epsilon=0.0,
-                answers={},
-                error=reply.error,
-            )
-        self._seconds[name] = reply.seconds
-        if len(self._witnesses) == len(self._references):
-            task = JudgeTask(
-                case=self.planned.case,
-                candidates=self._everybody[0],
-                witnesses=self._everybody[1],
-                versions=self.versions,
-                folder=self._folder,
-                require=self._require,
-                panel=self._references,
-                subject=self._subject,
-                notes=self._notes,
-                full=self._full,
-                cached=self._memory is not None,
-                certified=self._certified,
-                trials=tuple(self._candidates[trial.name] for trial in self.planned.trials),
-            )
-            # Judged before anything else is rendered: finished cases leave memory.
-            self._submit(JUDGE, task, self._judged, first=True)
+            if name in damaged:
+                witness = replace(witness, mishaps=(damaged[name], *witness.mishaps))
+            witnesses.append(witness)
+            renders.versions |= versions
+        return tuple(witnesses)
 
-    @property
-    def _everybody(self) -> tuple[tuple[Candidate, ...], tuple[Witness, ...]]:
-        """Return the parties in the plan's order, whoever answered first."""
-        candidates = tuple(self._candidates[name] for name in self.planned.configurations)
-        return candidates, tuple(self._witnesses[name] for name in self._references)
-
-    def _judged(self, reply: Reply) -> None:
-        record = reply.value
-        if reply.error is not None:
-            about = (self.planned.case, *self._everybody, reply)
-            record = unjudged(*about, folder=self._folder, subject=self._subject)
-        record["judge_seconds"] = round(reply.seconds, 4)
-        record["remembered"] = False
-        record["versions"] = self.versions
-        if self._memory is not None and self._key is not None and self._flawless(record):
-            self._memory.keep(self._key, self._folder, record)
-        self._finish(record)
-
-    def _flawless(self, record: CaseRecord) -> bool:
-        """Say whether nothing happened that would not happen again."""
-        witnesses = self._witnesses.values()
-        return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in witnesses)
-
-    def _recognised(self, record: CaseRecord) -> None:
-        """Finish with what was found before; only what this run did itself is this run's."""
+    def _recognised(self, record: CaseRecord, renders: Renders) -> CaseRecord:
+        """Return the record of an earlier verdict; only what this run did itself is this run's."""
         record["judge_seconds"] = 0.0
         record["remembered"] = True
-        record["versions"] |= self.versions
+        record["versions"] |= renders.versions
         record["reproduce"] = reproduce(self._folder, self.planned.case, self.planned.configurations, self._subject)
         for render in record["renders"]:
-            render["cached"] = render["renderer"] not in self._seconds
-        self._finish(record)
+            render["cached"] = render["renderer"] not in renders.seconds
+        return record
 
-    def _finish(self, record: CaseRecord) -> None:
+    def _recorded(self, record: CaseRecord, renders: Renders) -> CaseRecord:
+        """Return the record with the times and the execution paths of this run's renders."""
         for render in record["renders"]:
-            render["seconds"] = round(self._seconds.get(render["renderer"], 0.0), 4)
-        record["paths"] = together(self._paths.values())
-        held_together(record, [one for name in self._asked for one in self._consistency.get(name, ())])
-        record["seconds"] = round(sum(self._seconds.values()) + record["judge_seconds"], 4)
-        self._finished(self, record)
+            render["seconds"] = round(renders.seconds.get(render["renderer"], 0.0), 4)
+        record["paths"] = together(renders.paths)
+        held_together(record, renders.consistency)
+        record["seconds"] = round(sum(renders.seconds.values()) + record["judge_seconds"], 4)
+        return record
+
+
+def flawless(record: CaseRecord, witnesses: tuple[Witness, ...]) -> bool:
+    """Say whether nothing happened to a case that would not happen again."""
+    return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in witnesses)

@@ -7,8 +7,10 @@ from typing import Any
 import pytest
 
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.run import case_run, verdict_memory
+from rayproof.reports.run import verdict_memory
+from rayproof.reports.run.case_run import flawless
 from rayproof.reports.run.tasks import kinds
 from tests.reports.commands.conftest import Rayproof, rayproof
 
@@ -89,11 +91,13 @@ def test_other_answers_and_runs_without_memory_are_judged_anew(
 
 
 def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:
-    kept = case_run.CaseRun.__new__(case_run.CaseRun)
-    kept._witnesses = {}
+    abstained = Witness(
+        name="embree", precision="float32", independent=True, shadow_epsilon=0.0, answers={}, error="it was killed"
+    )
 
-    assert kept._flawless({"verdict": "fail"})
-    assert not kept._flawless({"verdict": "error"})
+    assert flawless({"verdict": "fail"}, ())
+    assert not flawless({"verdict": "error"}, ())
+    assert not flawless({"verdict": "pass"}, (abstained,))
 
 
 def test_a_reference_that_cannot_tell_its_version_ends_no_run_and_is_never_taken_for_the_same(
