@@ -15,7 +15,6 @@ from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, ConsistencyRecord
 from rayproof.reports.run.messages import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.record.reproducing import reproduce
 from rayproof.reports.run.record.unjudged import unjudged
 from rayproof.reports.run.size import is_large
 from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, UNDER_TEST
@@ -245,7 +244,6 @@ class CaseRun:
         record["judge_seconds"] = 0.0
         record["remembered"] = True
         record["versions"] |= renders.versions
-        record["reproduce"] = reproduce(self._folder, self.planned.case, self.planned.configurations, self._subject)
         for render in record["renders"]:
             render["cached"] = render["renderer"] not in renders.seconds
         return record

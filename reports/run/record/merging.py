@@ -22,7 +22,7 @@ from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record.common_factors import camera_and_lights
 from rayproof.reports.run.record.images import step_of
-from rayproof.reports.run.record.reproducing import reproduce, write_scene
+from rayproof.reports.run.record.reproducing import write_scene
 from rayproof.reports.subjects import Subject
 
 COUNTS = (
@@ -49,7 +49,6 @@ def merged(planned: PlannedCase, records: Sequence[Record], *, folder: Path, sub
         "family": case.family,
         **{key: told[key] for key in ("verdict", "stage", "item")},
         "reason": _reason(told["reason"], checks),
-        "reproduce": reproduce(folder, case, planned.configurations, subject),
         "scene": write_scene(folder, case),
         "camera_and_lights": camera_and_lights(case.scene),
         "seconds": round(sum(record["seconds"] for record in records), 4),

@@ -11,7 +11,7 @@ from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord
 from rayproof.reports.run.record.common_factors import camera_and_lights
-from rayproof.reports.run.record.reproducing import reproduce, write_scene
+from rayproof.reports.run.record.reproducing import write_scene
 from rayproof.reports.subjects import Subject
 
 
@@ -57,7 +57,6 @@ def unjudged(
         "stresses": case.stresses,
         "covers": list(case.covers),
         "planned": len(checks),
-        "reproduce": reproduce(folder, case, tuple(one.name for one in candidates), subject),
         "scene": "" if case.scene.camera.rows is not None else write_scene(folder, case),
         "picture": None,
         "width": case.scene.camera.width,

@@ -22,7 +22,7 @@ from rayproof.reports.run.messages import GuardTask, JudgeTask
 from rayproof.reports.run.record.common_factors import camera_and_lights
 from rayproof.reports.run.record.images import keep_images, masks
 from rayproof.reports.run.record.reference_facts import said
-from rayproof.reports.run.record.reproducing import reproduce, write_scene
+from rayproof.reports.run.record.reproducing import write_scene
 
 _ORACLE = Analytic()
 
@@ -95,7 +95,6 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "stresses": case.stresses,
         "covers": list(case.covers),
         "planned": judged.planned,
-        "reproduce": reproduce(task.folder, case, tuple(one.name for one in task.candidates), task.subject),
         "scene": scene,
         "picture": None,
         "width": case.scene.camera.width,

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from rayproof.reports.run.workload import AT_LEAST, PIXELS, FirstCalls, has_room
+from rayproof.reports.run.cases_under_way import AT_LEAST, PIXELS, has_room
+from rayproof.reports.run.workload import FirstCalls
 
 
 def test_small_cases_start_until_their_pixels_are_many():

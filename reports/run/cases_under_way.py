@@ -1,0 +1,124 @@
+"""Cases on their way through a pool, a few at once: those of a run, or of a batch of one on another machine."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import cast
+
+from rayproof.cases.case import Case
+from rayproof.reports.cache.store import Store
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.run.banded_run import BandedRun, Finished, Merging
+from rayproof.reports.run.case_run import CaseRun
+from rayproof.reports.run.demands import Demands
+from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.record.merging import merged
+from rayproof.reports.run.size import bands_of, deadline
+from rayproof.reports.run.verdict_memory import Memory
+from rayproof.reports.subjects import Subject
+
+# Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
+# to judge for the other processors, so few pixels that what they were answered, up to 2 KB each, is small in memory.
+AT_LEAST = 3
+PIXELS = 2**17
+
+
+@dataclass(frozen=True, kw_only=True)
+class Terms:
+    """How each case of a run is put to the test, wherever that is done: plain data that travels between machines."""
+
+    demands: Demands
+    subject: Subject
+    cached: bool  # what was answered and found before may be taken from the cache
+    patient: bool  # a case whose size is estimated to take longer than the pool's limit has longer
+
+
+class CasesUnderWay:
+    """Start cases and step the pool; `finished` gets each planned case and its record, whose files are in `folder`."""
+
+    def __init__(
+        self,
+        terms: Terms,
+        pool: Pool,
+        *,
+        folder: Path,
+        store: Store | None,
+        finished: Callable[[PlannedCase, CaseRecord], None],
+    ) -> None:
+        self._terms, self._pool, self._folder, self._finished = terms, pool, folder, finished
+        self._memory = None if store is None else Memory(store, terms.demands)
+        self._pixels: dict[str, int] = {}  # by name
+        self._in_bands: dict[str, BandedRun] = {}
+
+    @property
+    def has_room(self) -> bool:
+        """Say whether another case may start."""
+        return has_room(self._pixels.values())
+
+    @property
+    def doing(self) -> list[str]:
+        """Return the names of the cases, and of one in bands how far it has come."""
+        in_bands = self._in_bands
+        return [f"{name}, {in_bands[name].about}" if name in in_bands else name for name in self._pixels]
+
+    def start(self, one: PlannedCase) -> None:
+        """Send a case on its way."""
+        self._pixels[one.case.name] = _pixels(one.case)
+        subject, demands = self._terms.subject, self._terms.demands
+        bands = () if demands.certified or one.trials else bands_of(one.case, subject)
+        run = partial(self._run, seconds=self._patience(one))
+        if not bands:
+            run(one, self._done).start()
+            return
+        together = cast("Merging", partial(merged, folder=self._folder, subject=subject))
+        banded = BandedRun(one, bands, run=run, merged=together, finished=self._done)
+        self._in_bands[one.case.name] = banded
+        banded.start()
+
+    def step(self) -> None:
+        """Wait a little for something to happen, and take it up."""
+        self._pool.start()
+        if self._memory is not None:
+            self._memory.prepare()
+        self._pool.step()
+
+    def _run(self, planned: PlannedCase, finished: Finished, *, seconds: float | None) -> CaseRun:
+        demands = self._terms.demands
+        return CaseRun(
+            planned,
+            demands.references,
+            self._pool,
+            folder=self._folder,
+            require=demands.require,
+            subject=self._terms.subject,
+            memory=self._memory,
+            own=demands.own,
+            full=demands.full,
+            certified=demands.certified,
+            seconds=seconds,
+            finished=finished,
+        )
+
+    def _done(self, run: CaseRun | BandedRun, record: CaseRecord) -> None:
+        del self._pixels[run.planned.case.name]
+        self._in_bands.pop(run.planned.case.name, None)
+        self._finished(run.planned, record)
+
+    def _patience(self, planned: PlannedCase) -> float | None:
+        """Return how long each task of a case may take, or None where the user said."""
+        if not self._terms.patient:
+            return None
+        about = {"candidates": len(planned.configurations), "references": len(self._terms.demands.references)}
+        return deadline(planned.case, **about, subject=self._terms.subject)
+
+
+def has_room(pixels: Collection[int]) -> bool:
+    """Say whether another case may start beside those under way, which have so many pixels each."""
+    return len(pixels) < AT_LEAST or sum(pixels) < PIXELS
+
+
+def _pixels(case: Case) -> int:
+    """Return how many pixels a case's largest image has, samples included."""
+    return case.scene.camera.width * case.scene.camera.height * case.samples**2
