@@ -24,7 +24,7 @@ from rayproof.tracer.device.coherent_branches import asked
 from rayproof.tracer.device.scheduling import next_step
 from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.plan import Plan, plan
-from rayproof.tracer.stages.trace import Trace
+from rayproof.tracer.stages.trace import Trace, radiance
 
 PACKETS = (8, 4)  # numbers that are written at once, as many pixels as stand in a row
 CHANNELS = 3
@@ -54,8 +54,8 @@ def _mean(traces: Traces, lanes: Lanes, per_side: int, types: ArrayTypes) -> lis
 
     def step(index: Any, total: Any) -> tuple[Any, Any]:
         row = index // per_side
-        radiance = traces(index - row * per_side, row).radiance_alone
-        return index + 1, [before + one for before, one in zip(total, radiance, strict=True)]
+        found = radiance(traces(index - row * per_side, row))
+        return index + 1, [before + one for before, one in zip(total, found, strict=True)]
 
     _, total = dr.while_loop(
         state=(dr.zeros(types.UInt, width), [dr.zeros(types.Vector, width) for _ in range(lanes.tile)]),
@@ -89,7 +89,7 @@ class _Recipe:
     def trace(self, column: Any, row: Any, buffers: DeviceBuffers) -> Trace:
         """Return the trace of the sample at (column, row) of every pixel."""
         within = None if self.samples == 1 else (column, row)
-        return Trace(
+        return Trace.of(
             self._scene,
             self._configuration,
             per_side=self.samples,
@@ -102,14 +102,14 @@ class _Recipe:
 def _image(recipe: _Recipe, arrays: dict[str, Any]) -> Any:
     """Return the image, by the arrays that the scene keeps on the device."""
     buffers, samples = DeviceBuffers(dict(arrays)), recipe.samples
-    trace = recipe.trace(0, 0, buffers)
-    lanes, types = trace.lanes, trace.types
+    first = recipe.trace(0, 0, buffers)
+    lanes, types = first.view.lanes, first.world.types
     if samples > 1:
-        radiance = _mean(lambda column, row: recipe.trace(column, row, buffers), lanes, samples, types)
+        found = _mean(lambda column, row: recipe.trace(column, row, buffers), lanes, samples, types)
     else:
-        radiance = trace.radiance_alone
+        found = radiance(first)
     image = dr.empty(types.Float, lanes.width * lanes.height * CHANNELS)
-    _write(image, lanes.numbers(lanes.positions(types.UInt)), radiance, lanes, types)
+    _write(image, lanes.numbers(lanes.positions(types.UInt)), found, lanes, types)
     dr.eval(image)
     return image
 
@@ -133,8 +133,8 @@ class Frames:
         # all of them: of a known one in an image of one pixel, Dr.Jit leaves out at once what it does not need.
         any_sample = dr.opaque(array_types(configuration.precision).UInt, 0)
         first = recipe.trace(any_sample, any_sample, buffers)
-        _ = first.radiance_alone
-        self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.types.UInt, 0), **buffers.arrays}
+        radiance(first)
+        self._arrays: dict[str, Any] = {"nothing": dr.opaque(first.world.types.UInt, 0), **buffers.arrays}
         dr.eval(self._arrays)
 
         self._recipe = recipe
@@ -158,9 +158,8 @@ class Frames:
 
     def asked(self) -> list[np.ndarray]:
         """Return, for each branch in the order of the code, which lanes ask for it: (lanes,) bool, or (1,) for all."""
-        trace = self._recipe.trace(0, 0, DeviceBuffers(dict(self._arrays)))
         with asked() as conditions:
-            _ = trace.radiance_alone
+            radiance(self._recipe.trace(0, 0, DeviceBuffers(dict(self._arrays))))
         # At once: one by one, each would have a kernel with all that comes before it.
         dr.eval(conditions)
         return [np.array(condition) for condition in conditions]

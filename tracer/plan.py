@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.device.buffers import DeviceBuffers
+from rayproof.tracer.device.kernel_constants import KernelConstants
 from rayproof.tracer.shapes.records import SLOTS
 from rayproof.tracer.shapes.triangles import layers
 
@@ -62,6 +65,18 @@ class Plan:
         kernels += ", one loop through the tree of triangles" if self.pipelined else ""
         trees = f"in trees: {', '.join(sorted(self.trees))}" if self.trees else "every shape unrolled"
         return f"{trees}; {tile}; {kernels}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Context:
+    """A scene, by which formulas it is traced and how, and where its numbers are."""
+
+    scene: Scene
+    configuration: Configuration
+    types: ArrayTypes
+    plan: Plan
+    buffers: DeviceBuffers
+    parameters: KernelConstants
 
 
 def _kinds(shapes: tuple[Shape, ...]) -> dict[str, int]:

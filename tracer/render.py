@@ -15,9 +15,11 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.kernel_constants import Numbers, Stages
+from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.shapes.representable import beyond
-from rayproof.tracer.stages.trace import Trace
+from rayproof.tracer.stages.camera_frame import Frame
+from rayproof.tracer.stages.trace import Trace, images
 
 
 def _numbers(array: Any) -> np.ndarray:
@@ -30,28 +32,22 @@ def _components(scalars: list[Any]) -> np.ndarray:
     return np.array([float(scalar[0]) for scalar in scalars])
 
 
-def _image(trace: Trace, samples: list[tuple[Any, ...]]) -> np.ndarray:
+def _image(lanes: Lanes, samples: list[tuple[Any, ...]]) -> np.ndarray:
     """Return (height, width, channels) of what each lane holds; a literal channel fills its image."""
-    channels = [trace.lanes.image([_numbers(channel) for channel in of]) for of in zip(*samples, strict=True)]
-    return np.stack(channels, axis=-1) if channels else np.zeros((trace.lanes.height, trace.lanes.width, 0))
+    channels = [lanes.image([_numbers(channel) for channel in of]) for of in zip(*samples, strict=True)]
+    return np.stack(channels, axis=-1) if channels else np.zeros((lanes.height, lanes.width, 0))
 
 
-def _pixels(trace: Trace) -> list[tuple[Any, Any]]:
-    camera, formula = trace.scene.camera, trace.configuration["pixel"]
-    return [formula(*ndc, camera.width, camera.height) for ndc in trace.seen.ndc]
-
-
-def _camera(trace: Trace, pixels: list[tuple[Any, ...]]) -> dict[str, np.ndarray]:
-    """Return the camera stage (see `cases.answers`)."""
-    frame = trace.seen.frame
+def _camera(frame: Frame, places: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the camera stage (see `cases.answers`) with (sx, sy) and pixel at their places, (height, width, 4)."""
     return {
         **{
             name: _components([getattr(frame, name)[i, j] for i in range(4) for j in range(4)]).reshape(4, 4)
             for name in ("view", "view_inverse", "projection", "projection_inverse")
         },
         "frustum_corners": _components([x for corner in frame.corners for x in corner]).reshape(8, 3),
-        "ndc": _image(trace, trace.seen.ndc),
-        "pixel": _image(trace, pixels),
+        "ndc": places[..., :2],
+        "pixel": places[..., 2:],
     }
 
 
@@ -83,19 +79,13 @@ def render(
         raise ValueError(refusal)
     # What is asked for is written to memory anyway, and the next stage may begin from there.
     parameters = Stages() if len(wanted) > 1 else Numbers()
-    trace = Trace(scene, configuration, per_side=samples, chosen=chosen, parameters=parameters)
-    pixels = _pixels(trace) if Stage.CAMERA in wanted else []
-    ndc = trace.seen.ndc if Stage.CAMERA in wanted else []
-    parameters.store(pixels, ndc)
-    images = {stage: trace.channels(stage) for stage in wanted if stage is not Stage.CAMERA}
-    dr.eval(list(images.values()), pixels, ndc)
-    answers: Answers = {}
-    for stage in wanted:
-        if stage is Stage.CAMERA:
-            answers[stage] = _camera(trace, pixels)
-            continue
-        image = _image(trace, images[stage])
-        if samples > 1:
-            image = image.reshape(scene.camera.lines, samples, scene.camera.width, samples, -1).mean(axis=(1, 3))
-        answers[stage] = image
+    trace = Trace.of(scene, configuration, per_side=samples, chosen=chosen, parameters=parameters)
+    channels = images(trace, wanted)
+    dr.eval(channels)
+    answers: Answers = {stage: _image(trace.view.lanes, channels[stage]) for stage in wanted}
+    if samples > 1:
+        rows = answers[Stage.RADIANCE].reshape(scene.camera.lines, samples, scene.camera.width, samples, -1)
+        answers[Stage.RADIANCE] = rows.mean(axis=(1, 3))
+    if Stage.CAMERA in answers:
+        answers[Stage.CAMERA] = _camera(trace.view.frame, answers[Stage.CAMERA])
     return answers

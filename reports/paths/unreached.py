@@ -53,9 +53,9 @@ LINES: Mapping[str, str] = {
     'catalogue.py:slot, _, variant = name.partition("/")': OWN,
     "catalogue.py:if is_own(variant):": OWN,
     'catalogue.py:return own_formula(variant, default=self[f"{slot}/{self.slots[slot]}"])': OWN,
-    'stages/camera_rays.py:row = row + self._parameters("first_row", types.Int(camera.first_row * self.per_side))': (
-        "bands of an image too large for one piece: tests/reports/run/test_banded_run.py"
-    ),
+    (
+        'stages/camera_rays.py:row = row + context.parameters("first_row", types.Int(camera.first_row * view.per_side))'
+    ): "bands of an image too large for one piece: tests/reports/run/test_banded_run.py",
     "catalogue.py:if slot not in self.slots:": REFUSED,
     "shapes/records.py:case _:": REFUSED,
     'shapes/records.py:known = ", ".join(kind.__name__ for kind in SLOTS)': REFUSED,
@@ -71,11 +71,7 @@ LINES: Mapping[str, str] = {
         'shapes/representable.py:return f"nothing in the scene is larger than {length:.3g} m; '
         'squares of that vanish in {precision}"'
     ): REFUSED,
-    "stages/surfaces.py:return self.types.Vector(0)": (
-        "meshes without a face that has an area: tests/tracer/test_render.py"
-    ),
-    "stages/trace.py:case _:": REFUSED,
-    "stages/trace.py:return dr.select((albedo == 0) & dr.isinf(irradiance), 0, leaving)": (
+    "stages/trace.py:return dr.select((surface.albedo == 0) & dr.isinf(irradiance), 0, leaving)": (
         "a black channel under an irradiance that overflows: tests/tracer/shapes/test_representable.py"
     ),
 }

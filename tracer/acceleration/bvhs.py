@@ -12,8 +12,8 @@ from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
 from rayproof.tracer.acceleration.shape_bvh import ShapeHierarchy, host_crowd
 from rayproof.tracer.acceleration.traversal import WIDER, Hierarchy, Walk, nearest
 from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, host_forest
-from rayproof.tracer.context import Context
 from rayproof.tracer.numerics.shear import prepare, turning_alike, turns
+from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.records import SLOTS, square_vectors
 from rayproof.tracer.shapes.transforms import Transform

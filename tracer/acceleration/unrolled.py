@@ -15,8 +15,8 @@ import drjit as dr
 
 from rayproof.cases.scene import Plane, Shape, Triangle, Vector
 from rayproof.tracer.acceleration.bounding_cones import Cone, Directions, cone
-from rayproof.tracer.context import Context
 from rayproof.tracer.device.coherent_branches import where
+from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.records import SLOTS, upload
 from rayproof.tracer.shapes.transforms import Transform

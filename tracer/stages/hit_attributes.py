@@ -2,14 +2,15 @@
 
 import hashlib
 from collections.abc import Callable, Hashable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.scene import Shape
-from rayproof.tracer.rays import NearestHit
+from rayproof.cases.scene import Shape, Triangle
+from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.shapes.gathered_transforms import GatheredTransform
 from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.stages.intersector import World
@@ -17,24 +18,41 @@ from rayproof.tracer.stages.intersector import World
 Value = TypeVar("Value", bound=Hashable)
 
 
+@dataclass(frozen=True, kw_only=True)
 class HitShapes:
-    """The shapes at the nearest hits of one bundle of rays."""
+    """The shapes at the nearest hits of one ray per lane."""
 
-    def __init__(self, world: World, hit: NearestHit) -> None:
-        self.world, self.hit = world, hit
-        self.shapes, self.types = world.scene.shapes, world.types
+    world: World
+    ray: Ray
+    hit: NearestHit
+    mask: Any  # which rays hit anything
+
+    @property
+    def met(self) -> "HitShapes":
+        """Return itself: all shapes are some shapes, too."""
+        return self
+
+    @property
+    def shapes(self) -> tuple[Shape, ...]:
+        """Return the scene's shapes."""
+        return self.world.scene.shapes
+
+    @property
+    def kinds(self) -> set[type[Shape]]:
+        """Return which kinds of shapes there are."""
+        return {type(shape) for shape in self.shapes}
 
     @cached_property
-    def mask(self) -> Any:
-        """Return which rays hit anything."""
-        return self.hit.distance < dr.inf
+    def placed(self) -> bool:
+        """Return whether object space is not world space for some shape."""
+        return any(not transform.identity for transform in self.world.transforms)
 
     def shows(self, index: int) -> Any:
         """Return which pixels show a shape."""
-        return self.hit.shape == self.world.parameter(index, "number", self.types.Int(index))
+        return self.hit.shape == self.world.parameter(index, "number", self.world.types.Int(index))
 
     def choose(self, values: Iterable[Any], otherwise: Any) -> Any:
-        """Return, per pixel, the value of the shape that was hit."""
+        """Return, per pixel, the value of the shape that was hit; a kernel may end after each shape."""
         parameters = self.world.parameters
         chosen = parameters.per_lane(otherwise, dr.width(self.hit.shape))
         for index, value in enumerate(values):
@@ -64,22 +82,68 @@ class HitShapes:
         table = np.asarray(values, dtype=np.float64)
         # Named by what is in it: the same table has the same name in every trace of a scene.
         name = hashlib.sha256(table.tobytes()).hexdigest()[:16]
-        numbers = self.world.buffers.floats(f"table {name}", self.types, lambda: table)
+        numbers = self.world.buffers.floats(f"table {name}", self.world.types, lambda: table)
         found = self.hit.shape >= first
-        kind = self.types.Float if dr.is_mask_v(like) else type(like)
-        value = dr.gather(kind, numbers, self.types.UInt(self.hit.shape - first), found)
+        kind = self.world.types.Float if dr.is_mask_v(like) else type(like)
+        value = dr.gather(kind, numbers, self.world.types.UInt(self.hit.shape - first), found)
         return value > 0 if dr.is_mask_v(like) else value
 
     def kind(self, *kinds: type[Shape]) -> Any:
         """Return where a shape of one of these kinds was hit."""
-        return self.constant("kind", lambda shape: isinstance(shape, kinds), self.types.Bool) & self.mask
+        return self.constant("kind", lambda shape: isinstance(shape, kinds), self.world.types.Bool) & self.mask
+
+    def either(self, kind: type[Shape], value: Any, otherwise: Any) -> Any:
+        """Return the value where a shape of that kind was hit."""
+        return dr.select(self.kind(kind), value, otherwise)
 
     @cached_property
     def transform(self) -> GatheredTransform:
         """Return the model matrix of the shape that was hit, from tables."""
         transforms = [Transform(to_world=shape.to_world) for shape in self.shapes]
-        Vector = self.types.Vector
+        Vector = self.world.types.Vector
         rows = [self._look_up([p.inverse[k] for p in transforms], Vector(0)) for k in range(3)]
         columns = [self._look_up([p.linear[:, k] for p in transforms], Vector(0)) for k in range(3)]
         translation = self._look_up([p.translation for p in transforms], Vector(0))
         return GatheredTransform(rows=rows, columns=columns, translation=translation)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OneShape:
+    """One of the shapes that may have been hit, asked as `HitShapes` is asked of all."""
+
+    met: HitShapes
+    index: int
+
+    @property
+    def _shape(self) -> Shape:
+        return self.met.shapes[self.index]
+
+    @property
+    def kinds(self) -> set[type[Shape]]:
+        """Return its kind alone."""
+        return {type(self._shape)}
+
+    @property
+    def transform(self) -> Transform:
+        """Return its model matrix."""
+        return self.met.world.transforms[self.index]
+
+    @property
+    def placed(self) -> bool:
+        """Return whether its object space is not world space."""
+        return not self.transform.identity
+
+    def constant(self, name: str, of: Callable[[Shape], Value], upload: Callable[[Value], Any]) -> Any:
+        """Return a constant of the shape."""
+        value = upload(of(self._shape))
+        if name == "normal" and not isinstance(self._shape, Triangle):
+            return value  # the same for every shape of its kind
+        return self.met.world.parameter(self.index, name, value)
+
+    def kind(self, kind: type[Shape]) -> Any:
+        """Return where the shape was hit, which is of that kind."""
+        return self.met.shows(self.index)
+
+    def either(self, kind: type[Shape], value: Any, otherwise: Any) -> Any:
+        """Return the value: the shape is of that kind."""
+        return value

@@ -1,8 +1,7 @@
-"""Which lights reach the hit points, and how much light they bring."""
+"""Which lights reach the hit points, and how much light they bring. Lists of one light have one entry per ray."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import drjit as dr
@@ -10,10 +9,10 @@ import drjit as dr
 from rayproof.cases.scene import Vector
 from rayproof.tracer.device.scheduling import next_step
 from rayproof.tracer.rays import Feeler, Hit, Interval, Ray
-from rayproof.tracer.stages.feeler_origins import starting_points
+from rayproof.tracer.stages.feeler_origins import FeelerOrigins, feeler_origins
 from rayproof.tracer.stages.intersector import World
-from rayproof.tracer.stages.light_loop import LightLoop
-from rayproof.tracer.stages.surfaces import Surfaces
+from rayproof.tracer.stages.light_loop import light_loop
+from rayproof.tracer.stages.surfaces import Surface
 
 MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
 
@@ -30,140 +29,126 @@ class DirectionToLight:
     cosine: Any  # dot(N, L); 0 for a light exactly at the point
 
 
-class Illumination:
-    """All lights of a scene as seen from the hits of a bundle of rays; every list has one entry per ray."""
-
-    def __init__(self, world: World, surfaces: Sequence[Surfaces]) -> None:
-        self.world, self.surfaces, self.types = world, surfaces, world.types
-        self.scene, self.configuration = world.scene, world.configuration
-
-    def _of_light(self, index: int, what: str, value: tuple[float, float, float]) -> Any:
-        return self.world.parameters(f"light {index} {what}", self.types.Vector(*value))
-
-    def _towards(self, position: Any, surfaces: Surfaces, place: Vector | None = None) -> DirectionToLight:
-        away = position - surfaces.position
+def _towards(
+    world: World, surfaces: Sequence[Surface], position: Any, place: Vector | None = None
+) -> list[DirectionToLight]:
+    """Return the ways to a light at `position` [m]."""
+    found = []
+    for surface in surfaces:
+        away = position - surface.position
         squared = dr.squared_norm(away)
-        cosine = self.configuration["cosine"](surfaces.normal, away)
-        return DirectionToLight(
-            light=position,
-            place=place,
-            away=away,
-            squared_distance=squared,
-            distance=dr.sqrt(squared),
-            cosine=cosine,
+        found.append(
+            DirectionToLight(
+                light=position,
+                place=place,
+                away=away,
+                squared_distance=squared,
+                distance=dr.sqrt(squared),
+                cosine=world.configuration["cosine"](surface.normal, away),
+            )
         )
+    return found
 
-    @cached_property
-    def towards(self) -> list[list[DirectionToLight]]:
-        """Return, per light, the ways to it."""
-        places = [light.position for light in self.scene.lights]
-        positions = [self._of_light(k, "position", place) for k, place in enumerate(places)]
-        return [
-            [self._towards(position, surfaces, place) for surfaces in self.surfaces]
-            for position, place in zip(positions, places, strict=True)
-        ]
 
-    @cached_property
-    def _starting(self) -> tuple[World, list[Hit]]:
-        return starting_points(self.world, self.surfaces)
+def _above_horizon(world: World, surfaces: Sequence[Surface], towards: Sequence[DirectionToLight]) -> list[Any]:
+    """Return where one light is above the horizon. A NaN cosine counts as above, so that it stays visible."""
+    horizon = world.configuration["horizon"]
+    return [surface.met.mask & ~horizon(way.cosine) for surface, way in zip(surfaces, towards, strict=True)]
 
-    def _feeler(self, world: World, hit: Hit, towards: DirectionToLight, active: Any) -> Feeler:
-        Float, Vector = world.types.Float, world.types.Vector
-        start = self.configuration["feeler"](hit, Float(towards.cosine), Float(towards.distance))
-        direction, end = self.configuration["segment"](start.origin, Vector(towards.light))
-        width = dr.width(direction)
-        if start.shorter:
-            end = end * (1 - start.shorter)
-        return Feeler(
-            ray=Ray(origin=start.origin, direction=direction),
-            interval=Interval(nearest=world.parameters.per_lane(Float(start.nearest), width), farthest=Float(end)),
-            skip=start.skip,
-            active=active,
-        )
 
-    def _above_horizon(self, towards: Sequence[DirectionToLight]) -> list[Any]:
-        """Return where one light is above the horizon. A NaN cosine counts as above, so that it stays visible."""
-        horizon = self.configuration["horizon"]
-        return [one.mask & ~horizon(way.cosine) for one, way in zip(self.surfaces, towards, strict=True)]
+def _feeler(world: World, hit: Hit, towards: DirectionToLight, active: Any) -> Feeler:
+    Float, Vector = world.types.Float, world.types.Vector
+    start = world.configuration["feeler"](hit, Float(towards.cosine), Float(towards.distance))
+    direction, end = world.configuration["segment"](start.origin, Vector(towards.light))
+    width = dr.width(direction)
+    if start.shorter:
+        end = end * (1 - start.shorter)
+    return Feeler(
+        ray=Ray(origin=start.origin, direction=direction),
+        interval=Interval(nearest=world.parameters.per_lane(Float(start.nearest), width), farthest=Float(end)),
+        skip=start.skip,
+        active=active,
+    )
 
-    @cached_property
-    def _above(self) -> list[list[Any]]:
-        above = [self._above_horizon(towards) for towards in self.towards]
-        # Then what follows is the same code for each light.
-        self.world.parameters.store(above)
-        return above
 
-    def _unblocked(self, towards: Sequence[DirectionToLight], above: Sequence[Any]) -> list[Any]:
-        """Return where nothing is in one light's way; below the horizon nobody asks."""
-        masks = [surfaces.mask for surfaces in self.surfaces]
-        if not self.world.has_blockers:
-            return masks
-        world, hits = self._starting
-        feelers = [self._feeler(world, *one) for one in zip(hits, towards, above, strict=True)]
-        world.parameters.store([feeler.arrays for feeler in feelers])
-        next_step(self.types, samples=len(self.surfaces))
-        blocked = world.blocked(feelers, world.types.Vector(towards[0].light), place=towards[0].place)
-        free = [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
-        world.parameters.store(free)
-        next_step(self.types, samples=len(self.surfaces))
-        return free
+def _unblocked(
+    origins: FeelerOrigins | None,
+    surfaces: Sequence[Surface],
+    towards: Sequence[DirectionToLight],
+    above: Sequence[Any],
+) -> list[Any]:
+    """Return where nothing is in one light's way; below the horizon nobody asks."""
+    masks = [surface.met.mask for surface in surfaces]
+    if origins is None:
+        return masks
+    world = origins.world
+    feelers = [_feeler(world, *one) for one in zip(origins.hits, towards, above, strict=True)]
+    world.parameters.store([feeler.arrays for feeler in feelers])
+    next_step(world.types, samples=len(surfaces))
+    blocked = world.blocked(feelers, world.types.Vector(towards[0].light), place=towards[0].place)
+    free = [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
+    world.parameters.store(free)
+    next_step(world.types, samples=len(surfaces))
+    return free
 
-    @cached_property
-    def _free(self) -> list[list[Any]]:
-        return [self._unblocked(*one) for one in zip(self.towards, self._above, strict=True)]
 
-    def one(self, position: Any, flux: Any) -> tuple[list[Any], list[Any]]:
-        """Return where one light at `position` [m] is seen, and the irradiance [W/m^2] that it brings there."""
-        towards = [self._towards(position, surfaces) for surfaces in self.surfaces]
-        above = self._above_horizon(towards)
-        free = self._unblocked(towards, above)
-        brought = [dr.select(f, self._brought(flux, way), 0) for f, way in zip(free, towards, strict=True)]
+def _brought(world: World, flux: Any, towards: DirectionToLight) -> Any:
+    """Return the irradiance [W/m^2] that a light brings where nothing blocks it; below the horizon 0."""
+    if world.scene.shading == "simplified":
+        return world.configuration["simplified"](flux, towards.cosine)
+    law = world.configuration.formula("falloff")
+    facing = law.function(flux, getattr(towards, law.facts.get("by", "squared_distance")))
+    return world.configuration["lambert"](facing, towards.cosine)
+
+
+def _of_light(world: World, index: int, what: str, value: Vector) -> Any:
+    return world.parameters(f"light {index} {what}", world.types.Vector(*value))
+
+
+def illumination(world: World, surfaces: Sequence[Surface], *, visibility: bool) -> tuple[list[list[Any]], list[Any]]:
+    """Return where each light is above the horizon and unblocked, per light and ray, and E [W/m^2], 0 on a miss.
+
+    There are lights and shapes. Without `visibility` the first may be missing.
+    """
+    # Only a sum can be taken two by two; another formula for it sees all lights at once.
+    if len(world.scene.lights) > MANY and world.configuration.formula("sum_lights").default:
+        return _by_loop(world, surfaces, visibility=visibility)
+    return _unrolled(world, surfaces)
+
+
+def _by_loop(world: World, surfaces: Sequence[Surface], *, visibility: bool) -> tuple[list[list[Any]], list[Any]]:
+    # Before the loop: it does not depend on the light.
+    origins = feeler_origins(world, surfaces)
+
+    def one_light(position: Any, flux: Any) -> tuple[list[Any], list[Any]]:
+        towards = _towards(world, surfaces, position)
+        above = _above_horizon(world, surfaces, towards)
+        free = _unblocked(origins, surfaces, towards, above)
+        brought = [dr.select(f, _brought(world, flux, way), 0) for f, way in zip(free, towards, strict=True)]
         return [a & f for a, f in zip(above, free, strict=True)], brought
 
-    def settle(self) -> None:
-        """Compute, before a loop, what does not depend on the light."""
-        for surfaces in self.surfaces:
-            _ = surfaces.mask, surfaces.normal
-        if self.world.has_blockers:
-            _ = self._starting
+    return light_loop(world, surfaces, one_light, visibility=visibility)
 
-    @cached_property
-    def _in_turn(self) -> LightLoop | None:
-        # Only a sum can be taken two by two; another formula for it sees all lights at once.
-        many = len(self.scene.lights) > MANY and self.configuration.formula("sum_lights").default
-        return LightLoop(self) if many else None
 
-    @cached_property
-    def lit(self) -> list[list[Any]]:
-        """Return, per light, where it is above the horizon and nothing is in its way."""
-        if self._in_turn is not None:
-            return self._in_turn.lit()
-        return [
-            [above & free for above, free in zip(*light, strict=True)]
-            for light in zip(self._above, self._free, strict=True)
+def _unrolled(world: World, surfaces: Sequence[Surface]) -> tuple[list[list[Any]], list[Any]]:
+    lights = world.scene.lights
+    positions = [_of_light(world, k, "position", light.position) for k, light in enumerate(lights)]
+    towards = [
+        _towards(world, surfaces, position, light.position) for position, light in zip(positions, lights, strict=True)
+    ]
+    above = [_above_horizon(world, surfaces, ways) for ways in towards]
+    # Then what follows is the same code for each light.
+    world.parameters.store(above)
+    origins = feeler_origins(world, surfaces)
+    free = [_unblocked(origins, surfaces, *one) for one in zip(towards, above, strict=True)]
+    lit = [[a & f for a, f in zip(*one, strict=True)] for one in zip(above, free, strict=True)]
+    fluxes = [_of_light(world, k, "flux", light.flux) for k, light in enumerate(lights)]
+    irradiance = []
+    for k in range(len(surfaces)):
+        # Below the horizon the cosine law itself gives 0; only what blocks is taken away here.
+        brought = [
+            dr.select(unblocked[k], _brought(world, flux, ways[k]), 0)
+            for flux, ways, unblocked in zip(fluxes, towards, free, strict=True)
         ]
-
-    def _brought(self, flux: Any, towards: DirectionToLight) -> Any:
-        if self.scene.shading == "simplified":
-            return self.configuration["simplified"](flux, towards.cosine)
-        law = self.configuration.formula("falloff")
-        facing = law.function(flux, getattr(towards, law.facts.get("by", "squared_distance")))
-        return self.configuration["lambert"](facing, towards.cosine)
-
-    @cached_property
-    def irradiance(self) -> list[Any]:
-        """Return E [W/m^2] per channel, 0 where nothing was hit."""
-        if not self.scene.lights or not self.scene.shapes:
-            return [self.types.Vector(0) for _ in self.surfaces]
-        if self._in_turn is not None:
-            return self._in_turn.irradiance
-        fluxes = [self._of_light(k, "flux", light.flux) for k, light in enumerate(self.scene.lights)]
-        total = []
-        for k in range(len(self.surfaces)):
-            # Below the horizon the cosine law itself gives 0; only what blocks is taken away here.
-            contributions = [
-                dr.select(free[k], self._brought(flux, towards[k]), 0)
-                for flux, towards, free in zip(fluxes, self.towards, self._free, strict=True)
-            ]
-            total.append(self.configuration["sum_lights"](contributions))
-        return total
+        irradiance.append(world.configuration["sum_lights"](brought))
+    return lit, irradiance

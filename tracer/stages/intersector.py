@@ -11,7 +11,7 @@ from typing import Any
 from rayproof.cases.scene import Shape, Vector
 from rayproof.tracer.acceleration.bvhs import Hierarchies
 from rayproof.tracer.acceleration.unrolled import UnrolledShapes
-from rayproof.tracer.context import Context
+from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.records import SLOTS
 from rayproof.tracer.shapes.transforms import Transform

@@ -1,8 +1,13 @@
-"""From pixel to radiance: every stage computed when it is first asked for, and not before."""
+"""From pixel to radiance: each stage is made from the one before, in the order of the specification.
+
+Every stage is a list with an entry for each sample of a lane (`tracer.device.tiles`): Dr.Jit arrays, evaluated only
+where `KernelConstants.store` ends a kernel.
+"""
 
 import operator
-from copy import copy
-from functools import cached_property
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import drjit as dr
@@ -11,30 +16,33 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.acceleration.packet_bounds import reduced
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.context import Context
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.device.coherent_branches import where
 from rayproof.tracer.device.kernel_constants import LITERALS, KernelConstants
 from rayproof.tracer.device.scheduling import next_step
-from rayproof.tracer.device.tiles import Lanes
-from rayproof.tracer.plan import Plan, plan
+from rayproof.tracer.plan import Context, Plan, plan
 from rayproof.tracer.rays import NearestHit, Ray
-from rayproof.tracer.stages.camera_rays import CameraRays
-from rayproof.tracer.stages.illumination import Illumination
+from rayproof.tracer.stages.camera_rays import View, camera_rays, clipped, sample_ndc, sample_positions
+from rayproof.tracer.stages.hit_attributes import HitShapes
+from rayproof.tracer.stages.illumination import illumination
 from rayproof.tracer.stages.intersector import World
-from rayproof.tracer.stages.surfaces import Surfaces
+from rayproof.tracer.stages.surfaces import Surface, hit_point, shading_normal, surface
+
+Values = Sequence[Iterable[Any]]  # of one stage: for each sample of a lane, its channels
 
 
+@dataclass(frozen=True, kw_only=True)
 class Trace:
-    """One scene by one configuration; the stages are Dr.Jit arrays, evaluated only where `parameters` ends a kernel.
+    """A scene that is ready to be traced by one configuration: its shapes and its camera on the device."""
 
-    A lane holds one or several samples (`tracer.device.tiles`); every stage is a list with an entry for each of them.
-    per_side and `within` say which samples of a pixel (`tracer.stages.camera_rays`).
-    """
+    world: World
+    view: View  # the samples that are shaded
+    tiles: View  # those that go through the trees together; others only where that is a kernel of its own
 
-    def __init__(
-        self,
+    @classmethod
+    def of(
+        cls,
         scene: Scene,
         configuration: Configuration,
         *,
@@ -43,156 +51,156 @@ class Trace:
         chosen: Plan | None = None,
         buffers: DeviceBuffers | None = None,
         parameters: KernelConstants = LITERALS,
-    ) -> None:
-        self.scene, self.configuration = scene, configuration
-        self.types = array_types(configuration.precision)
-        self.plan = plan(scene, configuration, samples=per_side) if chosen is None else chosen
-        self._parameters = parameters
+    ) -> "Trace":
+        """Return a scene ready to be traced; `per_side` and `within` say which samples of a pixel (`View`)."""
         context = Context(
             scene=scene,
             configuration=configuration,
-            types=self.types,
-            plan=self.plan,
+            types=array_types(configuration.precision),
+            plan=plan(scene, configuration, samples=per_side) if chosen is None else chosen,
             buffers=DeviceBuffers() if buffers is None else buffers,
             parameters=parameters,
         )
-        self.world = World(context)
-
-        def seen(columns: int, rows: int) -> CameraRays:
-            return CameraRays(context, columns=columns, rows=rows, per_side=per_side, within=within)
-
-        # Where a kernel of its own takes tiles of rays through the trees, what comes after takes one per lane.
-        self._tiles = seen(self.plan.columns, self.plan.rows)
-        self.seen = seen(1, 1) if self.plan.split else self._tiles
+        seen = partial(View.of, context, per_side=per_side, within=within)
+        tiles = seen(columns=context.plan.columns, rows=context.plan.rows)
+        view = seen(columns=1, rows=1) if context.plan.split else tiles
+        return cls(world=World(context), view=view, tiles=tiles)
 
     @property
-    def lanes(self) -> Lanes:
-        """Return which samples each lane computes."""
-        return self.seen.lanes
-
-    @property
-    def rays(self) -> list[Ray]:
-        """Return the camera rays, with unit directions."""
-        return self.seen.rays
-
-    @cached_property
-    def hits(self) -> list[NearestHit]:
-        """Return the nearest hits of the camera rays."""
-        seen = self.seen
-        if self.plan.split:
-            (hit,) = self.world.bodies.nearest(seen.rays, seen.intervals)
-            for hierarchy, met in zip(self.world.trees.hierarchies, self._met_apart(), strict=True):
-                hit = self.world.trees.nearer(hierarchy, hit, *met)
-            found = [hit]
-        else:
-            found = self.world.nearest(seen.rays, seen.intervals, narrow=seen.narrow)
-        seen.end([(one.distance, one.shape, one.face, one.number) for one in found])
-        return found
-
-    def _met_apart(self) -> list[tuple[Any, Any]]:
-        """Return t [m] and number of what each ray meets in each tree: by tiles of rays, one per lane, and memory."""
-        tiles, count = self._tiles, self.lanes.width * self.lanes.height
-        numbers = tiles.lanes.numbers(tiles.positions)
-        rays, intervals = tiles.rays, tiles.intervals
-        self._parameters.store(numbers)
-        found = []
-        for hierarchy in self.world.trees.hierarchies:
-            distance, item = dr.empty(self.types.Float, count), dr.empty(self.types.Int, count)
-            met = self.world.trees.met(hierarchy, rays, intervals, narrow=tiles.narrow)
-            for number, one in zip(numbers, met, strict=True):
-                for target, value in zip((distance, item), one, strict=True):
-                    dr.scatter(target, value, number, mode=dr.ReduceMode.Permute)
-            found.append((distance, item))
-        dr.eval(found)
-        return found
-
-    @cached_property
-    def surfaces(self) -> list[Surfaces]:
-        """Return the surfaces that the camera rays hit."""
-        return [Surfaces(self.world, *found, eye=self.seen.eye) for found in zip(self.rays, self.hits, strict=True)]
-
-    def _lit_surfaces(self) -> list[Surfaces]:
-        """Return the surfaces with what every light needs to know of them."""
-        for one in self.surfaces:
-            _ = one.mask, one.position
-        next_step(self.types, samples=self.lanes.tile)
-        for one in self.surfaces:
-            _ = one.normal
-        self.seen.end([one.arrays for one in self.surfaces])
-        return self.surfaces
-
-    @cached_property
-    def illumination(self) -> Illumination:
-        """Return the lights as seen from the hits."""
-        return Illumination(self.world, self._lit_surfaces())
-
-    @property
-    def _dark(self) -> bool:
+    def dark(self) -> bool:
         """Return whether there is no light or nothing to light, so that nothing about it needs computing."""
-        return not (self.scene.shapes and self.scene.lights)
+        return not (self.world.scene.shapes and self.world.scene.lights)
 
-    @cached_property
-    def exitance(self) -> list[Any]:
-        """Return M [W/m^2]."""
-        if self._dark:
-            return [self.types.Vector(0)] * self.lanes.tile
-        return [
-            self._leaving(one.albedo, arriving) for one, arriving in zip(self.surfaces, self.irradiance, strict=True)
-        ]
 
-    @property
-    def irradiance(self) -> list[Any]:
-        """Return E [W/m^2]."""
-        return self.illumination.irradiance
+def images(trace: Trace, wanted: Collection[Stage]) -> dict[Stage, list[tuple[Any, ...]]]:
+    """Return the channels of stages for each sample of a lane, with the specification's values where nothing was hit.
 
-    def _leaving(self, albedo: Any, irradiance: Any) -> Any:
-        leaving = self.configuration["exitance"](albedo, irradiance)
-        if all(channel > 0 for shape in self.scene.shapes for channel in shape.albedo):
-            return leaving
-        # Under an irradiance that overflowed, black stays black: 0 times infinity would be no number.
-        return dr.select((albedo == 0) & dr.isinf(irradiance), 0, leaving)
+    Those of the camera are a sample's (sx, sy) and its pixel. What comes after the last stage wanted is not computed,
+    nor is anything about light where there is none.
+    """
+    found = _darkness(trace) if trace.dark else {}
+    missing = [stage for stage in Stage if stage in wanted and stage not in found]
+    if missing:
+        for stage, values in _light_path(trace, missing):
+            found[stage] = values
+            if stage is missing[-1]:
+                break
+    return {stage: [tuple(channels) for channels in found[stage]] for stage in wanted}
 
-    @cached_property
-    def radiance(self) -> list[Any]:
-        """Return L [W/(m^2 sr)]."""
-        if self._dark:
-            return [self.types.Vector(0)] * self.lanes.tile
-        formula = self.configuration["radiance_simplified" if self.scene.shading == "simplified" else "radiance"]
-        pairs = zip(self.surfaces, self.exitance, strict=True)
-        return [dr.select(surfaces.hidden, 0, formula(exitance)) for surfaces, exitance in pairs]
 
-    @property
-    def radiance_alone(self) -> list[Any]:
-        """Return L [W/(m^2 sr)] for who asks for nothing else; packets that hit nothing are not shaded."""
-        if self._dark:
-            return self.radiance
-        some = reduced(operator.or_, [hit.distance < dr.inf for hit in self.hits])
-        # What is computed inside is of no use outside: a copy keeps it.
-        inside, nothing = copy(self), [self.types.Vector(0)] * self.lanes.tile
-        return where(some, lambda: inside.radiance, nothing)
+def radiance(trace: Trace) -> list[Any]:
+    """Return L [W/(m^2 sr)] for who asks for nothing else; packets that hit nothing are not shaded."""
+    if trace.dark:
+        return list(_darkness(trace)[Stage.RADIANCE])
+    rays = camera_rays(trace.view, sample_ndc(trace.view, sample_positions(trace.view)))
+    hits = _nearest_hits(trace, rays)
+    some = reduced(operator.or_, [hit.distance < dr.inf for hit in hits])
 
-    def channels(self, stage: Stage) -> list[tuple[Any, ...]]:
-        """Return the channels of an image stage, with the specification's values where nothing was hit."""
-        Float = self.types.Float
-        match stage:
-            case Stage.RAY:
-                return [tuple(ray.direction) for ray in self.rays]
-            case Stage.OBJECT:
-                return [(one.hit.shape, one.hit.face) for one in self.surfaces]
-            case Stage.DISTANCE:
-                return [(one.hit.distance,) for one in self.surfaces]
-            case Stage.POSITION:
-                return [tuple(dr.select(one.mask, one.position, 0)) for one in self.surfaces]
-            case Stage.NORMAL:
-                return [tuple(one.normal) for one in self.surfaces]
-            case Stage.VISIBILITY:
-                lit = self.illumination.lit
-                return [tuple(dr.select(light[k], Float(1), 0) for light in lit) for k in range(self.lanes.tile)]
-            case Stage.IRRADIANCE:
-                return [tuple(irradiance) for irradiance in self.irradiance]
-            case Stage.EXITANCE:
-                return [tuple(exitance) for exitance in self.exitance]
-            case Stage.RADIANCE:
-                return [tuple(radiance) for radiance in self.radiance]
-            case _:
-                raise ValueError(f"{stage} is not an image")
+    def shaded() -> list[Any]:
+        *_, (_, values) = _shading(trace, rays, hits, (Stage.RADIANCE,))
+        return list(values)
+
+    return where(some, shaded, [trace.world.types.Vector(0)] * len(rays))
+
+
+def _darkness(trace: Trace) -> dict[Stage, Values]:
+    """Return the stages about light of a scene without light or without shapes."""
+    types, samples = trace.world.types, trace.view.lanes.tile
+    black = [types.Vector(0)] * samples
+    unlit = [(types.Float(0),) * len(trace.world.scene.lights)] * samples
+    return {Stage.VISIBILITY: unlit, Stage.IRRADIANCE: black, Stage.EXITANCE: black, Stage.RADIANCE: black}
+
+
+def _light_path(trace: Trace, wanted: Collection[Stage]) -> Iterator[tuple[Stage, Values]]:
+    """Yield each stage when it has been computed; camera and visibility, on which none depends, only where wanted."""
+    camera, configuration = trace.world.scene.camera, trace.world.configuration
+    ndc = sample_ndc(trace.view, sample_positions(trace.view))
+    if Stage.CAMERA in wanted:
+        pixels = [configuration["pixel"](*one, camera.width, camera.height) for one in ndc]
+        trace.world.parameters.store(pixels, ndc)
+        yield Stage.CAMERA, [(*one, *pixel) for one, pixel in zip(ndc, pixels, strict=True)]
+    rays = camera_rays(trace.view, ndc)
+    yield Stage.RAY, [ray.direction for ray in rays]
+    hits = _nearest_hits(trace, rays)
+    yield Stage.OBJECT, [(hit.shape, hit.face) for hit in hits]
+    yield Stage.DISTANCE, [(hit.distance,) for hit in hits]
+    yield from _shading(trace, rays, hits, wanted)
+
+
+def _nearest_hits(trace: Trace, rays: list[Ray]) -> list[NearestHit]:
+    """Return the nearest hits of the camera rays, and let a kernel end."""
+    view, world = trace.view, trace.world
+    intervals = clipped(view, rays)
+    if world.plan.split:
+        (hit,) = world.bodies.nearest(rays, intervals)
+        for hierarchy, met in zip(world.trees.hierarchies, _met_apart(trace), strict=True):
+            hit = world.trees.nearer(hierarchy, hit, *met)
+        hits = [hit]
+    else:
+        hits = world.nearest(rays, intervals, narrow=view.narrow)
+    view.end([(hit.distance, hit.shape, hit.face, hit.number) for hit in hits])
+    return hits
+
+
+def _met_apart(trace: Trace) -> list[tuple[Any, Any]]:
+    """Return t [m] and number of what each ray meets in each tree: by tiles of rays, one per lane, and memory."""
+    tiles, world = trace.tiles, trace.world
+    positions = sample_positions(tiles)
+    numbers = tiles.lanes.numbers(positions)
+    rays = camera_rays(tiles, sample_ndc(tiles, positions))
+    intervals = clipped(tiles, rays)
+    world.parameters.store(numbers)
+    count = tiles.lanes.width * tiles.lanes.height
+    found = []
+    for hierarchy in world.trees.hierarchies:
+        distance, item = dr.empty(world.types.Float, count), dr.empty(world.types.Int, count)
+        met = world.trees.met(hierarchy, rays, intervals, narrow=tiles.narrow)
+        for number, one in zip(numbers, met, strict=True):
+            for target, value in zip((distance, item), one, strict=True):
+                dr.scatter(target, value, number, mode=dr.ReduceMode.Permute)
+        found.append((distance, item))
+    dr.eval(found)
+    return found
+
+
+def _shading(
+    trace: Trace, rays: Sequence[Ray], hits: Sequence[NearestHit], wanted: Collection[Stage]
+) -> Iterator[tuple[Stage, Values]]:
+    """Yield the stages from the hits on, radiance last; there is light if any stage after the normal is asked for."""
+    view, world = trace.view, trace.world
+    met = [
+        HitShapes(world=world, ray=ray, hit=hit, mask=hit.distance < dr.inf)
+        for ray, hit in zip(rays, hits, strict=True)
+    ]
+    positions = [hit_point(one) for one in met]
+    yield Stage.POSITION, [dr.select(one.mask, position, 0) for one, position in zip(met, positions, strict=True)]
+    next_step(world.types, samples=len(met))
+    normals = [shading_normal(*one) for one in zip(met, positions, strict=True)]
+    yield Stage.NORMAL, normals
+    surfaces = [surface(*one) for one in zip(met, positions, normals, strict=True)]
+    view.end([one.arrays for one in surfaces])
+    lit, irradiance = illumination(world, surfaces, visibility=Stage.VISIBILITY in wanted)
+    if Stage.VISIBILITY in wanted:
+        one = world.types.Float(1)
+        yield Stage.VISIBILITY, [[dr.select(seen, one, 0) for seen in lights] for lights in zip(*lit, strict=True)]
+    yield Stage.IRRADIANCE, irradiance
+    exitance = [_exitance(*one) for one in zip(surfaces, irradiance, strict=True)]
+    yield Stage.EXITANCE, exitance
+    yield Stage.RADIANCE, [_radiance(*one) for one in zip(surfaces, exitance, strict=True)]
+
+
+def _exitance(surface: Surface, irradiance: Any) -> Any:
+    """Return M [W/m^2]."""
+    world = surface.met.world
+    leaving = world.configuration["exitance"](surface.albedo, irradiance)
+    if all(channel > 0 for shape in world.scene.shapes for channel in shape.albedo):
+        return leaving
+    # Under an irradiance that overflowed, black stays black: 0 times infinity would be no number.
+    return dr.select((surface.albedo == 0) & dr.isinf(irradiance), 0, leaving)
+
+
+def _radiance(surface: Surface, exitance: Any) -> Any:
+    """Return L [W/(m^2 sr)]."""
+    world = surface.met.world
+    slot = "radiance_simplified" if world.scene.shading == "simplified" else "radiance"
+    return dr.select(surface.hidden, 0, world.configuration[slot](exitance))

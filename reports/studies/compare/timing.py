@@ -14,7 +14,7 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.stages.trace import Trace
+from rayproof.tracer.stages.trace import Trace, images
 
 RAYS = 2**18  # a launch of fewer measures the launch
 LONGEST = 0.02  # s; a slower kernel gets fewer rays
@@ -60,13 +60,12 @@ def warmed(job: Job) -> tuple[Scene, tuple[float, ...]]:
 
 def launch(scene: Scene, stages: Sequence[Stage], configuration: Configuration) -> tuple[float, float]:
     """Return the seconds that the kernels of one launch ran, and those that they took to compile."""
-    trace = Trace(scene, configuration, per_side=1)
-    images = [trace.channels(stage) for stage in stages]
+    found = images(Trace.of(scene, configuration, per_side=1), stages)
     before = dr.flag(dr.JitFlag.KernelHistory)
     dr.set_flag(dr.JitFlag.KernelHistory, True)
     try:
         dr.kernel_history_clear()
-        dr.eval(images)
+        dr.eval(found)
         dr.sync_thread()
         kernels = dr.kernel_history([dr.KernelType.JIT])
     finally:

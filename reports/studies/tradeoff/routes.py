@@ -29,7 +29,7 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.kernel_constants import LITERALS
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.render import render
-from rayproof.tracer.stages.trace import Trace
+from rayproof.tracer.stages.trace import Trace, images
 
 ROUTES = "paths"  # the first half of a diagram's name
 RAYS = 2**17  # from here on a lane takes several samples, as in the images that somebody waits for
@@ -62,12 +62,11 @@ def ways(scene: Scene, configuration: Configuration) -> tuple[Way, ...]:
 
 
 def _by_literals(scene: Scene, configuration: Configuration) -> np.ndarray:
-    trace = Trace(scene, configuration, per_side=1, parameters=LITERALS)
-    samples = trace.channels(Stage.RADIANCE)
+    trace = Trace.of(scene, configuration, per_side=1, parameters=LITERALS)
+    samples = images(trace, (Stage.RADIANCE,))[Stage.RADIANCE]
     dr.eval(samples)
-    found = [
-        trace.lanes.image([np.array(channel, dtype=np.float64) for channel in of]) for of in zip(*samples, strict=True)
-    ]
+    lanes = trace.view.lanes
+    found = [lanes.image([np.array(channel, dtype=np.float64) for channel in of]) for of in zip(*samples, strict=True)]
     return np.stack(found, axis=-1)
 
 

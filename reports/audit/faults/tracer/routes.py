@@ -16,8 +16,9 @@ from rayproof.tracer.device.kernel_constants import Numbers
 from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.shapes.transforms import Transform
-from rayproof.tracer.stages.camera_rays import CameraRays
+from rayproof.tracer.stages import camera_rays
 from rayproof.tracer.stages.hit_attributes import HitShapes
+from rayproof.tracer.stages.trace import radiance
 
 FRAMED = ("flux_conservation/west", "faces/nine", "crowds/squares")
 COUNTED = ("flux_conservation/west", "faces/nine", "shadows/every_blocker")
@@ -32,16 +33,16 @@ def _raised(right: Any, frame: Any) -> Any:
 
 
 def _first_sample(right: Any, traces: Any, lanes: Any, per_side: int, types: Any) -> Any:
-    return traces(types.UInt(0), types.UInt(0)).radiance_alone
+    return radiance(traces(types.UInt(0), types.UInt(0)))
 
 
-def _last_packet(right: Any, image: Any, numbers: Any, radiance: Any, lanes: Any, types: Any) -> None:
-    right(image, numbers, [*radiance[:-1], radiance[-1] * 1.01], lanes, types)
+def _last_packet(right: Any, image: Any, numbers: Any, values: Any, lanes: Any, types: Any) -> None:
+    right(image, numbers, [*values[:-1], values[-1] * 1.01], lanes, types)
 
 
-def _turned_packet(right: Any, image: Any, numbers: Any, radiance: Any, lanes: Any, types: Any) -> None:
+def _turned_packet(right: Any, image: Any, numbers: Any, values: Any, lanes: Any, types: Any) -> None:
     packets = any(lanes.columns % n == 0 and lanes.width % n == 0 for n in frames.PACKETS)
-    right(image, numbers, [*radiance[1:], radiance[0]] if packets else radiance, lanes, types)
+    right(image, numbers, [*values[1:], values[0]] if packets else values, lanes, types)
 
 
 def _never_crossed(right: Any, bodies: Any, plane: Any, feelers: Any) -> Any:
@@ -62,10 +63,10 @@ def _flux(shared: bool) -> Any:
     return number
 
 
-def _corner(right: Any, rays: Any) -> Any:
-    found = right(rays)
-    several = rays.per_side > 1 and rays.within is None
-    return [(x + 1 / rays.scene.camera.width, y) for x, y in found] if several else found
+def _corner(right: Any, view: Any, positions: Any) -> Any:
+    found = right(view, positions)
+    several = view.per_side > 1 and view.within is None
+    return [(x + 1 / view.context.scene.camera.width, y) for x, y in found] if several else found
 
 
 def _narrow(right: Any, *given: Any) -> Any:
@@ -105,15 +106,11 @@ def _tile(columns: int, rows: int) -> Any:
     return image
 
 
-def _odd_width(right: Any, rays: Any) -> Any:
-    width = rays.lanes.width
-    if rays.lanes.tile == 1 or width % rays.lanes.columns == 0:
-        return right(rays)
-    positions = rays.positions
-    rays.__dict__["positions"] = [(dr.minimum(column, width - 2), row) for column, row in positions]
-    found = right(rays)
-    rays.__dict__["positions"] = positions
-    return found
+def _odd_width(right: Any, view: Any, positions: Any) -> Any:
+    width = view.lanes.width
+    if view.lanes.tile == 1 or width % view.lanes.columns == 0:
+        return right(view, positions)
+    return right(view, [(dr.minimum(column, width - 2), row) for column, row in positions])
 
 
 def _one_sample(right: Any, lanes: Any, UInt: Any) -> Any:
@@ -208,10 +205,9 @@ method(
     stage=Stage.IRRADIANCE,
     cases=("primitives/square",),
 )
-method(
+function(
     "samples_moved",
-    CameraRays,
-    "ndc",
+    camera_rays.sample_ndc,
     _corner,
     "Samples side by side are half a pixel off.",
     path="route/samples",
@@ -302,10 +298,9 @@ for _columns, _rows, _cases in (
         cases=_cases,
         routes=(f"tiles of {_columns} x {_rows}",),
     )
-method(
+function(
     "odd_width",
-    CameraRays,
-    "ndc",
+    camera_rays.sample_ndc,
     _odd_width,
     "In an odd width the last column of a tile is seen as the one before.",
     path="plan/2 x 2",

@@ -16,8 +16,7 @@ from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy
 from rayproof.tracer.numerics import shear
 from rayproof.tracer.shapes.records import square_vectors
 from rayproof.tracer.shapes.transforms import Transform
-from rayproof.tracer.stages.surfaces import Surfaces
-from rayproof.tracer.stages.trace import Trace
+from rayproof.tracer.stages import surfaces, trace
 
 
 def _without_last(tree: Any, count: int) -> Any:
@@ -93,9 +92,9 @@ def _number_for_face(right: Any, forest: Any, number: Any, active: Any) -> Any:
     return forest.types.Int(number) if len(forest.host.members) == 1 else right(forest, number, active)
 
 
-def _one_sided(right: Any, surfaces: Any, normal: Any) -> Any:
-    facing = right(surfaces, normal)
-    return dr.select(surfaces._met.kind(Mesh), normal, facing) if surfaces.world.trees.forest is not None else facing
+def _one_sided(right: Any, met: Any, normal: Any) -> Any:
+    facing = right(met, normal)
+    return dr.select(met.kind(Mesh), normal, facing) if met.world.trees.forest is not None else facing
 
 
 def _apart(right: Any, trace: Any) -> Any:
@@ -261,20 +260,18 @@ method(
     stage=Stage.OBJECT,
     cases=("meshes/degenerate",),
 )
-method(
+function(
     "mesh_one_sided",
-    Surfaces,
-    "_facing",
+    surfaces._facing,
     _one_sided,
     "No mesh turns its normals to the viewer.",
     path="trees/triangles",
     stage=Stage.NORMAL,
     cases=("meshes/wavy_sheet_from_behind",),
 )
-method(
+function(
     "hits_through_memory",
-    Trace,
-    "_met_apart",
+    trace._met_apart,
     _apart,
     "What goes through memory comes back a thousandth farther away.",
     path="plan/hits through memory",

@@ -18,12 +18,11 @@ from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
 from rayproof.reports.studies.stability.questions.distance import Distance
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.context import Context
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.device.kernel_constants import LITERALS
 from rayproof.tracer.formula import Formula
-from rayproof.tracer.plan import Plan
+from rayproof.tracer.plan import Context, Plan
 from rayproof.tracer.stages.intersector import World
 
 CAMERA = camera_around((0, 0, 0), distance=4, azimuth=0, elevation=0, width=1, height=1, fovy=30)
