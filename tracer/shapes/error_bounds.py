@@ -17,11 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Shape, Sphere, Triangle
 from rayproof.tracer.shapes.transforms import Transform
-from rayproof.tracer.shapes.triangles import slenderness
+from rayproof.tracer.shapes.triangles import reach, slenderness
 
 FACTOR = 16.0
 
@@ -60,7 +59,7 @@ def extent(shape: Shape) -> float:
     """Return a bound on distance from the world's origin plus size [m]; of a plane, of its own origin only."""
     match shape:
         case Triangle() | Mesh():
-            return float(np.linalg.norm(world_triangles(shape).astype(np.float64), axis=-1).max())
+            return reach(shape)
         case Sphere():
             transform = Transform(to_world=shape.to_world)
             local = math.hypot(*shape.center) + shape.radius

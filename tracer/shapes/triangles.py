@@ -3,6 +3,7 @@
 Meshes are large: they are worked through in pieces that stay in the cache, by several threads, component by component.
 """
 
+import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -73,15 +74,29 @@ def layers(meshes: tuple[Mesh, ...]) -> float:
     """Return how often meshes cover the box about them: the area of their shadows over half that of the box."""
     rows = np.concatenate([baked(mesh) for mesh in meshes])
     found: list[float] = []
+    ends: list[np.ndarray] = []
 
     def work(piece: slice) -> None:
-        found.append(float(shadows(_corners(rows[piece])).sum()))
+        corners = _corners(rows[piece])
+        found.append(float(shadows(corners).sum()))
+        ends.append(np.stack([corners.min(axis=(0, 2)), corners.max(axis=(0, 2))]))
 
     in_pieces(len(rows), work)
-    points = rows.reshape(-1, 3)
-    x, y, z = (points.max(axis=0) - points.min(axis=0)).astype(np.float64)
+    x, y, z = np.max([high for _, high in ends], axis=0) - np.min([low for low, _ in ends], axis=0)
     box = float(x * y + y * z + z * x)
     return sum(found) / box if box > 0 else 0.0
+
+
+def reach(shape: Shape) -> float:
+    """Return the distance of the farthest corner from the world's origin [m]."""
+    found: list[float] = []
+
+    def work(piece: slice) -> None:
+        x, y, z = np.moveaxis(_corners(baked(shape, piece)), 1, 0)
+        found.append(float((x * x + y * y + z * z).max()))
+
+    in_pieces(_count(shape), work)
+    return math.sqrt(max(found))
 
 
 def _length(vectors: np.ndarray) -> np.ndarray:
