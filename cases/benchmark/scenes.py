@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.benchmark.meshes import bumpy, city, rods, scanned, soup, terrain, uneven
+from rayproof.cases.benchmark.meshes import bumpy, city, mountains, rods, scanned, soup, terrain, uneven, unmeasured
 from rayproof.cases.placement import compose, rotation, scaling, translation
 from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Vector
 
@@ -30,6 +30,7 @@ class BenchScene:
     view: tuple[Vector, Vector]  # eye, target [m]
     lights: int = 1
     quick: bool = False  # small enough for --quick
+    missing: Callable[[], str | None] = lambda: None  # a sentence why it cannot be made here, or None
 
     def scene(self, width: int, height: int) -> Scene:
         """Return the scene at a size [px]."""
@@ -81,6 +82,7 @@ View = tuple[Vector, Vector]  # eye, target [m]
 WIDE: View = ((3.0, -6.0, 3.5), (0.1, 0.2, 0.5))
 NEAR: View = ((1.5, -3.0, 1.2), (0.0, 0.0, 0.0))
 LOW: View = ((0.5, -5.8, 0.9), (0.0, 0.0, 0.3))  # along the ground
+VALLEY: View = ((0.5, -5.8, 0.9), (0.0, -1.5, 0.0))  # over the foothills
 
 SCENES: tuple[BenchScene, ...] = (
     BenchScene(name="sphere_and_floor", about="1 sphere + floor", shapes=_sphere_and_floor, view=WIDE, quick=True),
@@ -115,6 +117,13 @@ SCENES: tuple[BenchScene, ...] = (
     ),
     BenchScene(
         name="terrain", about="hills along the ground, 320 000 triangles", shapes=lambda: (terrain(400),), view=LOW
+    ),
+    BenchScene(
+        name="mountains",
+        about="mountains as radar measured them, 275 772 triangles",
+        shapes=lambda: (mountains(),),
+        view=VALLEY,
+        missing=unmeasured,
     ),
     BenchScene(name="soup", about="a million triangles in no order", shapes=lambda: (soup(1_000_000),), view=NEAR),
     BenchScene(name="bumpy_330k", about="bumpy ball, 327 680 triangles", shapes=lambda: (bumpy(7),), view=NEAR),

@@ -23,7 +23,8 @@ def bench(
 
     Each ratio is another renderer's time over ours, the median of ratios within rounds, with a 95 % interval; the
     control is our own time over our own. Both pictures are compared first. Compile and build times stand apart.
-    A scene on which somebody dies is left out, and the exit code is 1.
+    A scene on which somebody dies is left out, and the exit code is 1. So is one whose data are not installed, with the
+    reason, and the exit code is 0.
 
     Parameters
     ----------
@@ -59,6 +60,9 @@ def bench(
             own(out)
         if json is not None:
             writable_folder(json.parent)
+    for one in asked:
+        if (reason := one.missing()) is not None:
+            say(f"{one.name} is left out: {reason}")
     files = [file for file in (json, out / "bench.json" if out is not None else None) if file is not None]
 
     names = everybody(quick=quick, formulas=bool(formula))
@@ -69,6 +73,7 @@ def bench(
     tasks = [
         Task(scene=one.name, size=size, contenders=names, machine=document["machine"], budget=budget, formulas=by)
         for one in asked
+        if one.missing() is None
         for size in sizes
     ]
     for found in timed_apart(tasks):

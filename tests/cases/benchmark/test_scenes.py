@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark.meshes import bumpy, city, rods, scanned, soup, terrain, uneven
+from rayproof.cases.benchmark import meshes
+from rayproof.cases.benchmark.meshes import bumpy, city, mountains, rods, scanned, soup, terrain, uneven
 from rayproof.cases.benchmark.scenes import SCENES, chosen
 from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
@@ -50,6 +51,32 @@ def test_rods_are_thin_and_a_city_stands_on_its_ground() -> None:
     normals = np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
     middles = walls.reshape(36, 30, 3).mean(axis=1).repeat(10, axis=0)
     assert (np.sum(normals * (walls.mean(axis=1) - middles), axis=1) > 0).all()
+
+
+def test_measured_mountains_stand_as_high_and_as_far_apart_as_they_are_with_their_front_up() -> None:
+    mesh = mountains()
+    corners = mesh.vertices[mesh.faces].astype(np.float64)
+    up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    size = np.ptp(mesh.vertices, axis=0)
+
+    assert len(mesh.faces) == 2 * 343 * 402
+    assert (up > 0).all()
+    # 236 m to 1076 m above the sea, 344 rows of 3 seconds of arc from north to south.
+    assert size[2] / size[1] == pytest.approx((1076 - 236) / (343 * 3 / 3600 / 360 * 40_030_000), rel=1e-2)
+    assert 0.9 < size[0] / size[1] < 1
+
+
+def test_where_nobody_installed_what_was_measured_the_scene_says_why_it_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (bench,) = chosen(("mountains",), quick=False)
+    assert bench.missing() is None
+
+    monkeypatch.setattr(meshes, "find_spec", lambda name: None)
+
+    assert "no sample_data/jacksboro_fault_dem.npz" in str(bench.missing())
+    with pytest.raises(FileNotFoundError, match="jacksboro"):
+        mountains.__wrapped__()
 
 
 @pytest.mark.parametrize("name", [scene.name for scene in SCENES if scene.quick])

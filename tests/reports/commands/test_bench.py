@@ -68,3 +68,21 @@ def test_what_is_no_benchmark_is_refused(tmp_path: Path, capsys: pytest.CaptureF
 
     assert main(["bench", "sphere_and_floor", "--compare", str(tmp_path / "other.json")]) == 2
     assert "is not a benchmark" in capsys.readouterr().err
+
+
+def test_a_scene_whose_data_are_not_there_is_left_out_with_the_reason(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[str] = []
+
+    def timed(tasks: Sequence[apart.Task]) -> Iterator[apart.BenchError]:
+        asked.extend(task.scene for task in tasks)
+        yield from ()
+
+    monkeypatch.setattr(apart, "timed_apart", timed)
+    monkeypatch.setattr("rayproof.cases.benchmark.meshes.find_spec", lambda name: None)
+
+    assert main(["bench", "mountains", "terrain"]) == 0
+
+    assert "mountains is left out: Matplotlib's sample data" in " ".join(capsys.readouterr().out.split())
+    assert set(asked) == {"terrain"}
