@@ -5,7 +5,8 @@ of its kind comes. What it left in its folder for temporary files goes with it. 
 task and of taking back the reply as well: nobody waits for a worker that was stopped in the middle of either.
 
 Who sleeps takes no processor from anybody: kinds whose programs poll or wait have several workers each, and these come
-on top of the `jobs`. Of some kinds it is known, of others found out from how long their last tasks computed.
+on top of the `jobs`. Of some kinds it is known, of others found out from how long their last tasks computed. Where all
+workers of a kind have been at their tasks for long and a processor has nothing to do, the kind gets one worker more.
 
 A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
 """
@@ -77,6 +78,7 @@ class Pool:
         self._target = target
         self._workers: dict[tuple[str, int], _Worker] = {}
         self.sleeping = sleeping  # may be said later
+        self.relief = float("inf")  # s after which a kind gets one worker more; may be said later
         # Kind -> s that its last tasks took, and computed.
         self._last: dict[str, deque[tuple[float, float]]] = {kind: deque(maxlen=LAST) for kind in may_sleep}
         self._urgent: deque[_Waiting] = deque()
@@ -117,6 +119,12 @@ class Pool:
             self._spawn(place).process.connection.post(PREPARE)
         if task is not None:
             self.submit(kind, task, lambda _: None, first=True)
+
+    def spare(self) -> int:
+        """Start what can start, and return how many more tasks could compute."""
+        self.start()
+        sleeping = self._sleeping
+        return self._jobs - sum(kind not in sleeping for kind, _ in self._busy())
 
     @property
     def idle(self) -> bool:
@@ -174,7 +182,7 @@ class Pool:
     def _start_from(self, queue: deque[_Waiting]) -> None:
         postponed: list[_Waiting] = []
         full: set[str] = set()  # kinds whose workers all have a task
-        sleeping = {kind for kind in (*self.sleeping, *self._last) if self._sleeps(kind)}
+        sleeping = self._sleeping
         while queue:
             computing = sum(kind not in sleeping for kind, _ in self._busy())
             if computing >= self._jobs and not sleeping - full:
@@ -204,8 +212,15 @@ class Pool:
         """Return where a task of `kind` can go now: to an idle worker, else to a new one, else nowhere."""
         count = max(self._copies.get(kind, 1), SLEEPERS if self._sleeps(kind) else 1)
         places = [(kind, copy) for copy in range(count)]
+        begun = [worker.started for place, worker in self._busy().items() if place in places]
+        if len(begun) == count and time.monotonic() - max(begun) >= self.relief:
+            places.append((kind, count))
         free = [place for place in places if place not in self._workers or self._workers[place].done is None]
         return min(free, key=lambda place: place not in self._workers, default=None)
+
+    @property
+    def _sleeping(self) -> set[str]:
+        return {kind for kind in (*self.sleeping, *self._last) if self._sleeps(kind)}
 
     def _sleeps(self, kind: str) -> bool:
         """Say whether the tasks of a kind leave the processors to others."""

@@ -21,6 +21,7 @@ from rayproof.reports.subjects import Subject
 
 # Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
 # to judge for the other processors, so few pixels that what they were answered, up to 2 KB each, is small in memory.
+# Where a processor has nothing to do, because all of them wait for who is slow or sleeps, as many again.
 AT_LEAST = 3
 PIXELS = 2**17
 
@@ -55,7 +56,8 @@ class CasesUnderWay:
     @property
     def has_room(self) -> bool:
         """Say whether another case may start."""
-        return has_room(self._pixels.values())
+        pixels = self._pixels.values()
+        return has_room(pixels) or (has_room(pixels, waiting=True) and self._pool.spare() > 0)
 
     @property
     def doing(self) -> list[str]:
@@ -114,9 +116,10 @@ class CasesUnderWay:
         return deadline(planned.case, **about, subject=self._terms.subject)
 
 
-def has_room(pixels: Collection[int]) -> bool:
-    """Say whether another case may start beside those under way, which have so many pixels each."""
-    return len(pixels) < AT_LEAST or sum(pixels) < PIXELS
+def has_room(pixels: Collection[int], *, waiting: bool = False) -> bool:
+    """Say whether another case may start beside those under way, which have so many pixels each, or all wait."""
+    times = 2 if waiting else 1
+    return len(pixels) < times * AT_LEAST or sum(pixels) < times * PIXELS
 
 
 def _pixels(case: Case) -> int:

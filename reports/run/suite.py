@@ -35,7 +35,7 @@ from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.document import results_document
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.tasks.kinds import JUDGE
-from rayproof.reports.run.worker_settings import sleeping, workers
+from rayproof.reports.run.worker_settings import RELIEF, sleeping, workers
 from rayproof.reports.run.workload import FIRST, render_and_judge
 from rayproof.reports.subjects import PROGRAM
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
@@ -91,7 +91,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     console.print(line, soft_wrap=True)
     start, started = time.perf_counter(), datetime.now(UTC)
     pool = pool or workers(request)
-    pool.sleeping = sleeping()
+    pool.sleeping, pool.relief = sleeping(), RELIEF
     with ExitStack() as shown, Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
         records, interrupted, hopeless = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
         results = results_document(planned, records, heard, faults, started, subject)

@@ -8,6 +8,7 @@ from rayproof.reports.subjects import PROGRAM
 
 # A program of the user's may sleep; that of a reference that does says so.
 MAY_SLEEP = (PROGRAM,)
+RELIEF = 10.0  # s that a reference may take for one case before another of it renders the others
 PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
 
 

@@ -267,3 +267,23 @@ def test_who_sleeps_takes_no_place_of_those_who_compute(said):
     assert max(sleeping for sleeping, _ in seen) == SLEEPERS
     assert max(computing for _, computing in seen) == 1
     assert any(sleeping and computing for sleeping, computing in seen)
+
+
+def test_a_slow_worker_does_not_keep_others_waiting_for_its_kind_while_a_processor_has_nothing_to_do(tmp_path):
+    pool = Pool(jobs=2, timeout=20.0, target=obey)
+    pool.relief = 0.1
+    heard: list[Reply] = []
+    for _ in range(2):  # the first is done when the second has come
+        pool.submit("slow", tmp_path / "first", heard.append)
+    pool.submit("busy", "echo", heard.append)
+    spare: set[int] = set()
+    try:
+        while not pool.idle:
+            spare.add(pool.spare())
+            pool.step()
+    finally:
+        pool.close()
+
+    assert [reply.error for reply in heard] == [None] * 3
+    assert len(heard) == 3
+    assert spare >= {0, 1}  # two at once, and one alone

@@ -6,6 +6,7 @@ import signal
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from rayproof.reports.processes.channel import LENGTH, Channel
 from rayproof.reports.processes.worker import PREPARE, Reply, serve
@@ -30,6 +31,13 @@ def obey(kind: str, connection: Channel) -> None:
             time.sleep(60)
         if task == "nap":
             time.sleep(2)
+        if isinstance(task, Path):  # whoever comes first waits for the second
+            try:
+                task.touch(exist_ok=False)
+            except FileExistsError:
+                task.with_suffix(".second").touch()
+            while not task.with_suffix(".second").exists():
+                time.sleep(0.01)
         if task == "stop":
             os.kill(os.getpid(), signal.SIGSTOP)
         if task == "stop amid the reply":
