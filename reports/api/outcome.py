@@ -14,6 +14,7 @@ from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.api.asking import image_stages
 from rayproof.reports.publish.page.thumbnails import picture
+from rayproof.reports.results.case_table import briefs, named
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.images import kept_images
@@ -192,14 +193,14 @@ class Run(_NoTruth):
     @property
     def names(self) -> tuple[str, ...]:
         """Return the names of the cases that have a result."""
-        return tuple(str(case["name"]) for case in self.record["cases"])
+        return tuple(str(case["name"]) for case in briefs(self.record["cases"]))
 
     @property
     def failures(self) -> Table:
         """Return the cases that did not pass: verdict, first wrong stage, the items to blame, the reason."""
         rows = [
             {**case, "case": case["name"], "items": ", ".join(self.case(case["name"]).blamed_items)}
-            for case in self.record["cases"]
+            for case in briefs(self.record["cases"])
             if case["verdict"] not in GOOD and case["verdict"] != Outcome.UNSUPPORTED.value
         ]
         return table(("case", "verdict", "stage", "items", "reason"), rows)
@@ -211,9 +212,9 @@ class Run(_NoTruth):
 
     def case(self, name: str) -> CaseResult:
         """Return a case's result by its name; raise LookupError where there is none."""
-        for case in self.record["cases"]:
-            if case["name"] == name:
-                return CaseResult(folder=self.folder, record=case)
+        case = named(self.record["cases"], name)
+        if case is not None:
+            return CaseResult(folder=self.folder, record=case)
         raise LookupError(f"this run has no case {name!r}; it has {', '.join(self.names[:SHOWN])}")
 
     def raise_if_failed(self) -> None:

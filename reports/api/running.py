@@ -20,6 +20,7 @@ from rayproof.cases.scene_json import save_scene
 from rayproof.reports import HOLDER
 from rayproof.reports.api.outcome import Run, loaded
 from rayproof.reports.api.serving import Renderer, Served
+from rayproof.reports.results.document import has_results
 
 START = "import sys; sys.path.insert(0, sys.argv.pop(1)); from rayproof.reports.cli import main; sys.exit(main())"
 BAD_USAGE, INTERRUPTED = 2, 130
@@ -88,7 +89,7 @@ def run(
             raise ValueError(said.removeprefix("rayproof: ") or "the request was refused")
         if code == INTERRUPTED:
             raise KeyboardInterrupt
-        if not (folder / "results.json").is_file():
+        if not has_results(folder):
             raise RuntimeError(f"the run ended with {code} and left no results: {said}")
         found = loaded(folder, code)
     except BaseException:

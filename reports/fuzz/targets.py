@@ -6,14 +6,15 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from rayproof.cases.scene import Camera, PointLight, Scene, SceneError, Sphere
 from rayproof.cases.scene_json import load_scene, scene_to_json
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.outcomes import LEDGER
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,7 +205,7 @@ def capabilities() -> Target:
 
 
 def _results() -> RunRecord:
-    from rayproof.reports.results.outcomes import LEDGER, Outcome
+    from rayproof.reports.results.outcomes import Outcome
 
     measured = {
         "worst_ratio": 2.0,
@@ -319,7 +320,8 @@ def journal() -> Target:
     """Return a journal that a run goes on with."""
     import tempfile
 
-    from rayproof.reports.run.journal import NAME, Journal
+    from rayproof.reports.results.case_table import NAME
+    from rayproof.reports.run.journal import Journal
 
     with tempfile.TemporaryDirectory() as folder:
         with Journal(Path(folder), resume=False) as written:
@@ -332,6 +334,35 @@ def journal() -> Target:
             return [taken.finished(f"key{number}") for number in range(3)]
 
     return Target(name=NAME, seeds=(seed,), read=read, refusals=(ValueError,))
+
+
+def table() -> Target:
+    """Return a results.sqlite that is published."""
+    import tempfile
+
+    from rayproof.reports.results.case_table import NAME, CaseTable
+    from rayproof.reports.results.document import ResultsError, load_results
+
+    ledger = dict.fromkeys(LEDGER, 0)
+    document = {"schema": 3, "summary": ledger, "checks": ledger, "coverage": {}}
+    with tempfile.TemporaryDirectory() as folder:
+        written = CaseTable(Path(folder, NAME))
+        for number in range(3):
+            case = {"name": f"a/{number}", "family": "a", "verdict": "pass", "checks": [], "stage": "ray"}
+            written.keep(f"key{number}", cast("CaseRecord", case))
+        written.arrange(f"key{number}" for number in range(3))
+        written.put_document(json.dumps(document))
+        written.close()
+        seed = Path(folder, NAME).read_bytes()
+
+    def read(path: Path) -> Any:
+        try:
+            results = load_results(path.parent)
+            return [dict(case) for case in results["cases"]]
+        except OSError as error:
+            raise ValueError(str(error)) from error  # a page that says that the disk is at fault
+
+    return Target(name=NAME, seeds=(seed,), read=read, refusals=(ResultsError, ValueError))
 
 
 def history() -> Target:
@@ -380,6 +411,7 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "capabilities": capabilities,
     "results": results,
     "journal": journal,
+    "table": table,
     "history": history,
     "cache": cache,
 }

@@ -4,7 +4,7 @@ Tens of thousands of checks share a few hundred derivations, and a third of a me
 """
 
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any
 
 from rayproof.reports.results.records import MeasurementRecord, RunRecord
 
@@ -17,24 +17,16 @@ COUNTS = (
 )  # fmt: skip
 
 
-def compact(results: RunRecord) -> RunRecord:
-    """Return `results` as they are written; nothing is changed."""
-    places: dict[str, int] = {}
-    cases = [
-        {**case, "checks": [_short(check, places) for check in case["checks"]]}
-        if isinstance(case.get("checks"), list)
-        else case
-        for case in results["cases"]
-    ]
-    rest = {key: value for key, value in results.items() if key not in ("cases", TABLE)}
-    return cast(RunRecord, {**rest, TABLE: list(places), "cases": cases})
+def compact(record: Mapping[str, Any], places: dict[str, int]) -> dict[str, Any]:
+    """Return a case's record as it is written; texts become their places among `places`, which new ones join."""
+    checks = record.get("checks")
+    return {**record, "checks": [_short(check, places) for check in checks]} if isinstance(checks, list) else {**record}
 
 
 def compact_case(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return a case's record the same way, with a table of its own; html/expand.js is the inverse."""
     places: dict[str, int] = {}
-    checks = [_short(check, places) for check in record.get("checks", [])]
-    return {**record, "checks": checks, TABLE: list(places)}
+    return {"checks": [], **compact(record, places), TABLE: list(places)}
 
 
 def expand(results: RunRecord) -> None:

@@ -1,17 +1,27 @@
-"""results.json: what a run found, as docs/results.md describes it. Loaded, checked in shape, written whole."""
+"""The document of a run, as docs/results.md describes it: loaded, checked in shape, written whole.
+
+A folder has it as results.sqlite, and up to `LISTED` cases as results.json too, whose `schema` is then `SCHEMA`.
+"""
 
 import json
+import shutil
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import cast
+from tempfile import TemporaryFile
+from typing import Any, cast
 
-from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.compact import compact, expand
+from rayproof.reports.results.atomic import replacing
+from rayproof.reports.results.case_table import NAME as TABLE_NAME
+from rayproof.reports.results.case_table import Cases, CaseTable, DamagedTableError
+from rayproof.reports.results.compact import TABLE, compact, expand
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import RunRecord, problem
+from rayproof.reports.results.records import CaseRecord, RunRecord, problem, problem_of_case
 
 SCHEMA = 2
+IN_A_TABLE = 3  # the schema of what results.sqlite has beside its cases
 NAME = "results.json"
+LISTED = 2000  # cases of a run that results.json holds; `rayproof run --json` writes one of any length
 
 
 class ResultsError(ValueError):
@@ -19,7 +29,9 @@ class ResultsError(ValueError):
 
 
 def load_results(folder: Path) -> RunRecord:
-    """Return the contents of `folder`/results.json, checked in shape.
+    """Return what a run found, checked in shape, from `folder`/results.json or, where there is none, results.sqlite.
+
+    Of the latter, `cases` is a sequence whose records are read when they are looked at.
 
     Raises:
         ResultsError: it is missing, is no JSON, or lacks what every publisher needs.
@@ -27,9 +39,83 @@ def load_results(folder: Path) -> RunRecord:
     """
     path = folder / NAME
     try:
-        results = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
+        if (folder / TABLE_NAME).is_file():
+            return _from_table(folder / TABLE_NAME)
         raise ResultsError(f"{path}: no such file; `rayproof run --out {folder}` makes it") from error
+    except ValueError as error:
+        raise ResultsError(f"{path}: not JSON: {error}") from error
+    results = _checked(path, text)
+    expand(results)
+    return results
+
+
+def has_results(folder: Path) -> bool:
+    """Say whether a folder has the results of a run that came to its end."""
+    if (folder / NAME).is_file() or not (folder / TABLE_NAME).is_file():
+        return (folder / NAME).is_file()
+    try:
+        return CaseTable(folder / TABLE_NAME).document() is not None
+    except (DamagedTableError, OSError):
+        return False
+
+
+def save_results(folder: Path, results: RunRecord) -> Path:
+    """Write a run's document whole or not at all and return where it is: results.json, or, of a longer run, its table.
+
+    Raises:
+        ResultsError: `results` lacks what every publisher needs.
+
+    """
+    cases = results["cases"]
+    if not isinstance(cases, Cases):
+        return write_results(folder / NAME, results)
+    cases.table.put_document(as_json(_rest(results, IN_A_TABLE)))
+    if len(cases) <= LISTED:
+        return write_results(folder / NAME, results)
+    (folder / NAME).unlink(missing_ok=True)
+    return folder / TABLE_NAME
+
+
+def write_results(path: Path, results: RunRecord) -> Path:
+    """Write results.json under another name, whatever the number of cases, a record at a time; return `path`.
+
+    Raises:
+        ResultsError: `results` lacks what every publisher needs.
+
+    """
+    cases: Any = results.get("cases")
+    if wrong := problem({**results, "cases": [] if isinstance(cases, list | Cases) else cases}):
+        raise ResultsError(f"{path}: {wrong}")
+    # JSON that can be read by eye at the top and compared by line below; half the size of an indented one.
+    places: dict[str, int] = {}
+    with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
+        # The texts that cases share stand before them, and are known only after them.
+        with TemporaryFile("w+", encoding="utf-8", errors="replace", newline="\n") as lines:
+            lines.writelines(_lines(path, results, places))
+            lines.seek(0)
+            rest = _rest(results, SCHEMA) | {TABLE: list(places)}
+            file.write(as_json(rest, indent=1)[:-2] + ',\n "cases": [\n')
+            shutil.copyfileobj(lines, file)
+        file.write("\n ]\n}\n")
+    return path
+
+
+def _lines(path: Path, results: RunRecord, places: dict[str, int]) -> Iterator[str]:
+    for number, case in enumerate(results["cases"]):
+        if wrong := problem_of_case(case):
+            raise ResultsError(f"{path}: cases[{number}].{wrong}")
+        yield (",\n" if number else "") + as_json(compact(case, places))
+
+
+def _rest(results: RunRecord, schema: int) -> dict[str, Any]:
+    return {"schema": schema} | {key: value for key, value in results.items() if key not in ("schema", "cases", TABLE)}
+
+
+def _checked(path: Path, text: str) -> RunRecord:
+    try:
+        results = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise ResultsError(f"{path}: not JSON: {error}") from error
     if isinstance(results, dict):
@@ -38,24 +124,24 @@ def load_results(folder: Path) -> RunRecord:
                 counts.setdefault(Outcome.UNDECIDED.value, 0)  # what was written before there was such an outcome
     if wrong := problem(results):
         raise ResultsError(f"{path}: {wrong}")
-    expand(cast(RunRecord, results))
     return cast(RunRecord, results)
 
 
-def save_results(folder: Path, results: RunRecord) -> Path:
-    """Write results.json whole or not at all and return its path.
-
-    Raises:
-        ResultsError: `results` lacks what every publisher needs.
-
-    """
-    if wrong := problem(results):
-        raise ResultsError(f"{folder / NAME}: {wrong}")
-    return write_text(folder / NAME, _a_case_a_line(compact(results)))
-
-
-def _a_case_a_line(results: RunRecord) -> str:
-    """Return JSON that can be read by eye at the top and compared by line below; half the size of an indented one."""
-    cases = ",\n".join(map(as_json, results["cases"]))
-    rest = {"schema": SCHEMA} | {key: value for key, value in results.items() if key not in ("schema", "cases")}
-    return as_json(rest, indent=1)[:-2] + f',\n "cases": [\n{cases}\n ]\n}}\n'
+def _from_table(path: Path) -> RunRecord:
+    try:
+        table = CaseTable(path)
+        document = table.document()
+        if document is None:
+            raise ResultsError(f"{path}: holds a run that did not end; `rayproof run --resume` goes on with it")
+        table.check()
+        cases = table.cases()
+        head = json.loads(document)
+    except (DamagedTableError, ValueError, RecursionError) as error:
+        if isinstance(error, ResultsError):
+            raise
+        raise ResultsError(str(error) if isinstance(error, DamagedTableError) else f"{path}: {error}") from error
+    if not isinstance(head, Mapping):
+        raise ResultsError(f"{path}: its document is no object")
+    results = _checked(path, json.dumps({**head, "cases": []}))
+    results["cases"] = cast("list[CaseRecord]", cases)
+    return results

@@ -1,12 +1,14 @@
 """The one sentence of a run, and what must be shouted before it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.json_numbers import at_worst, legible, number
-from rayproof.reports.results.outcomes import MEASURED, Outcome
-from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
+from rayproof.reports.results.case_table import Cases, briefs, named
+from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import worst_ratio
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
 THE_USUAL = "tracer"  # the subject that goes without saying
@@ -48,7 +50,7 @@ def headline(results: RunRecord) -> str:
     # In the order of the light path: what goes wrong first is most likely what is wrong.
     order = list(Stage)
     guilty = sorted(
-        (case for case in results["cases"] if case["verdict"] in BAD and blame(case)),
+        (case for case in briefs(results["cases"]) if case["verdict"] in BAD and blame(case)),
         key=lambda case: order.index(Stage(case["stage"])) if case.get("stage") in order else len(order),
     )
     named = ", ".join(list(dict.fromkeys(blame(case) for case in guilty))[:4])
@@ -141,8 +143,6 @@ def examined_line(results: RunRecord) -> str | None:
     return f"{ledger['pixels']:,} pixels over all checks: {', '.join(parts)}."
 
 
-# Of these a check may have come to nothing; the camera's have no measurement though they were made.
-UNMEASURED = frozenset(Outcome) - MEASURED
 BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING})
 
 
@@ -170,30 +170,10 @@ def excluded(case: CaseRecord) -> str:
     return ", ".join(f"{legible(item)} (by {legible(check)})" for item, check in pairs)
 
 
-def worst_ratio(case: CaseRecord) -> float | None:
-    """Return the case's largest error over its limit, NaN counted as largest; None without any."""
-    return worst_of(case.get("checks", []))
-
-
-def worst_of(checks: Iterable[CheckRecord]) -> float | None:
-    """Return the largest error over its limit of some checks, NaN counted as largest; None without any."""
-    known = [at_worst(ratio) for check in checks if (ratio := number(ratio_of(check))) is not None]
-    return max(known, default=None)
-
-
-def ratio_of(check: CheckRecord) -> Any:
-    """Return a check's error over its limit as results.json has it: the larger one where it was judged twice.
-
-    None where nothing was measured, for which results.json has the ratio 0.
-    """
-    measured = check.get("end_to_end") or check.get("continued")
-    if not measured and check.get("verdict") in UNMEASURED:
-        return None
-    return check.get("ratio", (check.get("end_to_end") or {}).get("worst_ratio"))
-
-
-def worst_first(cases: list[CaseRecord]) -> list[CaseRecord]:
+def worst_first(cases: Sequence[CaseRecord]) -> Sequence[CaseRecord]:
     """Return the cases by verdict, then by error over limit, then by name; the worst first."""
+    if isinstance(cases, Cases):
+        return cases.worst_first()
     order = [outcome.value for outcome in Outcome]
 
     def key(case: CaseRecord) -> tuple[int, float, str]:
@@ -209,10 +189,9 @@ def worse_by_cause(results: RunRecord) -> list[str]:
     Each begins with the worst of its cases, and says how many others there are.
     """
     told = results.get("history") or {}
-    cases = {case["name"]: case for case in results["cases"]}
     groups: dict[str, list[Mapping[str, Any]]] = {}
     for entry in told.get("worse", ()):
-        case = cases.get(entry["case"])
+        case = named(results["cases"], entry["case"])
         blamed = (cause_of(results, case) or blame(case)) if case is not None and entry["what"] == "verdict" else ""
         groups.setdefault(blamed or str(entry["what"]), []).append(entry)
     sentences = []

@@ -330,7 +330,7 @@ class ReviewRecord(TypedDict, total=False):
 class RunRecord(TypedDict, total=False):
     """A whole run, as results.json holds it."""
 
-    schema: Required[Literal[1, 2]]
+    schema: Required[Literal[1, 2, 3]]
     rayproof: str
     command: str
     started: str
@@ -381,11 +381,21 @@ def problem(document: Any) -> str | None:
     return None
 
 
+def problem_of_case(record: Any) -> str | None:
+    """Return in a sentence what keeps a record from being a `CaseRecord`, or None."""
+    try:
+        msgspec.convert(record, CaseRecord)
+    except msgspec.ValidationError as error:
+        said, _, place = str(error).partition(" - at `")
+        return _sentence(said, place.rstrip("`").removeprefix("$").removeprefix("."), record)
+    return None
+
+
 def _sentence(said: str, place: str, document: Any) -> str:
     if missing := re.fullmatch("Object missing required field `(.*)`", said):
         return f"{place + '.' if place else ''}{missing[1]} is missing"
     if said.startswith("Invalid enum value") and place == "schema":
-        wanted = "one of 1, 2"
+        wanted = "one of 1, 2, 3"
     elif "matching regex" in said:
         wanted = f"one of {', '.join(Outcome)}"
     elif "length" in said:

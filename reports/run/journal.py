@@ -1,53 +1,36 @@
-"""The journal: one line per finished case, written as it finishes, so that a killed run loses nothing.
-
-Records are deflated, and once results.json holds them the journal of a finished run only names them: two copies of
-every number would be a third of a results folder.
-"""
+"""The journal: each finished case in results.sqlite, written as it finishes, so that a killed run loses none."""
 
 import base64
 import json
-import os
+import sqlite3
 import zlib
-from collections.abc import Collection
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
-from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.atomic import replacing
+from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
 
-NAME = "journal.jsonl"
+EARLIER = "journal.jsonl"  # of folders from before November 2026
 
 
 class Journal:
-    """Append finished cases to DIR/journal.jsonl, and read back those whose key still holds."""
+    """Keep finished cases in DIR/results.sqlite, and give back those whose key still holds."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
-        self.path = folder / NAME
-        self._done = self._read() if resume else {}
-        # What was read is written anew: a line that a kill cut short must not swallow the next one.
-        temporary = self.path.with_suffix(".tmp")
-        with temporary.open("w", encoding="utf-8") as file:
-            for key, record in self._done.items():
-                file.write(_line(key, record))
-        temporary.replace(self.path)
-        self._file = self.path.open("a", encoding="utf-8")
-
-    def _read(self) -> dict[str, CaseRecord]:
-        found: dict[str, CaseRecord] = {}
-        if not self.path.is_file():
-            return found
-        settled = _settled(self.path.parent)
-        for line in self.path.read_text(encoding="utf-8", errors="replace").splitlines():
-            try:
-                entry = json.loads(line)
-                if "record" not in entry:
-                    found[entry["key"]] = settled[entry["key"]]
-                    continue
-                found[entry["key"]] = json.loads(zlib.decompress(base64.b64decode(entry["record"])))
-            except (ValueError, KeyError, TypeError, zlib.error):
-                continue  # the last line of a killed run; its case is simply done again
-        return found
+        path = folder / NAME
+        if not resume:
+            for name in (NAME, f"{NAME}-journal", EARLIER):
+                (folder / name).unlink(missing_ok=True)
+        elif (folder / EARLIER).is_file() and not path.is_file():
+            _write(path, _earlier(folder / EARLIER))
+        else:
+            _mend(path)
+        self._table, self._handed_over = CaseTable(path), False
+        self._table.begin()
 
     def finished(self, key: str) -> CaseRecord | None:
         """Return the record of a case that was finished under exactly this key, or None.
@@ -55,33 +38,76 @@ class Journal:
         An error, or a reference that abstained, may have been the machine's or the time limit's fault, so that such a
         case is done again.
         """
-        record = self._done.get(key)
+        try:
+            record = self._table.finished(key)
+        except DamagedTableError:
+            return None  # its case is simply done again
         again = record is None or record.get("verdict") == Outcome.ERROR or bool(record.get("abstained"))
         return None if again else record
 
     def append(self, key: str, record: CaseRecord) -> None:
         """Write one finished case and make sure that it reached the disk."""
-        self._file.write(_line(key, record))
-        self._file.flush()
-        os.fsync(self._file.fileno())
+        self._table.keep(key, record)
+
+    def cases(self, keys: Iterable[str]) -> Cases:
+        """Return the cases under these keys as those of the run, in this order; of keys that are missing there is none.
+
+        They are read from the file, which stays open as long as they are there.
+        """
+        self._handed_over = True
+        return self._table.arrange(keys)
 
     def __enter__(self) -> "Journal":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._file.close()
+        if not self._handed_over:
+            self._table.close()
 
 
-def settle(folder: Path, held: Collection[str]) -> None:
-    """Leave of a finished run's journal keys and names where results.json holds the records of those keys."""
-    path = folder / NAME
-    lines = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        entry = json.loads(line)
-        if entry["key"] in held:
-            entry.pop("record", None)
-        lines.append(json.dumps(entry) + "\n")
-    write_text(path, "".join(lines))
+def _mend(path: Path) -> None:
+    """Write a damaged file anew with what can still be read of it."""
+    if not path.is_file():
+        return
+    waiting = Path(f"{path}-journal")  # which must not meet the new file
+    try:
+        table = CaseTable(path)
+    except DamagedTableError:
+        path.unlink()
+        waiting.unlink(missing_ok=True)
+        return
+    try:
+        table.check()
+    except DamagedTableError:
+        waiting.unlink(missing_ok=True)
+        _write(path, table.salvaged())
+    finally:
+        table.close()
+
+
+def _write(path: Path, entries: Iterable[tuple[str, CaseRecord]]) -> None:
+    with replacing(path) as draft:
+        table = CaseTable(draft)
+        try:
+            with table.writing():
+                for key, record in entries:
+                    table.keep(key, record)
+        finally:
+            table.close()
+            Path(f"{draft}-journal").unlink(missing_ok=True)
+
+
+def _earlier(path: Path) -> Iterable[tuple[str, CaseRecord]]:
+    """Yield what a journal of lines holds, each with its record or, once the run was finished, results.json's."""
+    settled = _settled(path.parent)
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        for line in lines:
+            # The last line of a killed run may be cut short; its case is simply done again.
+            with suppress(ValueError, KeyError, TypeError, zlib.error, sqlite3.Error):
+                entry = json.loads(line)
+                packed = entry.get("record")
+                known = None if packed is None else json.loads(zlib.decompress(base64.b64decode(packed)))
+                yield str(entry["key"]), settled[entry["key"]] if known is None else known
 
 
 def _settled(folder: Path) -> dict[str, CaseRecord]:
@@ -90,10 +116,3 @@ def _settled(folder: Path) -> dict[str, CaseRecord]:
         return {case["key"]: case for case in load_results(folder)["cases"] if isinstance(case.get("key"), str)}
     except (ResultsError, OSError):
         return {}
-
-
-def _line(key: str, record: CaseRecord) -> str:
-    packed = base64.b64encode(zlib.compress(json.dumps(record).encode())).decode("ascii")
-    return (
-        json.dumps({"key": key, "name": record.get("name"), "verdict": record.get("verdict"), "record": packed}) + "\n"
-    )

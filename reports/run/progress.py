@@ -8,9 +8,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from rayproof.reports.results.headline import blamed_items, ratio_of
+from rayproof.reports.results.case_table import Cases
+from rayproof.reports.results.headline import blamed_items
 from rayproof.reports.results.json_numbers import at_worst, legible
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import ratio_of
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, TRACING
 
@@ -107,7 +109,9 @@ def worst_first(records: Sequence[CaseRecord], *, most: int = 12) -> Table:
         found = highest(record)
         return order.index(Outcome(record["verdict"])), found[0] if found else 0.0
 
-    table = Table(title=f"Worst {min(most, len(records))} of {len(records)} cases", title_justify="left")
+    total = len(records)
+    records = records.worst_first()[:most] if isinstance(records, Cases) else records
+    table = Table(title=f"Worst {min(most, total)} of {total} cases", title_justify="left")
     # A narrow terminal breaks names and items into lines: one that is cut short names no case.
     for column in ("case", "verdict", "stage", "item", "worst error / limit", "where"):
         table.add_column(column, overflow="fold", min_width=NAME if column == "case" else None)

@@ -2,10 +2,12 @@
 
 import shutil
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import cast
 
 from rich.console import Console
 
@@ -18,14 +20,16 @@ from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import Drawing
 from rayproof.reports.results.atomic import remove_drafts
-from rayproof.reports.results.document import save_results
+from rayproof.reports.results.case_table import NAME as JOURNAL
+from rayproof.reports.results.case_table import amend, briefs, named
+from rayproof.reports.results.document import save_results, write_results
 from rayproof.reports.results.headline import causes, examined_line, no_say, worse_by_cause
+from rayproof.reports.results.headline import worst_first as worst_cases_first
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, exit_code
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run.guards import stand_guards
-from rayproof.reports.run.journal import NAME as JOURNAL
-from rayproof.reports.run.journal import settle
+from rayproof.reports.run.journal import EARLIER
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.messages import GuardTask
 from rayproof.reports.run.panel import panel
@@ -45,6 +49,7 @@ from rayproof.reports.terminal import console as terminal
 FAILED, NOT_MEASURED, INTERRUPTED = 1, 3, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
 MOST_OF_A_GATE = 12  # lines of a kind in the terminal
+EXAMINED = 500  # cases that failed, and as many that passed, among which a long run's causes are sought
 DIAGNOSING = 20.0  # s of processor time for naming the mistake
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
@@ -99,6 +104,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
         if drawing.pending:
             save_results(request.out, results)  # before anybody waits for a picture
             shown.enter_context(console.status("drawing"))
+    drawing.tell(results["cases"])
     if subject.name == PROGRAM:
         _link_calls(request.out, results)
     _blame(results, tracer=subject.is_tracer)
@@ -114,8 +120,6 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
         results["gate"] = held(results, demanded).record()
     worse = _remember(request, results, console)
     _publish(request, results, drawing.reason, console)
-    if not interrupted:
-        settle(request.out, {record["key"] for record in records if record.get("key")})
     for sentence in worse:
         console.print(legible(f"worse than its history: {sentence}"), style="yellow", soft_wrap=True, markup=False)
     if hopeless is not None:
@@ -128,7 +132,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     silent = totals.silent(records, request.require)
     for name in silent:
         console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
-    code = exit_code(concerning((Outcome(record["verdict"]) for record in records), tracer=subject.is_tracer))
+    code = exit_code(concerning((Outcome(record["verdict"]) for record in briefs(records)), tracer=subject.is_tracer))
     if demanded is not None:
         if demanded.lets_through:
             return FAILED if results["gate"]["red"] or silent else 0
@@ -154,20 +158,28 @@ def _remember(request: RunRequest, results: RunRecord, console: Console) -> list
 
 def _link_calls(folder: Path, results: RunRecord) -> None:
     """Write into each record where its call is kept."""
-    for case in results["cases"]:
+    for case in briefs(results["cases"]):
         told = Path(CALLS, case["name"], TOLD)
         if (folder / told).is_file():
-            case["call"] = told.as_posix()
+            amend(results["cases"], case, call=told.as_posix())
 
 
 def _blame(results: RunRecord, *, tracer: bool) -> None:
     """Write into each failing case's record which items its stages leave to blame."""
     from rayproof.reports.diagnosis.blaming import by_stages, put
 
-    for case in results["cases"]:
-        blamed = by_stages(case, ran=tracer)
-        if blamed is not None:
-            put(case, blamed)
+    for brief in briefs(results["cases"]):
+        if brief["verdict"] == Outcome.FAIL and (case := named(results["cases"], brief["name"])) is not None:
+            blamed = by_stages(case, ran=tracer)
+            if blamed is not None:
+                put(case, blamed)
+                _keep(results, case)
+
+
+def _keep(results: RunRecord, case: CaseRecord) -> None:
+    """Keep what was found out about a failing case."""
+    told = {key: case[key] for key in ("blamed_items", "excluded", "item", "cause") if key in case}
+    amend(results["cases"], case, **told)
 
 
 def _diagnose(request: RunRequest, results: RunRecord, console: Console) -> None:
@@ -177,17 +189,28 @@ def _diagnose(request: RunRequest, results: RunRecord, console: Console) -> None
     """
     from rayproof.reports.diagnosis.diagnosing import diagnose
 
+    asked = examined_for_causes(results["cases"])
     try:
-        causes = diagnose(request.out, results, seconds=DIAGNOSING)
+        causes = diagnose(request.out, cast(RunRecord, {**results, "cases": asked}), seconds=DIAGNOSING)
     except (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError) as error:
         results["environment"]["diagnosis"] = f"not made: {type(error).__name__}: {error}"
         console.print(f"no cause was looked for: {error}", style="yellow", soft_wrap=True)
         return
     results["diagnosis"] = causes
-    for cause in causes:
-        for record in results["cases"]:
-            if record["name"] in cause["cases"]:
-                record["cause"] = [*record.get("cause", []), str(cause["mistake"])]
+    for record in asked:
+        named_in = [str(cause["mistake"]) for cause in causes if record["name"] in cause["cases"]]
+        if named_in:
+            record["cause"] = [*record.get("cause", []), *named_in]
+        if "blamed_items" in record:
+            _keep(results, record)
+
+
+def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
+    """Return the cases that are searched for causes: all, or of a long run the worst and as many of the best."""
+    if len(cases) <= 2 * EXAMINED:
+        return list(cases)
+    ordered = worst_cases_first(cases)
+    return [*ordered[:EXAMINED], *ordered[-EXAMINED:]]
 
 
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
@@ -207,7 +230,7 @@ def _clear(folder: Path) -> None:
 
     Only where there is a run's journal: what is not ours is left alone.
     """
-    if (folder / JOURNAL).is_file():
+    if (folder / JOURNAL).is_file() or (folder / EARLIER).is_file():
         for name in ("images", "scenes", "pictures", "data", CALLS):
             shutil.rmtree(folder / name, ignore_errors=True)
 
@@ -229,10 +252,10 @@ def _publish(request: RunRequest, results: RunRecord, why: str | None, console: 
     from rayproof.reports.publish import publish_all
 
     results["environment"]["pictures"] = why or "drawn"
-    path = save_results(request.out, results)
+    save_results(request.out, results)
     publish_all(request.out, results)
     if request.json is not None:
-        request.json.write_bytes(path.read_bytes())
+        write_results(request.json, results)
     console.print(worst_first(results["cases"]))
     if why:
         console.print(f"no 3-D pictures: {why}", soft_wrap=True)
@@ -249,7 +272,7 @@ def _publish(request: RunRequest, results: RunRecord, why: str | None, console: 
         console.print(sentence, style="bold red", soft_wrap=True, markup=False)
     for sentence in results["wrong_factors"]:
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
-    before = sum(bool(case.get("remembered")) for case in results["cases"])
+    before = sum(bool(case.get("remembered")) for case in briefs(results["cases"]))
     if before:
         console.print(f"{before} cases were answered as before, to the last bit, and not judged again", soft_wrap=True)
     if "gate" in results:

@@ -7,6 +7,7 @@ from rich.console import Console
 from rayproof.reports.cache.store import Store
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import Drawing
+from rayproof.reports.results.case_table import Cases
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Terms
 from rayproof.reports.run.demands import demands
@@ -29,13 +30,13 @@ def render_and_judge(
     drawing: Drawing,
     store: Store | None,
     pool: Pool,
-) -> tuple[list[CaseRecord], bool, str | None]:
+) -> tuple[Cases, bool, str | None]:
     """Return the records in the plan's order, whether the user interrupted, and why a program cannot be called.
 
     Where the first calls of a program under test all fail alike, the rest is not made.
     """
     subject = request.subject
-    records: dict[str, CaseRecord] = {}
+    done: set[str] = set()
     asked = demands(request, references)
     keys = {one.case.name: record_key(one, asked).digest for one in planned}
     interrupted, calls = False, FirstCalls(len(planned)) if subject.name == PROGRAM else None
@@ -43,7 +44,7 @@ def render_and_judge(
 
         def finished(one: PlannedCase, record: CaseRecord) -> None:
             name = one.case.name
-            records[name] = record
+            done.add(name)
             record["key"] = keys[name]
             record["reproduce"] = reproduce(request.out, one.case, one.configurations, subject)
             drawing.submit(record)
@@ -59,14 +60,17 @@ def render_and_judge(
             for one in planned:
                 known = journal.finished(keys[one.case.name])
                 if known is not None:
-                    records[one.case.name] = known
-                    known["reproduce"] = reproduce(request.out, one.case, one.configurations, subject)
+                    done.add(one.case.name)
+                    again = reproduce(request.out, one.case, one.configurations, subject)
+                    if known.get("reproduce") != again:  # a folder that was moved
+                        known["reproduce"] = again
+                        journal.append(keys[one.case.name], known)
                     drawing.submit(known)
                     progress.finished(known, again=True)
                 else:
                     todo.append(one)
             pending = iter(todo)
-            while len(records) < len(planned) and (calls is None or calls.hopeless is None):
+            while len(done) < len(planned) and (calls is None or calls.hopeless is None):
                 while under_way.has_room and (one := next(pending, None)) is not None:
                     under_way.start(one)
                 progress.working(under_way.doing, pool.busy)
@@ -75,7 +79,7 @@ def render_and_judge(
             interrupted = True
         finally:
             pool.close()
-    found = [records[one.case.name] for one in planned if one.case.name in records]
+        found = journal.cases(keys[one.case.name] for one in planned if one.case.name in done)
     return found, interrupted, None if calls is None else calls.hopeless
 
 

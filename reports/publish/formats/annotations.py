@@ -8,9 +8,10 @@ from pathlib import Path
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.headline import BAD, blame, cause_of, headline, shouts, worst_first, worst_ratio
+from rayproof.reports.results.headline import BAD, blame, cause_of, headline, shouts, worst_first
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import worst_ratio
 from rayproof.reports.results.records import RunRecord
 
 MOST = 10

@@ -6,9 +6,10 @@ from typing import Any
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.headline import blame, cause_of, headline, shouts, worst_ratio
+from rayproof.reports.results.headline import blame, cause_of, headline, shouts
 from rayproof.reports.results.json_numbers import as_json, legible, legible_json
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import worst_ratio
 from rayproof.reports.results.records import CaseRecord, RunRecord
 
 _STATUSES = {

@@ -11,9 +11,10 @@ from xml.etree import ElementTree
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.headline import blame, cause_of, headline, shouts, worst_ratio
+from rayproof.reports.results.headline import blame, cause_of, headline, shouts
 from rayproof.reports.results.json_numbers import legible, legible_lines
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import worst_ratio
 from rayproof.reports.results.records import CaseRecord, RunRecord
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

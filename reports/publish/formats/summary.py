@@ -20,10 +20,10 @@ from rayproof.reports.results.headline import (
     no_say,
     shouts,
     worst_first,
-    worst_ratio,
 )
 from rayproof.reports.results.json_numbers import legible, number
 from rayproof.reports.results.outcomes import LEDGER, Outcome
+from rayproof.reports.results.ratios import worst_ratio
 from rayproof.reports.results.records import RunRecord
 
 MOST_BYTES = 900_000

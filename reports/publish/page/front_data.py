@@ -15,13 +15,12 @@ from rayproof.reports.results.headline import (
     headline,
     no_say,
     shouts,
-    worst_of,
-    worst_ratio,
 )
 from rayproof.reports.results.item_titles import TITLES
 from rayproof.reports.results.json_numbers import number
 from rayproof.reports.results.outcomes import LEDGER, Outcome
 from rayproof.reports.results.outcomes import worst as worst_outcome
+from rayproof.reports.results.ratios import worst_of, worst_ratio
 from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
 
 _OF_THE_RUN = (

@@ -9,13 +9,16 @@ import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.results.atomic import replacing
-from rayproof.reports.results.headline import BAD, blame, cause_of, ratio_of, worst_first
+from rayproof.reports.results.case_table import amend, briefs, named
+from rayproof.reports.results.headline import BAD, blame, cause_of, worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.json_numbers import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import ratio_of
 from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
 
 MOST = 12
+TRIED = 4 * MOST  # of one cause: some kept no images
 WIDTH = 160  # px of one of the three panels, at most
 GAP = 4  # px between panels
 BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
@@ -24,15 +27,16 @@ BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
 def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
     """Draw the worst cases that did not pass and have images, tell each its `thumbnail`; return the paths written."""
     drawn: list[Path] = []
-    for index, case in _in_turns(results):
+    for index, brief in _in_turns(results):
         if len(drawn) == MOST:
             break
-        drawing = picture(folder, case)
-        if drawing is not None:
+        case = named(results["cases"], brief["name"])
+        drawing = None if case is None else picture(folder, case)
+        if case is not None and drawing is not None:
             path = Path("thumbnails", f"{index + 1:02}.png")  # by rank: names are hostile
             with replacing(folder / path) as draft:
                 draft.write_bytes(drawing)
-            case["thumbnail"] = path.as_posix()
+            amend(results["cases"], case, thumbnail=path.as_posix())
             drawn.append(folder / path)
     # Of an earlier publication, when other cases were the worst.
     for stale in set((folder / "thumbnails").glob("[0-9][0-9]*.png")) - set(drawn):
@@ -43,9 +47,12 @@ def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
 def _in_turns(results: RunRecord) -> Iterator[tuple[int, CaseRecord]]:
     """Yield the cases that did not pass with their ranks: the worst of each cause, then the second of each."""
     groups: dict[str, list[tuple[int, CaseRecord]]] = {}
-    for index, case in enumerate(worst_first(results["cases"])):
-        if Outcome(case["verdict"]) in BAD:
-            groups.setdefault(cause_of(results, case) or blame(case), []).append((index, case))
+    for index, case in enumerate(briefs(worst_first(results["cases"]))):
+        if Outcome(case["verdict"]) not in BAD:
+            break  # the rest is better
+        group = groups.setdefault(cause_of(results, case) or blame(case), [])
+        if len(group) < TRIED:
+            group.append((index, case))
     for turn in zip_longest(*groups.values()):
         yield from filter(None, turn)
 

@@ -5,7 +5,7 @@ Pictures need OpenGL; views do not, and are made without, too.
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -14,9 +14,11 @@ from rayproof.reports.cache import pictures
 from rayproof.reports.cache.store import Store
 from rayproof.reports.publish.scene3d import gl
 from rayproof.reports.publish.scene3d.drawing_child import DrawingChild
+from rayproof.reports.results.case_table import amend, named
 from rayproof.reports.results.images import inside
 from rayproof.reports.results.records import CaseRecord, RunRecord
 
+PICTURE, VIEW = ".png", ".view.js"
 OURS, THEIRS = "tracer-float32", "analytic"
 # A second process takes a second and a third of a gigabyte to begin with; where this many cases wait, it pays.
 BACKLOG = 16
@@ -33,6 +35,7 @@ def draw_pictures(folder: Path, results: RunRecord, progress: Callable[[str], No
     with Drawing(folder, progress) as drawing:
         for case in results["cases"]:
             drawing.submit(case)
+    drawing.tell(results["cases"])
     return drawing.reason
 
 
@@ -54,9 +57,10 @@ class Drawing:
     ) -> None:
         self.reason: str | None = None  # why pictures were left out; complete when the block is left
         self._folder, self._progress, self._store, self._seconds = folder, progress, store, seconds
-        self._held: list[tuple[CaseRecord, dict[str, Any]]] = []  # cases and jobs, until it is known who draws
+        self._held: list[tuple[str, dict[str, Any]]] = []  # cases' names and jobs, until it is known who draws
         self._jobs: dict[str, tuple[str, dict[str, Any]]] = {}  # what is to be kept when it is drawn, and its question
-        self._cases: dict[str, CaseRecord] = {}
+        self._cases: dict[str, str | None] = {}  # those that a child draws: where the view goes
+        self._found: dict[str, dict[str, str | None]] = {}
         self._drawn = 0
         self._pictures = True  # whether the machine can draw
         self._asked: Future[str | None] | None = None
@@ -69,12 +73,19 @@ class Drawing:
         return self
 
     def submit(self, case: CaseRecord) -> None:
-        """Have a case drawn; its `picture` and `view` are set when they are there."""
+        """Have a case drawn; `tell` says where its `picture` and `view` are, which the record has not before."""
         case["picture"] = case["view"] = None
         job = _job(self._folder, case)
         if job is not None:
-            self._held.append((case, job))
+            self._held.append((case["name"], job))
             self._release(wait=False)
+
+    def tell(self, cases: Sequence[CaseRecord]) -> None:
+        """Write into the records of a run where pictures and views of its cases are, as far as they were made."""
+        for name, paths in self._found.items():
+            case = named(cases, name)
+            if case is not None:
+                amend(cases, case, **paths)
 
     @property
     def pending(self) -> bool:
@@ -88,19 +99,19 @@ class Drawing:
             self._pictures = self.reason is None
         if self._asked is None:
             held, self._held = self._held, []
-            for case, job in held:
-                self._draw(case, job)
+            for name, job in held:
+                self._draw(name, job)
 
-    def _draw(self, case: CaseRecord, job: dict[str, Any]) -> None:
+    def _draw(self, name: str, job: dict[str, Any]) -> None:
         if not self._pictures:
             job["picture"] = None
         if self._store is not None:
             key = pictures.question(job)
             if pictures.recall(self._store, key, job):
-                self._set(case)
+                self._set(name, job["view"])
                 return
-            self._jobs[case["name"]] = (key, job)
-        self._cases[case["name"]] = case
+            self._jobs[name] = (key, job)
+        self._cases[name] = job["view"]
         self._child().submit(job)
 
     def _child(self) -> DrawingChild:
@@ -123,7 +134,7 @@ class Drawing:
     def _is_drawn(self, name: str) -> None:
         with self._one_at_a_time:
             self._drawn += 1
-            self._set(self._cases[name])
+            self._set(name, self._cases[name])
             if self._store is not None:
                 pictures.keep(self._store, *self._jobs.pop(name))
 
@@ -131,12 +142,12 @@ class Drawing:
         with self._one_at_a_time:
             self._failures.append(f"{name}: {why}")
 
-    def _set(self, case: CaseRecord) -> None:
-        """Say of a case where its picture and view are."""
-        case["picture"] = picture_path(case) if self._pictures else None
-        case["view"] = view_path(case)
+    def _set(self, name: str, view: str | None) -> None:
+        """Note of a case where its view is, and its picture beside it."""
+        picture = f"{(view or '').removesuffix(VIEW)}{PICTURE}" if self._pictures else None
+        self._found[name] = {"picture": picture, "view": view}
         if self._progress is not None:
-            self._progress(case["name"])
+            self._progress(name)
 
     def _conclude(self, ends: list[str]) -> str | None:
         """Return why pictures were left out, given where and how children ended that did not end well."""
@@ -151,12 +162,12 @@ class Drawing:
 
 def picture_path(case: CaseRecord) -> str | None:
     """Return where a case's picture goes below the results folder: named as the run named its scene, or None."""
-    return _beside(case, ".png")
+    return _beside(case, PICTURE)
 
 
 def view_path(case: CaseRecord) -> str | None:
     """Return where a case's 3-D view goes below the results folder, or None."""
-    return _beside(case, ".view.js")
+    return _beside(case, VIEW)
 
 
 def _beside(case: CaseRecord, suffix: str) -> str | None:

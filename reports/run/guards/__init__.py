@@ -9,7 +9,10 @@ import tempfile
 from collections.abc import Callable
 
 # The machine has run out of something: that says nothing about the harness.
-EXHAUSTED = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM}
+EXHAUSTED = {
+    errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM,
+    errno.EIO,  # as SQLite tells whatever it could not write
+}  # fmt: skip
 
 
 class BrokenHarnessError(RuntimeError):

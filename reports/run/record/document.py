@@ -2,8 +2,10 @@
 
 import platform
 import sys
+from collections.abc import Sequence
 from datetime import datetime
 from importlib.metadata import version
+from typing import cast
 
 from rayproof.reports.paths.verdict import paths_of
 from rayproof.reports.results.outcomes import Outcome, worst
@@ -17,7 +19,7 @@ from rayproof.reports.subjects import Subject
 
 def results_document(
     planned: tuple[PlannedCase, ...],
-    records: list[CaseRecord],
+    records: Sequence[CaseRecord],
     heard: Panel,
     faults: list[str],
     started: datetime,
@@ -65,5 +67,5 @@ def results_document(
         "paths": paths_of(records),
         "review": totals.review(records),
         "findings": totals.findings(records),
-        "cases": records,
+        "cases": cast("list[CaseRecord]", records),
     }

@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rayproof.reports.results.headline import ratio_of
 from rayproof.reports.results.json_numbers import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import ratio_of
 from rayproof.reports.results.records import CaseRecord, CheckRecord
 
 Case = CaseRecord

@@ -3,10 +3,16 @@
 import copy
 import json
 
-from rayproof.reports.results.compact import COUNTS, compact, expand
+from rayproof.reports.results.compact import COUNTS, TABLE, compact, expand
 from rayproof.reports.results.document import load_results, save_results
 
 MEASURED = {"worst_ratio": 0.5, "worst_inside": 0.5, "ours": [0, 1]} | dict.fromkeys(COUNTS, 0) | {"edge": 3}
+
+
+def compacted(results):
+    places = {}
+    cases = [compact(case, places) for case in results["cases"]]
+    return {TABLE: list(places), "cases": cases}
 
 
 def test_every_text_is_in_the_file_once_and_in_every_check_when_read(tmp_path, published):
@@ -25,7 +31,7 @@ def test_texts_are_told_by_their_place_and_come_back():
     results = {"cases": [{"checks": [*checks, full]}, {}]}
     before = copy.deepcopy(results)
 
-    once = compact(results)
+    once = compacted(results)
 
     assert once["derivations"] == ["a", "b"]
     assert [check.get("because") for check in once["cases"][0]["checks"]] == [0, 1, 0, None]
@@ -40,7 +46,7 @@ def test_what_goes_without_saying_is_left_out_and_put_back():
     check = {"reason": "", "end_to_end": MEASURED, "continued": None, "ratio": 0.5}
     results = {"cases": [{"checks": [check]}]}
 
-    once = compact(results)
+    once = compacted(results)
 
     assert once["cases"][0]["checks"] == [{"end_to_end": {"worst_ratio": 0.5, "ours": [0, 1], "edge": 3}, "ratio": 0.5}]
     expand(once)
@@ -54,7 +60,7 @@ def test_what_says_something_stays():
         "continued": MEASURED | {"worst_ratio": "inf", "worst_inside": "nan"},
     }
 
-    (left,) = compact({"cases": [{"checks": [check]}]})["cases"][0]["checks"]
+    (left,) = compacted({"cases": [{"checks": [check]}]})["cases"][0]["checks"]
 
     assert left["reason"] == "it is off"
     assert left["end_to_end"] == {"worst_ratio": 0.5, "worst_inside": 0.25, "ours": [0, 1], "edge": 3, "nan": 1}

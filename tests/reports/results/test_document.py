@@ -30,7 +30,7 @@ def test_numbers_that_json_cannot_carry_survive_as_strings(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        pytest.param(lambda r: r.update(schema=3), "schema must be one of 1, 2", id="schema"),
+        pytest.param(lambda r: r.update(schema=4), "schema must be one of 1, 2, 3", id="schema"),
         pytest.param(lambda r: r["summary"].pop("fail"), "summary.fail is missing", id="ledger"),
         pytest.param(lambda r: r["checks"].update(planned=-1), "checks.planned must be a number >= 0", id="negative"),
         pytest.param(lambda r: r.update(cases={}), "cases must be a list", id="cases"),

@@ -1,81 +1,108 @@
 """What was finished is kept, exactly if it is still the same question."""
 
+import base64
+import errno
+import json
+import random
+import sqlite3
+import zlib
+from contextlib import closing
+
+import pytest
+
 from rayproof.reports.results.document import save_results
-from rayproof.reports.run.journal import Journal, settle
+from rayproof.reports.run.journal import Journal
 from tests.reports.publish.sample import results_of
-
-
-def test_a_finished_case_is_found_again_only_under_its_key(tmp_path):
-    with Journal(tmp_path, resume=False) as journal:
-        journal.append("key", {"name": "family/case"})
-
-    with Journal(tmp_path, resume=True) as again:
-        assert again.finished("key") == {"name": "family/case"}
-        assert again.finished("other key") is None
-
-
-def test_a_run_without_resume_starts_empty(tmp_path):
-    with Journal(tmp_path, resume=False) as journal:
-        journal.append("key", {"name": "family/case"})
-
-    with Journal(tmp_path, resume=False) as again:
-        assert again.finished("key") is None
-
-
-def test_a_line_cut_short_by_a_kill_is_done_again_and_swallows_nothing(tmp_path):
-    with Journal(tmp_path, resume=False) as journal:
-        journal.append("one", {"name": "family/one"})
-    with (tmp_path / "journal.jsonl").open("a", encoding="utf-8") as file:
-        file.write('{"key": "two", "rec')
-
-    with Journal(tmp_path, resume=True) as again:
-        again.append("three", {"name": "family/three"})
-
-    with Journal(tmp_path, resume=True) as last:
-        assert last.finished("one") is not None
-        assert last.finished("two") is None
-        assert last.finished("three") is not None
-
-
-def test_a_case_that_ended_in_an_error_is_done_again(tmp_path):
-    with Journal(tmp_path, resume=False) as journal:
-        journal.append("timed out", {"verdict": "error"})
-        journal.append("abstained", {"verdict": "pass", "abstained": {"embree": "no answer within 120 s; stopped"}})
-        journal.append("failed", {"verdict": "fail"})
-
-    with Journal(tmp_path, resume=True) as journal:
-        assert journal.finished("timed out") is None
-        assert journal.finished("abstained") is None
-        assert journal.finished("failed") == {"verdict": "fail"}
 
 
 def _case(name: str, verdict: str = "pass") -> dict:
     return {"name": name, "family": "a", "verdict": verdict, "covers": [], "checks": [], "item": None, "key": name}
 
 
-def test_a_settled_journal_names_what_results_json_holds(tmp_path):
+def test_a_finished_case_is_found_again_only_under_its_key(tmp_path):
     with Journal(tmp_path, resume=False) as journal:
-        journal.append("a/one", _case("a/one"))
-        journal.append("a/two", _case("a/two"))
-        journal.append("an older question", _case("a/one", "fail"))
-    before = (tmp_path / "journal.jsonl").stat().st_size
+        journal.append("key", _case("family/case"))
+
+    with Journal(tmp_path, resume=True) as again:
+        assert again.finished("key") == _case("family/case")
+        assert again.finished("other key") is None
+
+
+def test_a_run_without_resume_starts_empty(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("key", _case("family/case"))
+
+    with Journal(tmp_path, resume=False) as again:
+        assert again.finished("key") is None
+
+
+@pytest.mark.parametrize("harm", ["cut", "page", "record", "other file"])
+def test_of_a_damaged_journal_what_can_be_read_is_kept_and_the_rest_is_done_again(tmp_path, harm):
+    # Records that do not deflate fill pages of their own, so that the last can be lost without the first.
+    with Journal(tmp_path, resume=False) as journal:
+        for name in "abcdefgh":
+            journal.append(name, _case(f"family/{name}") | {"reason": random.Random(name).randbytes(4096).hex()})
+    path = tmp_path / "results.sqlite"
+    content = bytearray(path.read_bytes())
+    if harm == "cut":
+        content = content[: len(content) // 2]
+    elif harm == "page":
+        content[-8192:-4096] = random.Random(1).randbytes(4096)
+    elif harm == "record":
+        with closing(sqlite3.connect(path)) as connection, connection:
+            connection.execute("UPDATE cases SET record = substr(record, 1, 100) WHERE key = 'h'")
+        content = bytearray(path.read_bytes())
+    else:
+        content = bytearray(b"not a database at all" * 100)
+    path.write_bytes(content)
+
+    with Journal(tmp_path, resume=True) as again:
+        found = [name for name in "abcdefgh" if again.finished(name) is not None]
+        again.append("new", _case("family/new"))
+
+    assert "h" not in found
+    assert ("a" in found) == (harm in ("page", "record"))
+    with Journal(tmp_path, resume=True) as last:
+        assert last.finished("new") == _case("family/new")
+        assert all(last.finished(name) is not None for name in found)
+
+
+def test_a_full_disk_is_told_as_one_and_loses_nothing_before_it(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("one", _case("family/one"))
+        journal._table._connection.execute("PRAGMA max_page_count = 8")
+        with pytest.raises(OSError, match="full") as told:
+            journal.append("two", _case("family/two") | {"reason": random.Random(2).randbytes(65536).hex()})
+
+    assert told.value.errno == errno.ENOSPC
+    with Journal(tmp_path, resume=True) as again:
+        assert again.finished("one") == _case("family/one")
+        assert again.finished("two") is None
+
+
+def test_a_case_that_ended_in_an_error_is_done_again(tmp_path):
+    with Journal(tmp_path, resume=False) as journal:
+        journal.append("timed out", _case("a/b", "error"))
+        journal.append("abstained", _case("a/c") | {"abstained": {"embree": "no answer within 120 s; stopped"}})
+        journal.append("failed", _case("a/d", "fail"))
+
+    with Journal(tmp_path, resume=True) as journal:
+        assert journal.finished("timed out") is None
+        assert journal.finished("abstained") is None
+        assert journal.finished("failed") == _case("a/d", "fail")
+
+
+def test_the_journal_of_an_earlier_version_is_read_with_the_results_json_that_it_names(tmp_path):
+    packed = base64.b64encode(zlib.compress(json.dumps(_case("a/two")).encode())).decode()
+    lines = [
+        json.dumps({"key": "a/one", "name": "a/one"}),
+        json.dumps({"key": "two", "record": packed}),
+        '{"key": "three", "rec',
+    ]
+    (tmp_path / "journal.jsonl").write_text("\n".join(lines))
     save_results(tmp_path, results_of([_case("a/one")]))
 
-    settle(tmp_path, {"a/one"})
-
-    assert (tmp_path / "journal.jsonl").stat().st_size < before
     with Journal(tmp_path, resume=True) as again:
         assert again.finished("a/one") == _case("a/one")
-        assert again.finished("a/two") == _case("a/two")
-        assert again.finished("an older question") == _case("a/one", "fail")
-
-
-def test_without_results_json_settled_cases_are_done_again(tmp_path):
-    with Journal(tmp_path, resume=False) as journal:
-        journal.append("a/one", _case("a/one"))
-    path = save_results(tmp_path, results_of([_case("a/one")]))
-    settle(tmp_path, {"a/one"})
-    path.unlink()
-
-    with Journal(tmp_path, resume=True) as again:
-        assert again.finished("a/one") is None
+        assert again.finished("two") == _case("a/two")
+        assert again.finished("three") is None

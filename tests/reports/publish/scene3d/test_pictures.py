@@ -109,6 +109,7 @@ def test_of_two_children_the_one_that_is_killed_is_named_and_the_other_draws_on(
         drawing._children[1]._process.wait()
         drawing.submit(rest[1])
 
+    drawing.tell(results["cases"])
     assert drawing.reason == "drawing ended at the first case (signal 9); 2 of 3 drawn"
     assert [case["view"] is not None for case in results["cases"]] == [False, True, True]
 
@@ -138,5 +139,6 @@ def test_nobody_waits_for_the_answer_whether_there_is_opengl(published, results,
         assert drawing.pending
         answer.set()
 
+    drawing.tell(results["cases"])
     assert drawing.reason == "no pictures here"
     assert results["cases"][0]["view"] is not None

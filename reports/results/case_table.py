@@ -1,0 +1,352 @@
+"""results.sqlite: a row a case, committed as cases come, with what lists sort and filter by beside its whole record.
+
+It is the journal of a run and its results in one. Whole records are deflated and read one at a time, so that a run of
+any length takes the same memory; `brief` has what lists show. What is found out about a case later (a picture, a cause)
+is written beside the record and laid over it when it is read.
+"""
+
+import json
+import sqlite3
+import zlib
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from errno import EIO, ENOSPC, EROFS
+from pathlib import Path
+from typing import Any, cast, overload
+from weakref import finalize
+
+import msgspec
+
+from rayproof.reports.results.json_numbers import as_json
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import worst_ratio
+from rayproof.reports.results.records import CaseRecord, problem_of_case
+
+NAME = "results.sqlite"
+APPLICATION = 0x52415952  # "RAYR" in SQLite's header: says that the file is ours
+VERSION = 1
+WAIT = 30.0  # s for another process that is writing
+LEVEL = 6  # of zlib
+GAPS = 10_000  # rows in pages that are gone, beyond which nothing is looked for
+HELD = 2**25  # bytes of JSON whose records stay in memory: a default suite; of longer runs the rest is read again
+LARGEST = 2**30  # bytes of one record: a deflated one that becomes more is damaged
+WORST = [outcome.value for outcome in Outcome]
+# Of a case's record: what no list shows.
+HEAVY = frozenset({
+    "renders", "checks", "adjudication", "masks", "expectations", "consistency", "certified", "settings", "notes",
+    "unsupported", "versions", "paths", "trace", "compared", "ran", "shapes",
+})  # fmt: skip
+_TABLES = (
+    """CREATE TABLE cases (
+    id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, place INTEGER, name TEXT NOT NULL, family TEXT NOT NULL,
+    verdict TEXT NOT NULL, badness INTEGER NOT NULL, stage TEXT, item TEXT, ratio REAL, seconds REAL,
+    brief TEXT NOT NULL, added TEXT, size INTEGER NOT NULL, record BLOB NOT NULL
+)""",
+    "CREATE INDEX names ON cases (name)",
+    "CREATE TABLE run (document TEXT NOT NULL)",
+    f"PRAGMA application_id = {APPLICATION}",
+    f"PRAGMA user_version = {VERSION}",
+)
+_DAMAGED = (ValueError, TypeError, KeyError, zlib.error, OverflowError)
+
+
+class DamagedTableError(ValueError):
+    """A results.sqlite that cannot be read; the message is one line that names the file."""
+
+
+class CaseTable:
+    """One results.sqlite, open for reading and writing.
+
+    Raises:
+        DamagedTableError: it is no such file, or is damaged.
+        OSError: it cannot be opened or written.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._held: dict[int, CaseRecord] = {}
+        self._room = HELD
+        with self._told():
+            # The threads that draw never touch it; a generator that is collected elsewhere may close it.
+            self._connection = sqlite3.connect(path, timeout=WAIT, check_same_thread=False, isolation_level=None)
+            self.close = finalize(self, self._connection.close)  # called, or when nobody has the table any more
+            try:
+                self._prepare()
+            except BaseException:
+                self.close()
+                raise
+
+    def _prepare(self) -> None:
+        asked = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_master")
+        marks = [int(self._connection.execute(one).fetchone()[0]) for one in asked]
+        self._connection.execute("PRAGMA trusted_schema = OFF")
+        if marks == [0, 0, 0]:
+            with self.writing():
+                for statement in _TABLES:
+                    self._connection.execute(statement)
+        elif marks[:2] != [APPLICATION, VERSION]:
+            raise DamagedTableError(f"{self.path}: is no results.sqlite of this version")
+
+    def begin(self) -> None:
+        """Leave of earlier runs nothing but finished cases: which of them are this run's is said later."""
+        with self.writing(), self._told():
+            self._connection.execute("UPDATE cases SET place = NULL, added = NULL")
+            self._connection.execute("DELETE FROM run")
+
+    def keep(self, key: str, record: CaseRecord) -> None:
+        """Write a finished case under its key, in the place of what was there."""
+        text = as_json(record).encode()
+        brief = {name: value for name, value in record.items() if name not in HEAVY}
+        ratio = worst_ratio(record)
+        brief["worst_ratio"] = ratio
+        verdict = str(record.get("verdict", Outcome.MISSING.value))
+        row = (
+            key,
+            str(record.get("name", "")),
+            str(record.get("family", "")),
+            verdict,
+            WORST.index(verdict) if verdict in WORST else len(WORST),
+            record.get("stage"),
+            record.get("item"),
+            ratio,
+            record.get("seconds"),
+            as_json(brief),
+            len(text),
+            zlib.compress(text, LEVEL),
+        )
+        with self._told():
+            # A lone surrogate, from a file's name, is no UTF-8; JSON has escaped it.
+            row = tuple(value.encode(errors="replace").decode() if isinstance(value, str) else value for value in row)
+            cursor = self._connection.execute(
+                "INSERT OR REPLACE INTO cases (key, name, family, verdict, badness, stage, item, ratio, seconds, brief,"
+                " size, record) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                row,
+            )
+        self._hold(int(cursor.lastrowid or 0), record, len(text))
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keep all that the body writes, or, if it raises, nothing."""
+        with self._told():
+            self._connection.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+        except BaseException:
+            with suppress(sqlite3.Error):
+                self._connection.execute("ROLLBACK")
+            self._forget()
+            raise
+        with self._told():
+            self._connection.execute("COMMIT")
+
+    def finished(self, key: str) -> CaseRecord | None:
+        """Return the record under a key, or None."""
+        with self._told():
+            found = self._connection.execute("SELECT id FROM cases WHERE key = ?", (key,)).fetchone()
+        return None if found is None else self._record(int(found[0]))
+
+    def arrange(self, keys: Iterable[str]) -> "Cases":
+        """Make the cases with these keys, in this order, those of the run, and return them."""
+        with self.writing(), self._told():
+            self._connection.execute("UPDATE cases SET place = NULL WHERE place IS NOT NULL")
+            self._connection.executemany(
+                "UPDATE cases SET place = ? WHERE key = ?", ((place, key) for place, key in enumerate(keys))
+            )
+        return self.cases()
+
+    def cases(self) -> "Cases":
+        """Return the cases of the run in its order."""
+        return Cases(self, self._ids("SELECT id FROM cases WHERE place IS NOT NULL ORDER BY place"))
+
+    def put_document(self, document: str) -> None:
+        """Write what the run's document has beside its cases."""
+        with self.writing(), self._told():
+            self._connection.execute("DELETE FROM run")
+            self._connection.execute("INSERT INTO run VALUES (?)", (document,))
+
+    def document(self) -> str | None:
+        """Return what the run's document has beside its cases; None where the run left none."""
+        with self._told():
+            found = self._connection.execute("SELECT document FROM run").fetchone()
+        return None if found is None else str(found[0])
+
+    def amend(self, name: str, fields: dict[str, Any]) -> None:
+        """Lay `fields` over the record of the run's case of this name."""
+        with self._told():
+            found = self._connection.execute(
+                "SELECT id, added FROM cases WHERE name = ? AND place IS NOT NULL", (_storable(name),)
+            ).fetchone()
+            if found is None:
+                return
+            added = {**(json.loads(found[1]) if found[1] else {}), **fields}
+            self._connection.execute(
+                "UPDATE cases SET added = ?, item = ? WHERE id = ?",
+                (as_json(added), _storable(added.get("item")), found[0]),
+            )
+        held = self._held.get(int(found[0]))
+        if held is not None:
+            held.update(cast(CaseRecord, fields))
+
+    def check(self) -> None:
+        """Raise DamagedTableError where the file's pages do not fit together, or a row is no case's."""
+        with self._told():
+            (word,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
+        if word != "ok":
+            raise DamagedTableError(f"{self.path}: is damaged: {' '.join(str(word).split())}")
+        for brief in self.cases().briefs():
+            if wrong := problem_of_case(brief):
+                raise DamagedTableError(f"{self.path}: {wrong}")
+
+    def salvaged(self) -> Iterator[tuple[str, CaseRecord]]:
+        """Yield every key and record that can still be read."""
+        last, left = 0, GAPS
+        while left:
+            try:
+                for number, key in self._connection.execute(
+                    "SELECT id, key FROM cases WHERE id > ? ORDER BY id", (last,)
+                ):
+                    last = number
+                    with suppress(OSError, *_DAMAGED):
+                        yield str(key), self._record(number)
+                return
+            except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError):
+                last, left = last + 1, left - 1  # a page is gone: what follows may be there
+
+    def _ids(self, query: str, values: tuple[Any, ...] = ()) -> "array[int]":
+        with self._told():
+            return array("q", (int(row[0]) for row in self._connection.execute(query, values)))
+
+    def _record(self, number: int) -> CaseRecord:
+        held = self._held.get(number)
+        if held is not None:
+            return held
+        with self._told():
+            found = self._connection.execute("SELECT record, added, size FROM cases WHERE id = ?", (number,)).fetchone()
+            if found is None:
+                raise KeyError(f"case {number} is gone")
+            text = _inflated(found[0])
+            record = cast(CaseRecord, _object(text) | (_object(found[1]) if found[1] else {}))
+            if wrong := problem_of_case(record):
+                raise DamagedTableError(f"{self.path}: {wrong}")
+        self._hold(number, record, len(text))
+        return record
+
+    def _hold(self, number: int, record: CaseRecord, size: int) -> None:
+        """Keep a record in memory while there is room: what is there stays, since the next pass begins at the first."""
+        if number in self._held or size <= self._room:
+            self._room -= 0 if number in self._held else size
+            self._held[number] = record
+
+    def _forget(self) -> None:
+        self._held.clear()
+        self._room = HELD
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Tell SQLite's errors as a full or read-only disk's, or as a damaged file's."""
+        try:
+            yield
+        except DamagedTableError:
+            raise
+        except sqlite3.DatabaseError as error:
+            why = " ".join(str(error).split())
+            number = {"SQLITE_FULL": ENOSPC, "SQLITE_READONLY": EROFS, "SQLITE_IOERR": EIO, "SQLITE_CANTOPEN": EIO}
+            name = str(getattr(error, "sqlite_errorname", ""))
+            code = next((code for prefix, code in number.items() if name.startswith(prefix)), None)
+            if code is not None:
+                raise OSError(code, why, str(self.path)) from None
+            raise DamagedTableError(f"{self.path}: cannot be read: {why}") from None
+        except _DAMAGED as error:
+            why = " ".join(str(error).split())
+            raise DamagedTableError(f"{self.path}: holds a damaged record: {why[:200]}") from None
+
+
+class Cases(Sequence[CaseRecord]):
+    """Records of a table's cases in some order, each read when it is looked at."""
+
+    def __init__(self, table: CaseTable, numbers: "array[int]") -> None:
+        self.table, self._numbers = table, numbers
+
+    def __len__(self) -> int:
+        return len(self._numbers)
+
+    @overload
+    def __getitem__(self, place: int) -> CaseRecord: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[CaseRecord]: ...
+    def __getitem__(self, place: int | slice) -> CaseRecord | list[CaseRecord]:
+        if isinstance(place, slice):
+            return [self.table._record(number) for number in self._numbers[place]]
+        return self.table._record(self._numbers[place])
+
+    def __iter__(self) -> Iterator[CaseRecord]:
+        return map(self.table._record, self._numbers)
+
+    def briefs(self) -> Iterator[CaseRecord]:
+        """Yield what lists show of each case: its record without what is measured, and its `worst_ratio`."""
+        query = "SELECT brief, added FROM cases WHERE id = ?"
+        for number in self._numbers:
+            with self.table._told():
+                brief, added = self.table._connection.execute(query, (number,)).fetchone()
+                record = cast(CaseRecord, _object(brief) | (_object(added) if added else {}))
+            yield record
+
+    def named(self, name: str) -> CaseRecord | None:
+        """Return the record of the case of a name, or None."""
+        query = "SELECT id FROM cases WHERE name = ? AND place IS NOT NULL"
+        numbers = self.table._ids(query, (_storable(name),))
+        return self.table._record(numbers[0]) if numbers else None
+
+    def worst_first(self) -> "Cases":
+        """Return the run's cases by verdict, then by error over limit, then by name; the worst first."""
+        query = (
+            "SELECT id FROM cases WHERE place IS NOT NULL ORDER BY badness DESC, coalesce(ratio, 0.0) DESC, name, place"
+        )
+        return Cases(self.table, self.table._ids(query))
+
+    def by_family(self) -> Iterator[tuple[str, "Cases"]]:
+        """Yield each family, in the order in which they begin, with its cases."""
+        query = "SELECT family FROM cases WHERE place IS NOT NULL GROUP BY family ORDER BY min(place)"
+        with self.table._told():
+            families = [str(row[0]) for row in self.table._connection.execute(query)]
+        for family in families:
+            query = "SELECT id FROM cases WHERE place IS NOT NULL AND family = ? ORDER BY place"
+            yield family, Cases(self.table, self.table._ids(query, (family,)))
+
+
+def briefs(cases: Sequence[CaseRecord]) -> Iterable[CaseRecord]:
+    """Return what lists show of each case; of cases in memory that is their whole record."""
+    return cases.briefs() if isinstance(cases, Cases) else cases
+
+
+def named(cases: Sequence[CaseRecord], name: str) -> CaseRecord | None:
+    """Return the whole record of the case of a name, or None."""
+    return cases.named(name) if isinstance(cases, Cases) else next((one for one in cases if one["name"] == name), None)
+
+
+def amend(cases: Sequence[CaseRecord], case: CaseRecord, **fields: Any) -> None:
+    """Write what was found out later into a case's record, and keep it where records are kept."""
+    case.update(cast(CaseRecord, fields))
+    if isinstance(cases, Cases):
+        cases.table.amend(case["name"], fields)
+
+
+def _storable(value: Any) -> Any:
+    return value.encode(errors="replace").decode() if isinstance(value, str) else value
+
+
+def _object(text: bytes | str) -> dict[str, Any]:
+    found = msgspec.json.decode(text)
+    if not isinstance(found, dict):
+        raise TypeError("is no JSON object")
+    return found
+
+
+def _inflated(deflated: Any) -> bytes:
+    inflater = zlib.decompressobj()
+    text = inflater.decompress(deflated, LARGEST)
+    if inflater.unconsumed_tail or not inflater.eof:
+        raise ValueError("is cut short, or larger than any record")
+    return text
