@@ -42,7 +42,8 @@ def publish(folder: Path, content: dict[str, Any], reports: Sequence[LawReport],
         by_pair.setdefault((report.law, report.case), []).append(report)
     done = [pair for pair in request.pairs if (pair.law, pair.case.name) in by_pair]
     records = [_record(folder, pair, by_pair[pair.law, pair.case.name], request) for pair in done]
-    detail = totals.coverage(records)
+    found = totals.of(records)
+    detail = found.coverage
     faults = sorted({fault for name in content["configurations"] for fault in _faults(name, request)})
     save_results(
         folder,
@@ -53,15 +54,15 @@ def publish(folder: Path, content: dict[str, Any], reports: Sequence[LawReport],
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
             "seconds": content["seconds"],
             "finished": content["finished"],
-            "verdict": totals.verdict(records, planned=len(request.pairs), tracer=False).value,
+            "verdict": found.verdict(planned=len(request.pairs), tracer=False).value,
             "subject": request.subject.title,
             "faults": faults,
             "environment": {"python": sys.version.split()[0], "system": platform.platform(), "kind": "laws"},
             "configurations": content["configurations"],
             "references": {REFERENCE: {"version": version("rayproof"), "precision": "float64", "independent": False}},
             "absent": {},
-            "summary": totals.case_ledger(records, planned=len(request.pairs)),
-            "checks": totals.check_ledger(records),
+            "summary": found.case_ledger(planned=len(request.pairs)),
+            "checks": found.check_ledger(),
             "coverage": {item: entry["cases"] for item, entry in detail.items()},
             "coverage_detail": detail,
             "review": [],

@@ -36,13 +36,10 @@ def together(paths: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, list[str
     return {name: sorted(routes) for name, routes in sorted(found.items())}
 
 
-def paths_of(records: Iterable[CaseRecord]) -> dict[str, dict[str, int]]:
-    """Return path -> how many cases of a run took it, and in how many its answer was compared with another."""
-    found: dict[str, dict[str, int]] = {}
-    for record in records:
-        compared = {entry["path"] for entry in record.get("consistency", ())} | ({""} if record["checks"] else set())
-        for name, routes in record.get("paths", {}).items():
-            counts = found.setdefault(name, {"executed": 0, "compared": 0})
-            counts["executed"] += 1
-            counts["compared"] += bool(compared & set(routes))
-    return dict(sorted(found.items()))
+def count_paths(found: dict[str, dict[str, int]], record: CaseRecord) -> None:
+    """Add to path -> how many cases of a run took it, and in how many its answer was compared with another."""
+    compared = {entry["path"] for entry in record.get("consistency", ())} | ({""} if record["checks"] else set())
+    for name, routes in record.get("paths", {}).items():
+        counts = found.setdefault(name, {"executed": 0, "compared": 0})
+        counts["executed"] += 1
+        counts["compared"] += bool(compared & set(routes))

@@ -321,6 +321,16 @@ def briefs(cases: Sequence[CaseRecord]) -> Iterable[CaseRecord]:
     return cases.briefs() if isinstance(cases, Cases) else cases
 
 
+def by_family(cases: Sequence[CaseRecord]) -> Iterable[tuple[str, Sequence[CaseRecord]]]:
+    """Return each family, in the order in which they begin, with its cases."""
+    if isinstance(cases, Cases):
+        return cases.by_family()
+    families: dict[str, list[CaseRecord]] = {}
+    for case in cases:
+        families.setdefault(case["family"], []).append(case)
+    return families.items()
+
+
 def named(cases: Sequence[CaseRecord], name: str) -> CaseRecord | None:
     """Return the whole record of the case of a name, or None."""
     return cases.named(name) if isinstance(cases, Cases) else next((one for one in cases if one["name"] == name), None)
@@ -338,7 +348,10 @@ def _storable(value: Any) -> Any:
 
 
 def _object(text: bytes | str) -> dict[str, Any]:
-    found = msgspec.json.decode(text)
+    try:
+        found = msgspec.json.decode(text)
+    except msgspec.DecodeError:
+        found = json.loads(text)  # slower, and knows lone surrogates, as undecodable file names bring them
     if not isinstance(found, dict):
         raise TypeError("is no JSON object")
     return found

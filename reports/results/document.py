@@ -61,6 +61,12 @@ def has_results(folder: Path) -> bool:
         return False
 
 
+def whole(results: RunRecord) -> str:
+    """Return the name of the file of a folder that has all of a run."""
+    cases = results["cases"]
+    return TABLE_NAME if isinstance(cases, Cases) and len(cases) > LISTED else NAME
+
+
 def save_results(folder: Path, results: RunRecord) -> Path:
     """Write a run's document whole or not at all and return where it is: results.json, or, of a longer run, its table.
 

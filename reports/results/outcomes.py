@@ -33,7 +33,7 @@ def worst(outcomes: Iterable[Outcome]) -> Outcome:
 
 
 def ledger(outcomes: Iterable[Outcome], *, planned: int) -> dict[str, int]:
-    """Count outcomes against the plan.
+    """Count outcomes against the plan; they may be counted already, in a `Counter`.
 
     Raises:
         ValueError: the outcomes do not add up to what was planned; a check was lost or counted twice.

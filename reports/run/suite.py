@@ -99,7 +99,8 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     pool.sleeping, pool.relief = sleeping(), RELIEF
     with ExitStack() as shown, Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
         records, interrupted, hopeless = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
-        results = results_document(planned, records, heard, faults, started, subject)
+        found = totals.of(records)
+        results = results_document(planned, records, found, heard, faults, started, subject)
         results["finished"] = not interrupted and hopeless is None
         if drawing.pending:
             save_results(request.out, results)  # before anybody waits for a picture
@@ -129,7 +130,7 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
-    silent = totals.silent(records, request.require)
+    silent = found.silent(request.require)
     for name in silent:
         console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
     code = exit_code(concerning((Outcome(record["verdict"]) for record in briefs(records)), tracer=subject.is_tracer))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.headline import BAD, blame, cause_of, headline, shouts, worst_first
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome
@@ -37,15 +38,21 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
     told = results.get("gate")
     expected = set(told["cases"] if told else ())  # what a gate let through annotates nothing
-    bad = [case for case in worst_first(results["cases"]) if Outcome(case["verdict"]) in BAD]
-    bad = [case for case in bad if case["name"] not in expected]
-    for case in bad[:MOST]:
+    bad = 0
+    for case in briefs(worst_first(results["cases"])):
+        if Outcome(case["verdict"]) not in BAD:
+            break  # the rest is better
+        if case["name"] in expected:
+            continue
+        bad += 1
+        if bad > MOST:
+            continue
         ratio = worst_ratio(case)
         size = "" if ratio is None else f" (error / limit {ratio:.3g})"
         what = cause_of(results, case) or blame(case)
         said = ": ".join(filter(None, [f"{case['verdict']}{size}", what, str(case.get("reason") or "")]))
         lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
-    left = f" The worst {MOST} of {len(bad)} are annotated." if len(bad) > MOST else ""
+    left = f" The worst {MOST} of {bad} are annotated." if bad > MOST else ""
     level = "error" if bad or (told and told["red"]) else "notice"
     lines.append(f"::{level} title=rayproof::{message(headline(results) + left)}")
     return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]

@@ -6,11 +6,15 @@ cannot carry (section 2.2) are left out.
 """
 
 import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TextIO
 from xml.etree import ElementTree
 
 from rayproof.reports.publish import PUBLISHERS
-from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.atomic import replacing
+from rayproof.reports.results.case_table import briefs, by_family, named
 from rayproof.reports.results.headline import blame, cause_of, headline, shouts
 from rayproof.reports.results.json_numbers import legible, legible_lines
 from rayproof.reports.results.outcomes import Outcome
@@ -18,6 +22,7 @@ from rayproof.reports.results.ratios import worst_ratio
 from rayproof.reports.results.records import CaseRecord, RunRecord
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+MOST_LISTED = 10_000  # cases; of a longer run those are listed that did not pass
 _ELEMENTS = {
     Outcome.FAIL: "failure",
     Outcome.REFERENCE_SUSPECT: "failure",
@@ -37,27 +42,56 @@ def legal(text: object) -> str:
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write junit.xml."""
     # Shouted where both a reader and a parser meet it first: the root's name, on the line of the declaration.
-    name = " ".join([*shouts(results), "rayproof"])
-    root = ElementTree.Element("testsuites", name=legal(name))
-    families: dict[str, list[CaseRecord]] = {}
-    for case in results["cases"]:
-        families.setdefault(case["family"], []).append(case)
-    expected = frozenset(results.get("gate", {}).get("cases", ()))
-    for family, cases in families.items():
-        counts = _counts(cases, expected)
-        suite = ElementTree.SubElement(root, "testsuite", attrib={"name": legal(legible(family)), **counts})
-        for case in cases:
-            _testcase(suite, case, expected, cause_of(results, case))
-    root.attrib |= _counts(results["cases"], expected) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
-    del root.attrib["skipped"]  # which Jenkins' schema knows of suites alone
-    properties = ElementTree.Element("properties")
-    for key, value in {"verdict": headline(results), **results.get("environment", {})}.items():
+    cases, expected = results["cases"], frozenset(results.get("gate", {}).get("cases", ()))
+    few = len(cases) <= MOST_LISTED
+    counts = _counts(briefs(cases), expected) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
+    del counts["skipped"]  # which Jenkins' schema knows of suites alone
+    root = ElementTree.Element("testsuites", {"name": legal(" ".join([*shouts(results), "rayproof"])), **counts})
+    about = {"verdict": headline(results), **results.get("environment", {})}
+    if not few:
+        summary = results["summary"]
+        about["left out"] = left_out(summary[Outcome.PASS.value] + summary[Outcome.WARN.value])
+    properties: ElementTree.Element | None = ElementTree.Element("properties")
+    for key, value in about.items():
         ElementTree.SubElement(properties, "property", name=legal(key), value=legal(value))
-    if len(root):
-        root[0].insert(0, properties)
-    ElementTree.indent(root)
-    body = ElementTree.tostring(root, encoding="unicode")
-    return [write_text(folder / "junit.xml", f'<?xml version="1.0" encoding="UTF-8"?>{body}\n')]
+    path = folder / "junit.xml"
+    with (
+        replacing(path) as draft,
+        draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file,
+    ):
+        opening = ElementTree.tostring(root, encoding="unicode").removesuffix(" />")
+        file.write(f'<?xml version="1.0" encoding="UTF-8"?>{opening}>\n')
+        for family, members in by_family(cases):
+            suite = ElementTree.Element(
+                "testsuite", {"name": legal(legible(family)), **_counts(briefs(members), expected)}
+            )
+            _open(file, suite)
+            if properties is not None:
+                _write(file, properties, level=2)
+                properties = None
+            for brief in briefs(members):
+                if few or brief["verdict"] not in (Outcome.PASS, Outcome.WARN):
+                    _write(file, _testcase(cases, brief, expected, cause_of(results, brief)), level=2)
+            file.write("  </testsuite>\n")
+        file.write("</testsuites>\n")
+    return [path]
+
+
+def left_out(passed: int) -> str:
+    """Return in a sentence what a list of a long run's cases has not."""
+    return (
+        f"{passed} cases that passed or warned are counted and not listed, since the run has more than {MOST_LISTED}."
+    )
+
+
+def _open(file: TextIO, element: ElementTree.Element) -> None:
+    """Write the beginning of an element that gets its children one by one."""
+    file.write(f"  {ElementTree.tostring(element, encoding='unicode').removesuffix(' />')}>\n")
+
+
+def _write(file: TextIO, element: ElementTree.Element, *, level: int) -> None:
+    ElementTree.indent(element, level=level)
+    file.write(f"{'  ' * level}{ElementTree.tostring(element, encoding='unicode').rstrip()}\n")
 
 
 def _kind(case: CaseRecord, expected: frozenset[str]) -> str | None:
@@ -65,26 +99,32 @@ def _kind(case: CaseRecord, expected: frozenset[str]) -> str | None:
     return "skipped" if case["name"] in expected else _ELEMENTS.get(Outcome(case["verdict"]))
 
 
-def _counts(cases: list[CaseRecord], expected: frozenset[str]) -> dict[str, str]:
-    kinds = [_kind(case, expected) for case in cases]
+def _counts(cases: Iterable[CaseRecord], expected: frozenset[str]) -> dict[str, str]:
+    kinds: Counter[str | None] = Counter()
+    seconds = 0.0
+    for case in cases:
+        kinds[_kind(case, expected)] += 1
+        seconds += float(case.get("seconds") or 0)
     return {
-        "tests": str(len(cases)),
-        "failures": str(kinds.count("failure")),
-        "errors": str(kinds.count("error")),
-        "skipped": str(kinds.count("skipped")),
-        "time": f"{sum(float(case.get('seconds') or 0) for case in cases):.3f}",
+        "tests": str(kinds.total()),
+        "failures": str(kinds["failure"]),
+        "errors": str(kinds["error"]),
+        "skipped": str(kinds["skipped"]),
+        "time": f"{seconds:.3f}",
     }
 
 
-def _testcase(suite: ElementTree.Element, case: CaseRecord, expected: frozenset[str], cause: str) -> None:
-    test = ElementTree.SubElement(
-        suite,
+def _testcase(
+    cases: Sequence[CaseRecord], brief: CaseRecord, expected: frozenset[str], cause: str
+) -> ElementTree.Element:
+    kind = _kind(brief, expected)
+    case = brief if kind is None else named(cases, brief["name"]) or brief
+    test = ElementTree.Element(
         "testcase",
         classname=legal(legible(case["family"])),
         name=legal(legible(case["name"])),
         time=f"{float(case.get('seconds') or 0):.3f}",
     )
-    kind = _kind(case, expected)
     if kind:
         known = "expected" if case["name"] in expected else None
         message = ": ".join(filter(None, [known, case["verdict"], cause or blame(case), str(case.get("reason") or "")]))
@@ -97,6 +137,7 @@ def _testcase(suite: ElementTree.Element, case: CaseRecord, expected: frozenset[
     attached = (case.get(key) for key in ("thumbnail", "picture", "scene"))
     lines += [f"[[ATTACHMENT|{path}]]" for path in attached if path]
     ElementTree.SubElement(test, "system-out").text = legal("\n".join(filter(None, lines)))
+    return test
 
 
 def _details(case: CaseRecord) -> list[str]:

@@ -11,6 +11,8 @@ from urllib.parse import quote
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.audit import load_audit, sentence
 from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.case_table import briefs
+from rayproof.reports.results.document import whole
 from rayproof.reports.results.headline import (
     BAD,
     blame,
@@ -24,7 +26,7 @@ from rayproof.reports.results.headline import (
 from rayproof.reports.results.json_numbers import legible, number
 from rayproof.reports.results.outcomes import LEDGER, Outcome
 from rayproof.reports.results.ratios import worst_ratio
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.records import CaseRecord, RunRecord
 
 MOST_BYTES = 900_000
 MOST_OF_A_GATE = 50  # lines of a kind
@@ -82,7 +84,7 @@ def _gate(results: RunRecord) -> list[str]:
         if listed := told.get(key, ()):
             lines += [f"## {title}: {len(listed)}\n", *(f"* {escaped(line)}" for line in listed[:MOST_OF_A_GATE])]
             left = len(listed) - MOST_OF_A_GATE
-            lines += [f"* and {left} more, in `results.json`\n" if left > 0 else ""]
+            lines += [f"* and {left} more, in `{whole(results)}`\n" if left > 0 else ""]
     return lines
 
 
@@ -93,29 +95,36 @@ def _totals(results: RunRecord) -> list[str]:
     line = examined_line(results)
     lines += ["", *(f"{escaped(each)}\n" for each in (*([line] if line else []), *no_say(results)))]
     seconds = float(results.get("seconds") or 0)
-    return [*lines, "", f"{seconds:.0f} s; `results.json` and `index.html` have the rest.\n"]
+    return [*lines, "", f"{seconds:.0f} s; `{whole(results)}` and `index.html` have the rest.\n"]
 
 
 def _failures(results: RunRecord, room: int) -> list[str]:
-    cases = [
-        case
-        for case in worst_first(results["cases"])
-        if case["verdict"] in BAD | {Outcome.UNDECIDED, Outcome.UNSUPPORTED}
-    ]
-    if not cases:
-        return []
+    told = {outcome.value for outcome in BAD | {Outcome.UNDECIDED, Outcome.UNSUPPORTED}}
     lines = ["## What did not pass\n", "| case | verdict | blamed | error / limit | why |", "|---|---|---|---|---|"]
     room -= sum(len(line.encode()) + 1 for line in lines) + 200
-    for done, case in enumerate(cases):
+    count = left = 0
+    drawn: list[CaseRecord] = []
+    for case in briefs(worst_first(results["cases"])):
+        if case["verdict"] not in told:
+            continue
+        count += 1
+        drawn += [case] if case.get("thumbnail") else []
+        if room < 0:
+            left += 1
+            continue
         ratio = worst_ratio(case)
         cells = (case["name"], case["verdict"], blame(case), "" if ratio is None else f"{ratio:.3g}")
         row = "| " + " | ".join(escaped(cell) for cell in (*cells, case.get("reason") or "")) + " |"
         room -= len(row.encode()) + 1
         if room < 0:
-            lines.append(f"\n{len(cases) - done} more are left out here; `results.json` has them all.")
-            break
-        lines.append(row)
-    if drawn := [case for case in cases if case.get("thumbnail")]:
+            left += 1
+        else:
+            lines.append(row)
+    if not count:
+        return []
+    if left:
+        lines.append(f"\n{left} more are left out here; `{whole(results)}` has them all.")
+    if drawn:
         lines += ["", "Ours, the reference's, and their difference, worst first:\n"]
         lines += [
             f"![{i}]({quote(str(case['thumbnail']))}) {escaped(case['name'])}\n"

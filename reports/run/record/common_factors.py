@@ -8,7 +8,8 @@ in turn.
 """
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from array import array
+from collections.abc import Iterable, Mapping, Sequence
 from statistics import median
 
 from rayproof.cases.scene import Scene
@@ -26,26 +27,50 @@ def camera_and_lights(scene: Scene) -> str:
     return hashlib.blake2b(repr(places).encode(), digest_size=6).hexdigest()
 
 
-def common_factors(records: Sequence[CaseRecord]) -> list[CommonFactorRecord]:
-    """Return for each configuration and stage of light what all cases' factors have in common, as plain JSON data."""
-    words: dict[tuple[str, str], dict[str, list[tuple[float, float]]]] = {}
-    for record in records:
+class CommonFactors:
+    """What cases say of the factors that the whole run shares: two numbers a configuration and stage."""
+
+    def __init__(self) -> None:
+        self._voices: dict[str, int] = {}  # who shares a camera and lights, by number
+        self._words: dict[tuple[str, str], tuple[array[int], array[float], array[float]]] = {}
+
+    def add(self, record: CaseRecord) -> None:
+        """Take up another case."""
         for check in record["checks"]:
             bias = check.get("bias")
             if bias is not None and bias["common"] is not None:
-                voices = words.setdefault((check["configuration"], check["stage"]), {})
-                word = at_worst(bias["common"]), at_worst(bias["allowance"])
-                voices.setdefault(record.get("camera_and_lights", record["name"]), []).append(word)
-    order = list(Stage)
-    return [
-        _pooled(configuration, stage, voices)
-        for (configuration, stage), voices in sorted(
-            words.items(), key=lambda entry: (entry[0][0], order.index(Stage(entry[0][1])))
-        )
-    ]
+                told = record.get("camera_and_lights", record["name"])
+                voice = self._voices.setdefault(told, len(self._voices))
+                key = check["configuration"], check["stage"]
+                words = self._words.setdefault(key, (array("l"), array("d"), array("d")))
+                words[0].append(voice)
+                words[1].append(at_worst(bias["common"]))
+                words[2].append(at_worst(bias["allowance"]))
+
+    @property
+    def pooled(self) -> list[CommonFactorRecord]:
+        """Return for each configuration and stage of light what all cases' factors have in common."""
+        order = list(Stage)
+        found = []
+        for (configuration, stage), words in sorted(
+            self._words.items(), key=lambda entry: (entry[0][0], order.index(Stage(entry[0][1])))
+        ):
+            voices: dict[int, list[tuple[float, float]]] = {}
+            for voice, off, allowed in zip(*words, strict=True):
+                voices.setdefault(voice, []).append((off, allowed))
+            found.append(_pooled(configuration, stage, voices))
+        return found
 
 
-def _pooled(configuration: str, stage: str, voices: Mapping[str, Sequence[tuple[float, float]]]) -> CommonFactorRecord:
+def common_factors(records: Iterable[CaseRecord]) -> list[CommonFactorRecord]:
+    """Return for each configuration and stage of light what all cases' factors have in common, as plain JSON data."""
+    factors = CommonFactors()
+    for record in records:
+        factors.add(record)
+    return factors.pooled
+
+
+def _pooled(configuration: str, stage: str, voices: Mapping[int, Sequence[tuple[float, float]]]) -> CommonFactorRecord:
     """Return one configuration's factor at one stage; too few voices decide nothing."""
     said = [(median(off for off, _ in each), max(allowed for _, allowed in each)) for each in voices.values()]
     off = float(f"{median(value for value, _ in said):.4g}")

@@ -7,35 +7,33 @@ from datetime import datetime
 from importlib.metadata import version
 from typing import cast
 
-from rayproof.reports.paths.verdict import paths_of
 from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run.panel import Panel
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.record import totals
-from rayproof.reports.run.record.common_factors import common_factors, wrong
+from rayproof.reports.run.record.common_factors import wrong
+from rayproof.reports.run.record.totals import Totals
 from rayproof.reports.subjects import Subject
 
 
 def results_document(
     planned: tuple[PlannedCase, ...],
     records: Sequence[CaseRecord],
+    found: Totals,
     heard: Panel,
     faults: list[str],
     started: datetime,
     subject: Subject,
 ) -> RunRecord:
-    """Return results.json's content, as docs/results.md describes it."""
+    """Return a run's document, as docs/results.md describes it; `found` is what its records come to."""
     from rayproof.reference import REFERENCES
 
-    versions: dict[str, str] = {}
-    for record in records:
-        versions |= record.get("versions", {})
+    versions = found.versions
     environment = {"python": sys.version.split()[0], "machine": platform.machine(), "system": platform.platform()}
-    detail = totals.coverage(records)
-    pooled = common_factors(records)
+    detail = found.coverage
+    pooled = found.factors.pooled
     shared = wrong(pooled)
-    of_cases = totals.verdict(records, planned=len(planned), tracer=subject.is_tracer)
+    of_cases = found.verdict(planned=len(planned), tracer=subject.is_tracer)
     return {
         "schema": 1,
         "rayproof": version("rayproof"),
@@ -55,17 +53,17 @@ def results_document(
             for name in heard.names
         },
         "absent": heard.absent,
-        "abstained": totals.abstained(records),
-        "summary": totals.case_ledger(records, planned=len(planned)),
-        "checks": totals.check_ledger(records),
-        "examined": totals.examined(records),
-        "examined_passing": totals.examined(records, outcome=Outcome.PASS),
+        "abstained": found.abstained,
+        "summary": found.case_ledger(planned=len(planned)),
+        "checks": found.check_ledger(),
+        "examined": found.examined,
+        "examined_passing": found.examined_passing,
         "common_factors": pooled,
         "wrong_factors": shared,
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
-        "paths": paths_of(records),
-        "review": totals.review(records),
-        "findings": totals.findings(records),
+        "paths": dict(sorted(found.paths.items())),
+        "review": found.review,
+        "findings": found.findings,
         "cases": cast("list[CaseRecord]", records),
     }

@@ -1,6 +1,7 @@
 """Putting the records of a run together: ledgers, coverage by specification item, limits to review."""
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any, cast
 
@@ -9,11 +10,14 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.examined import Examined
 from rayproof.reports.judge.panel.known_defects import known_findings
 from rayproof.reports.judge.supported_stages import concerning
+from rayproof.reports.paths.verdict import count_paths
 from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import MEASURED, Outcome, ledger, worst
 from rayproof.reports.results.records import CaseRecord, CheckRecord, CoverageRecord, LedgerRecord, ReviewRecord
+from rayproof.reports.run.record.common_factors import CommonFactors
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
+LISTED = 1000  # limits to review, and checks that a finding explained: a long run has many alike
 STAGE_ITEMS: dict[str, tuple[str, ...]] = {
     "CAM": ("camera",),
     "CAM-4": ("ray",),
@@ -26,66 +30,183 @@ STAGE_ITEMS: dict[str, tuple[str, ...]] = {
 }
 
 
-def check_ledger(records: Sequence[CaseRecord]) -> LedgerRecord:
-    """Return the ledger of checks; raise ValueError if it does not add up to what the cases planned."""
-    outcomes = [Outcome(check["verdict"]) for record in records for check in record["checks"]]
-    return cast(LedgerRecord, ledger(outcomes, planned=sum(record["planned"] for record in records)))
+class Totals:
+    """What the records of a run come to together, taken up one at a time: none of them is kept."""
 
+    def __init__(self) -> None:
+        self.cases: Counter[Outcome] = Counter()
+        self.checks: Counter[Outcome] = Counter()
+        self.planned_checks = 0
+        self.abstained: dict[str, dict[str, str]] = {}  # reference -> case in which it had no say -> why
+        self.versions: dict[str, str] = {}
+        self.factors = CommonFactors()
+        self.paths: dict[str, dict[str, int]] = {}
+        self._examined, self._passing = _nothing_examined(), _nothing_examined()
+        self._coverage = _nothing_covered()
+        self._limits = Limits()
+        self._met: dict[str, list[str]] = {}
+        self._heard: set[str] = set()
 
-def case_ledger(records: Sequence[CaseRecord], *, planned: int) -> LedgerRecord:
-    """Return the ledger of cases; raise ValueError if it does not add up to the plan.
-
-    Cases that an interrupted run did not reach were planned and are missing.
-    """
-    outcomes = [Outcome(record["verdict"]) for record in records]
-    return cast(LedgerRecord, ledger(outcomes + [Outcome.MISSING] * (planned - len(outcomes)), planned=planned))
-
-
-def examined(records: Iterable[CaseRecord], *, outcome: Outcome | None = None) -> dict[str, int]:
-    """Return what the checks of all cases examined, pixel by pixel; with an outcome, the checks that ended in it."""
-    total = dict.fromkeys(Examined(pixels=0).as_json(), 0)
-    for record in records:
+    def add(self, record: CaseRecord) -> None:
+        """Take up another case."""
+        self.cases[Outcome(record["verdict"])] += 1
+        self.planned_checks += record["planned"]
+        self.versions |= record.get("versions", {})
+        for name, why in record.get("abstained", {}).items():
+            self.abstained.setdefault(name, {})[record["name"]] = why
+        self.factors.add(record)
+        count_paths(self.paths, record)
+        self._limits.add(record)
+        _cover(self._coverage, record)
         for check in record["checks"]:
-            if outcome is None or check["verdict"] == outcome.value:
-                for name in total:
-                    total[name] += (check["examined"] or {})[name]
-    return Examined(**total).as_json()  # raises where the sums do not add up: each ledger did when it was made
+            outcome = Outcome(check["verdict"])
+            self.checks[outcome] += 1
+            for ledger_of in (self._examined, *([self._passing] if outcome is Outcome.PASS else [])):
+                for name, count in (check.get("examined") or {}).items():
+                    ledger_of[name] += count
+            if (finding := check.get("finding")) and len(met := self._met.setdefault(finding, [])) < LISTED:
+                met.append(_name(record, check))
+            if outcome in MEASURED:
+                self._heard.add(check["reference"])
+
+    def case_ledger(self, *, planned: int) -> LedgerRecord:
+        """Return the ledger of cases; raise ValueError if it does not add up to the plan.
+
+        Cases that an interrupted run did not reach were planned and are missing.
+        """
+        missing = Counter({Outcome.MISSING: max(0, planned - self.cases.total())})
+        return cast(LedgerRecord, ledger(self.cases + missing, planned=planned))
+
+    def check_ledger(self) -> LedgerRecord:
+        """Return the ledger of checks; raise ValueError if it does not add up to what the cases planned."""
+        return cast(LedgerRecord, ledger(self.checks, planned=self.planned_checks))
+
+    def verdict(self, *, planned: int, tracer: bool = True) -> Outcome:
+        """Return the run's verdict: its worst case's; a case that was not reached is missing.
+
+        Of another subject than the tracer those cases count that it supports.
+        """
+        outcomes = concerning(self.cases.elements(), tracer=tracer)
+        return worst(outcomes + [Outcome.MISSING] * (planned - self.cases.total()))
+
+    @property
+    def examined(self) -> dict[str, int]:
+        """Return what the checks of all cases examined, pixel by pixel."""
+        return Examined(**self._examined).as_json()  # raises where the sums do not add up: each ledger did
+
+    @property
+    def examined_passing(self) -> dict[str, int]:
+        """Return the same of the checks that passed."""
+        return Examined(**self._passing).as_json()
+
+    @property
+    def coverage(self) -> dict[str, CoverageRecord]:
+        """Return for each specification item how many cases measured it, how many failed, and how near to the limit.
+
+        A case counts only if it says that it covers the item, a configuration ran whose formulas cover it, and a check
+        at one of the item's stages measured something.
+        """
+        covered = {item: {**entry, "references": sorted(entry["references"])} for item, entry in self._coverage.items()}
+        return cast("dict[str, CoverageRecord]", covered)
+
+    @property
+    def review(self) -> list[ReviewRecord]:
+        """Return the limits to look at again: slack in all cases of a kind, or tight in one."""
+        return self._limits.review
+
+    @property
+    def findings(self) -> list[dict[str, Any]]:
+        """Return the checked-in findings about references, each with the checks of this run that it explained.
+
+        Of more than `LISTED` checks the first ones.
+        """
+        return [asdict(entry) | {"met": self._met.get(entry.name, [])} for entry in known_findings()]
+
+    def silent(self, required: Iterable[str]) -> tuple[str, ...]:
+        """Return the required references that measured nothing in any case."""
+        return tuple(name for name in dict.fromkeys(required) if name not in self._heard)
 
 
-def coverage(records: Iterable[CaseRecord]) -> dict[str, CoverageRecord]:
-    """Return for each specification item how many cases measured it, how many failed, and how near to the limit.
+class Limits:
+    """How much of their limits the checks of each kind use: what is needed to say which are slack or tight."""
 
-    A case counts only if it says that it covers the item, a configuration ran whose formulas cover it, and a check at
-    one of the item's stages measured something.
-    """
-    found: dict[str, dict[str, Any]] = {
+    def __init__(self) -> None:
+        self._groups: dict[tuple[str, str, str], tuple[int, int, float, str]] = {}  # place, count, highest, whose it is
+        self._tight: list[tuple[float, int, int, str]] = []  # less their ratio, place of the group, count then, name
+
+    def add(self, record: CaseRecord) -> None:
+        """Take up another case."""
+        for check in record["checks"]:
+            # Integers are equal or not: their limit is 0 and cannot be slack.
+            if check["stage"] in (Stage.OBJECT, Stage.VISIBILITY) or Outcome(check["verdict"]) not in MEASURED:
+                continue
+            key = (check["configuration"], check["reference"], check["stage"])
+            ratio, name = at_worst(check["ratio"]), _name(record, check)
+            place, count, highest, whose = self._groups.get(key, (len(self._groups), 0, ratio, name))
+            self._groups[key] = (place, count + 1, *max((highest, whose), (ratio, name)))
+            if HIGH < ratio <= 1:
+                self._tight.append((-ratio, place, count, name))
+                if len(self._tight) >= 2 * LISTED:
+                    self._tight = sorted(self._tight)[:LISTED]
+
+    @property
+    def review(self) -> list[ReviewRecord]:
+        """Return them, the highest first; at most the `LISTED` highest."""
+        listed: list[ReviewRecord] = [
+            {"check": name, "ratio": -ratio, "why": f"above {HIGH}"} for ratio, _, _, name in sorted(self._tight)
+        ]
+        listed += sorted(
+            [
+                {"check": name, "ratio": highest, "why": f"below {LOW} in all {count} cases"}
+                for _, count, highest, name in self._groups.values()
+                if highest < LOW
+            ],
+            key=lambda entry: -entry["ratio"],
+        )
+        return listed[:LISTED]
+
+
+def of(records: Iterable[CaseRecord]) -> Totals:
+    """Return what some records come to, each looked at once."""
+    totals = Totals()
+    for record in records:
+        totals.add(record)
+    return totals
+
+
+def _nothing_examined() -> dict[str, int]:
+    return dict.fromkeys(Examined(pixels=0).as_json(), 0)
+
+
+def _nothing_covered() -> dict[str, dict[str, Any]]:
+    return {
         item: {"cases": 0, "failed": 0, "worst_ratio": 0.0, "worst_check": None, "references": set()} for item in ITEMS
     }
-    for record in records:
-        for item in record["covers"]:
-            entry = found[item]
-            stages = STAGE_ITEMS.get(item) or STAGE_ITEMS[item.split("-")[0]]
-            measured = [
-                check
-                for check in record["checks"]
-                if check["stage"] in stages
-                and Outcome(check["verdict"]) in MEASURED
-                and item in record["ran"].get(check["configuration"], ())
-                and _exercised(item, check)
-            ]
-            if not measured:
-                continue
-            entry["cases"] += 1
-            entry["failed"] += any(check["verdict"] == Outcome.FAIL.value for check in measured)
-            for check in measured:
-                entry["references"].add(check["reference"])
-                ratio = at_worst(check["ratio"])
-                if ratio > at_worst(entry["worst_ratio"]) or entry["worst_check"] is None:
-                    entry["worst_ratio"] = check["ratio"]
-                    entry["worst_check"] = _name(record, check)
-    for entry in found.values():
-        entry["references"] = sorted(entry["references"])
-    return cast("dict[str, CoverageRecord]", found)
+
+
+def _cover(found: dict[str, dict[str, Any]], record: CaseRecord) -> None:
+    """Add to each specification item what a case measured of it."""
+    for item in record["covers"]:
+        entry = found[item]
+        stages = STAGE_ITEMS.get(item) or STAGE_ITEMS[item.split("-")[0]]
+        measured = [
+            check
+            for check in record["checks"]
+            if check["stage"] in stages
+            and Outcome(check["verdict"]) in MEASURED
+            and item in record["ran"].get(check["configuration"], ())
+            and _exercised(item, check)
+        ]
+        if not measured:
+            continue
+        entry["cases"] += 1
+        entry["failed"] += any(check["verdict"] == Outcome.FAIL.value for check in measured)
+        for check in measured:
+            entry["references"].add(check["reference"])
+            ratio = at_worst(check["ratio"])
+            if ratio > at_worst(entry["worst_ratio"]) or entry["worst_check"] is None:
+                entry["worst_ratio"] = check["ratio"]
+                entry["worst_check"] = _name(record, check)
 
 
 def _exercised(item: str, check: CheckRecord) -> bool:
@@ -97,63 +218,6 @@ def _exercised(item: str, check: CheckRecord) -> bool:
         return True
     measured = check.get("end_to_end")
     return measured is None or measured["interior"] > 0
-
-
-def review(records: Iterable[CaseRecord]) -> list[ReviewRecord]:
-    """Return the limits to look at again: slack in all cases of a kind, or tight in one."""
-    groups: dict[tuple[str, str, str], list[tuple[float, str]]] = {}
-    for record in records:
-        for check in record["checks"]:
-            # Integers are equal or not: their limit is 0 and cannot be slack.
-            if check["stage"] in (Stage.OBJECT, Stage.VISIBILITY) or Outcome(check["verdict"]) not in MEASURED:
-                continue
-            key = (check["configuration"], check["reference"], check["stage"])
-            groups.setdefault(key, []).append((at_worst(check["ratio"]), _name(record, check)))
-    listed = []
-    for ratios in groups.values():
-        highest, name = max(ratios)
-        if highest < LOW:
-            listed.append({"check": name, "ratio": highest, "why": f"below {LOW} in all {len(ratios)} cases"})
-        listed += [
-            {"check": name, "ratio": ratio, "why": f"above {HIGH}"} for ratio, name in ratios if HIGH < ratio <= 1
-        ]
-    return sorted(listed, key=lambda entry: -at_worst(entry["ratio"]))
-
-
-def findings(records: Iterable[CaseRecord]) -> list[dict[str, Any]]:
-    """Return the checked-in findings about references, each with the checks of this run that it explained."""
-    met: dict[str, list[str]] = {}
-    for record in records:
-        for check in record["checks"]:
-            if finding := check.get("finding"):
-                met.setdefault(finding, []).append(_name(record, check))
-    return [asdict(entry) | {"met": met.get(entry.name, [])} for entry in known_findings()]
-
-
-def verdict(records: Sequence[CaseRecord], *, planned: int, tracer: bool = True) -> Outcome:
-    """Return the run's verdict: its worst case's; a case that was not reached is missing.
-
-    Of another subject than the tracer those cases count that it supports.
-    """
-    outcomes = concerning((Outcome(record["verdict"]) for record in records), tracer=tracer)
-    return worst(outcomes + [Outcome.MISSING] * (planned - len(records)))
-
-
-def abstained(records: Iterable[CaseRecord]) -> dict[str, dict[str, str]]:
-    """Return each reference that had no say in a case where it was planned, by a crash or a time limit: case to why."""
-    found: dict[str, dict[str, str]] = {}
-    for record in records:
-        for name, why in record.get("abstained", {}).items():
-            found.setdefault(name, {})[record["name"]] = why
-    return found
-
-
-def silent(records: Iterable[CaseRecord], required: Iterable[str]) -> tuple[str, ...]:
-    """Return the required references that measured nothing in any case."""
-    heard = {
-        check["reference"] for record in records for check in record["checks"] if Outcome(check["verdict"]) in MEASURED
-    }
-    return tuple(name for name in dict.fromkeys(required) if name not in heard)
 
 
 def _name(record: CaseRecord, check: CheckRecord) -> str:

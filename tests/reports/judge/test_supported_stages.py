@@ -1,6 +1,7 @@
 """What a subject cannot do is neither a pass nor a failure, and something must have been measured for a pass."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from rayproof.reports.judge.supported_stages import concerning, count_what_is_su
 from rayproof.reports.judge.tolerance.edge_sides import Sides, excused_anyhow
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.record.totals import verdict
+from rayproof.reports.run.record.totals import of
 from rayproof.reports.subjects import ITEMS_OF_OTHERS
 from tests.reports.judge.scenes import CASE, ORACLE, rounded, truth, witness
 
@@ -90,16 +91,21 @@ def test_a_stage_that_is_missing_without_a_word_is_not_passed_over() -> None:
     assert "subject gave no camera" in found.reason
 
 
+def records(*verdicts: str) -> Any:
+    """Return records of cases with these verdicts and no checks."""
+    return [{"name": "a/b", "verdict": one, "covers": [], "ran": {}, "planned": 0, "checks": []} for one in verdicts]
+
+
 def test_a_run_goes_by_the_cases_that_its_subject_can_do() -> None:
     some = [Outcome.PASS, Outcome.UNSUPPORTED, Outcome.WARN]
 
     assert concerning(some, tracer=False) == [Outcome.PASS, Outcome.WARN]
     assert concerning(some, tracer=True) == some
     assert concerning([Outcome.UNSUPPORTED, Outcome.ERROR], tracer=False) == [Outcome.UNSUPPORTED, Outcome.ERROR]
-    assert verdict([{"verdict": "pass"}, {"verdict": "unsupported"}], planned=2, tracer=False) is Outcome.PASS
-    assert verdict([{"verdict": "pass"}, {"verdict": "unsupported"}], planned=2) is Outcome.UNSUPPORTED
-    assert verdict([{"verdict": "unsupported"}], planned=1, tracer=False) is Outcome.UNSUPPORTED
-    assert verdict([{"verdict": "pass"}], planned=2, tracer=False) is Outcome.MISSING
+    assert of(records("pass", "unsupported")).verdict(planned=2, tracer=False) is Outcome.PASS
+    assert of(records("pass", "unsupported")).verdict(planned=2) is Outcome.UNSUPPORTED
+    assert of(records("unsupported")).verdict(planned=1, tracer=False) is Outcome.UNSUPPORTED
+    assert of(records("pass")).verdict(planned=2, tracer=False) is Outcome.MISSING
 
 
 @pytest.mark.parametrize(("distance", "good"), [(1.0, True), (5.0, True), (3.0, False), (np.inf, False)])

@@ -9,7 +9,7 @@ from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.audit.planted import in_paths
 from rayproof.reports.commands.paths import paths
 from rayproof.reports.paths import ledger
-from rayproof.reports.paths.verdict import paths_of, together
+from rayproof.reports.paths.verdict import count_paths, together
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.paths import PATHS
 
@@ -112,7 +112,8 @@ def test_a_run_counts_what_it_took_and_compared() -> None:
     by = [ledger.met_by_case(case.scene, Configuration(precision=name), ("frames",)) for name in ("float32", "float64")]
     record = {"paths": together(by), "checks": [], "consistency": [{"path": "frames"}]}
 
-    counted = paths_of([record])
+    counted: dict[str, dict[str, int]] = {}
+    count_paths(counted, record)
 
     assert counted["route/frames"] == {"executed": 1, "compared": 1}
     assert counted["route/stages"] == {"executed": 1, "compared": 0}

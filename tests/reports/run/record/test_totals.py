@@ -3,7 +3,8 @@
 import pytest
 
 from rayproof.reports.results.outcomes import Outcome, exit_code, ledger
-from rayproof.reports.run.record.totals import case_ledger, check_ledger, coverage, review, silent, verdict
+from rayproof.reports.run.record import totals
+from rayproof.reports.run.record.totals import of
 
 
 def check(**changed):
@@ -29,15 +30,15 @@ def record(**changed):
 
 def test_a_lost_check_fails_the_ledger():
     with pytest.raises(ValueError, match="planned 2 but 1"):
-        check_ledger([record(planned=2)])
+        of([record(planned=2)]).check_ledger()
 
 
 def test_cases_that_were_not_reached_are_missing():
-    counts = case_ledger([record()], planned=3)
+    counts = of([record()]).case_ledger(planned=3)
 
     assert counts["planned"] == 3 == sum(count for name, count in counts.items() if name != "planned")
     assert counts["missing"] == 2
-    assert verdict([record()], planned=3) is Outcome.MISSING
+    assert of([record()]).verdict(planned=3) is Outcome.MISSING
 
 
 def test_more_outcomes_than_planned_are_an_error_too():
@@ -46,16 +47,16 @@ def test_more_outcomes_than_planned_are_an_error_too():
 
 
 def test_an_item_is_covered_only_by_a_measured_check_of_a_formula_that_ran():
-    assert coverage([record()])["HIT-1"]["cases"] == 1
-    assert coverage([record()])["RAD-2"]["cases"] == 0, "no radiometric stage was checked"
-    assert coverage([record(ran={"float32": []})])["HIT-1"]["cases"] == 0
-    assert coverage([record(checks=[check(verdict="missing")])])["HIT-1"]["cases"] == 0
-    assert coverage([record(checks=[check(verdict="fail", ratio="inf")])])["HIT-1"]["failed"] == 1
+    assert of([record()]).coverage["HIT-1"]["cases"] == 1
+    assert of([record()]).coverage["RAD-2"]["cases"] == 0, "no radiometric stage was checked"
+    assert of([record(ran={"float32": []})]).coverage["HIT-1"]["cases"] == 0
+    assert of([record(checks=[check(verdict="missing")])]).coverage["HIT-1"]["cases"] == 0
+    assert of([record(checks=[check(verdict="fail", ratio="inf")])]).coverage["HIT-1"]["failed"] == 1
 
 
 @pytest.mark.parametrize(("ratio", "listed"), [(0.001, 1), (0.5, 0), (0.9, 1)])
 def test_slack_and_tight_limits_are_listed_for_review(ratio, listed):
-    assert len(review([record(checks=[check(ratio=ratio)])])) == listed
+    assert len(of([record(checks=[check(ratio=ratio)])]).review) == listed
 
 
 @pytest.mark.parametrize(
@@ -81,11 +82,20 @@ def test_where_nothing_is_hit_misses_are_measured_and_light_is_not(item, stage, 
     empty = record(checks=[check(stage=stage, end_to_end={"interior": 0})])
     full = record(checks=[check(stage=stage, end_to_end={"interior": 9})])
 
-    assert coverage([empty])[item]["cases"] == covered
-    assert coverage([full])[item]["cases"] == 1
+    assert of([empty]).coverage[item]["cases"] == covered
+    assert of([full]).coverage[item]["cases"] == 1
 
 
 def test_a_required_reference_that_measured_nothing_is_named():
-    checks = [{"reference": "povray", "verdict": "pass"}, {"reference": "tachyon", "verdict": "unsupported"}]
+    checks = [check(reference="povray"), check(reference="tachyon", verdict="unsupported")]
 
-    assert silent([{"checks": checks}], ("povray", "tachyon", "cycles")) == ("tachyon", "cycles")
+    assert of([record(checks=checks)]).silent(("povray", "tachyon", "cycles")) == ("tachyon", "cycles")
+
+
+def test_of_many_tight_limits_the_tightest_are_listed_in_the_order_of_all(monkeypatch):
+    ratios = [0.8 + (17 * number % 101) / 1000 for number in range(1, 101)]
+    records = [record(name=f"family/{number}", checks=[check(ratio=ratio)]) for number, ratio in enumerate(ratios)]
+    everything = of(records).review
+    monkeypatch.setattr(totals, "LISTED", 7)
+
+    assert of(records).review == everything[:7]
