@@ -28,7 +28,7 @@ APPLICATION = 0x52415952  # "RAYR" in SQLite's header: says that the file is our
 VERSION = 1
 WAIT = 30.0  # s for another process that is writing
 LEVEL = 6  # of zlib
-GAPS = 10_000  # rows in pages that are gone, beyond which nothing is looked for
+GAPS = 64  # rows in pages that are gone, beyond which nothing is looked for
 HELD = 2**25  # bytes of JSON whose records stay in memory: a default suite; of longer runs the rest is read again
 LARGEST = 2**30  # bytes of one record: a deflated one that becomes more is damaged
 WORST = [outcome.value for outcome in Outcome]
@@ -207,6 +207,8 @@ class CaseTable:
                 for number, key in self._connection.execute(
                     "SELECT id, key FROM cases WHERE id > ? ORDER BY id", (last,)
                 ):
+                    if number <= last:
+                        raise TypeError("goes in a circle")
                     last = number
                     with suppress(OSError, *_DAMAGED):
                         yield str(key), self._record(number)

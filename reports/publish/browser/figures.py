@@ -6,7 +6,7 @@ from typing import Any
 
 from rayproof.reports.publish.browser.chromium import address, chromium
 from rayproof.reports.publish.page.case_data import view_of
-from rayproof.reports.publish.page.page import data_file
+from rayproof.reports.publish.page.front_data import SHARD, data_file
 from rayproof.reports.publish.page.single_file import NAME, write_single_file
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.records import CaseRecord, RunRecord
@@ -34,18 +34,28 @@ def figures(folder: Path, results: RunRecord) -> list[list[str]]:
 
     """
     ordered = worst_first(results["cases"])
-    written = (case for place, case in enumerate(ordered, start=1) if (folder / data_file(place)).is_file())
+    long = len(ordered) > SHARD
+    written = [
+        case for place, case in enumerate(ordered[:SHARD], 1) if (folder / data_file(place, long=long)).is_file()
+    ]
     measured = [case for case in written if case.get("checks")]
     viewed = next((case for case in measured if view_of(folder, case)), None)
-    alone = write_single_file(folder, results)
-    pages = (folder / "index.html", alone)
+    pages = [folder / "index.html", *([] if long else [write_single_file(folder, results)])]
     with chromium() as browser:
         sides = [_measured(browser, page, measured[0] if measured else None, viewed) for page in pages]
     opened, whole = sizes(folder)
     rows = [
-        [f"the report of {len(ordered)} cases", _megabytes(opened), _megabytes(alone.stat().st_size)],
+        [
+            f"the report of {len(ordered)} cases",
+            _megabytes(opened),
+            *(_megabytes(one.stat().st_size) for one in pages[1:]),
+        ],
+        ["index.html", _megabytes(pages[0].stat().st_size), "-"],
         ["all that is in the folder", _megabytes(whole), "-"],
     ]
+    if long:  # whose single file would be too large to be of use
+        sides.append({})
+        rows[0].append("-")
     for name in ("first page", "a case", "another image", "3-D"):
         rows.append([name, *("-" if side.get(name) is None else f"{side[name]:.0f} ms" for side in sides)])
     return rows

@@ -1,14 +1,21 @@
 """What the front page shows of a run: its totals, coverage, times, and a row of the matrix for each case."""
 
+import base64
+import math
+import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
-from rayproof.reports.publish.page.routes_data import routes_of_run
+from rayproof.reports.publish.page.panel_data import Said
+from rayproof.reports.publish.page.routes_data import Routes
+from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import (
     KINDS,
     blame,
+    cause_of,
     causes,
     examined_line,
     excluded,
@@ -17,7 +24,7 @@ from rayproof.reports.results.headline import (
     shouts,
 )
 from rayproof.reports.results.item_titles import TITLES
-from rayproof.reports.results.json_numbers import number
+from rayproof.reports.results.json_numbers import as_json, legible_json, number
 from rayproof.reports.results.outcomes import LEDGER, Outcome
 from rayproof.reports.results.outcomes import worst as worst_outcome
 from rayproof.reports.results.ratios import worst_of, worst_ratio
@@ -30,38 +37,155 @@ _OF_THE_RUN = (
 _OF_A_CASE = ("name", "family", "verdict", "stage", "item", "reason", "stresses", "covers", "seconds", "reproduce")
 
 
-def front_data(results: RunRecord, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the page's data beside the cases' own scripts; `rows` are `case_row`s in the order of the list."""
-    details = results.get("coverage_detail", {})
-    cases = results["cases"]
-    return {
-        **{key: results.get(key) for key in _OF_THE_RUN},
-        "summary": results["summary"],
-        "checks": results["checks"],
-        "ledger": LEDGER,
-        "shouts": shouts(results),
-        "headline": headline(results),
-        "causes": causes(results),
-        "examined": {"line": examined_line(results), "counts": results.get("examined"), "words": KINDS},
-        "no_say": no_say(results),
-        "common_factors": results.get("common_factors", []),
-        "paths": results.get("paths", {}),
-        "routes": routes_of_run(cases),
-        "coverage": [
-            {"id": item, "what": TITLES.get(item, ""), "cases": count, **details.get(item, {})}
-            for item, count in results["coverage"].items()
-        ],
-        "review": results.get("review", []),
-        "stages": [
-            {"name": stage.value, "unit": FACTS[stage].unit, "meaning": FACTS[stage].meaning} for stage in Stage
-        ],
-        "columns": {
-            "references": _names(results.get("references") or {}, cases, "reference"),
-            "ours": _names(results.get("configurations") or [], cases, "configuration"),
-        },
-        "times": _times(cases),
-        "cases": rows,
-    }
+SHARD = 256  # cases whose rows a script hands over, and whose files a folder holds
+
+
+class Front:
+    """What the front page shows of a run's cases, taken up one by one in the order of its list: none of them is kept.
+
+    Up to `SHARD` cases the page holds their rows. Of more it holds columns, deflated, with what the list is filtered
+    and sorted by, and rows are scripts of a shard each, loaded when they come into view.
+    """
+
+    def __init__(self, folder: Path, results: RunRecord) -> None:
+        self._folder, self._results = folder, results
+        self.long = len(results["cases"]) > SHARD
+        self._rows: dict[int, list[dict[str, Any]]] = {}  # by shard, until they are handed over
+        self._said, self._routes = Said(), Routes()
+        self._times: dict[str, float] = {}
+        self._columns = Columns()
+        self._references = dict.fromkeys(map(str, results.get("references") or {}))
+        self._configurations = dict.fromkeys(map(str, results.get("configurations") or []))
+
+    def add(self, case: CaseRecord) -> None:
+        """Take up another case."""
+        place = len(self._columns) + 1
+        row = case_row(self._folder, data_file(place, long=self.long), case, cause_of(self._results, case))
+        self._rows.setdefault((place - 1) // SHARD, []).append(row)
+        self._columns.add(row)
+        self._said.add(case)
+        self._routes.add(case)
+        # The renderers that have a column: those that the run names, then those that only cases name.
+        for names, key in ((self._references, "reference"), (self._configurations, "configuration")):
+            for entry in case.get("checks", []):
+                if entry.get(key) is not None:
+                    names.setdefault(str(entry.get(key)))
+        for entry in case.get("unsupported", []):
+            self._references.setdefault(str(entry.get("reference")))
+        entries = [(str(render.get("renderer")), number(render.get("seconds"))) for render in case.get("renders", [])]
+        for name, seconds in [*entries, ("judging", number(case.get("judge_seconds")))]:
+            if seconds is not None:
+                self._times[name] = round(self._times.get(name, 0.0) + seconds, 3)
+
+    def handed_over(self, number: int) -> list[dict[str, Any]]:
+        """Return the rows of the shard that has the case at a place of the list, from 1, and let go of them."""
+        return self._rows.pop((number - 1) // SHARD)
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Return the page's data beside the cases' own scripts."""
+        results = self._results
+        details = results.get("coverage_detail", {})
+        return {
+            **{key: results.get(key) for key in _OF_THE_RUN},
+            "summary": results["summary"],
+            "checks": results["checks"],
+            "ledger": LEDGER,
+            "shouts": shouts(results),
+            "headline": headline(results),
+            "causes": causes(results),
+            "examined": {"line": examined_line(results), "counts": results.get("examined"), "words": KINDS},
+            "no_say": no_say(results),
+            "common_factors": results.get("common_factors", []),
+            "paths": results.get("paths", {}),
+            "routes": self._routes.rows,
+            "coverage": [
+                {"id": item, "what": TITLES.get(item, ""), "cases": count, **details.get(item, {})}
+                for item, count in results["coverage"].items()
+            ],
+            "review": results.get("review", []),
+            "stages": [
+                {"name": stage.value, "unit": FACTS[stage].unit, "meaning": FACTS[stage].meaning} for stage in Stage
+            ],
+            "columns": {"references": list(self._references), "ours": list(self._configurations)},
+            "times": self._times,
+            "panel": self._said.panel,
+            **({"list": self._columns.packed} if self.long else {"cases": self._rows.get(0, [])}),
+        }
+
+
+class Columns:
+    """Of each case what the list is filtered and sorted by, one deflated column a key.
+
+    A value that cases share stands once in `values`, and the column has its place; numbers have three digits, of which
+    more is not shown.
+    """
+
+    SHARED = ("verdict", "family", "stage", "item", "blame", "cause", "covers", "stages")
+    OWN = ("name", "ratio", "seconds")
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._texts = {key: Deflated() for key in (*self.SHARED, *self.OWN)}
+        self._values: dict[str, dict[str, int]] = {key: {} for key in self.SHARED}
+        self._thumbnails: dict[int, str] = {}
+
+    def __len__(self) -> int:
+        return self._count
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Take up another case's row."""
+        for key in self.SHARED:
+            values = self._values[key]
+            self._texts[key].add(str(values.setdefault(as_json(row.get(key)), len(values))))
+        self._texts["name"].add(legible_json(as_json(row["name"])))
+        for key in ("ratio", "seconds"):
+            value = number(row.get(key))
+            self._texts[key].add(as_json(value if value is None or not math.isfinite(value) else float(f"{value:.3g}")))
+        if "thumbnail" in row:
+            self._thumbnails[self._count] = row["thumbnail"]
+        self._count += 1
+
+    @property
+    def packed(self) -> dict[str, Any]:
+        """Return the columns as the page reads them (html/columns.js); nothing can be added after that."""
+        return {
+            "count": self._count,
+            "shard": SHARD,
+            "values": {key: pack_text(f"[{legible_json(','.join(values))}]") for key, values in self._values.items()},
+            "columns": {key: text.packed for key, text in self._texts.items()},
+            "thumbnails": self._thumbnails,
+        }
+
+
+class Deflated:
+    """A list as JSON, deflated while it grows."""
+
+    def __init__(self) -> None:
+        self._deflate = zlib.compressobj(zlib.Z_BEST_COMPRESSION)
+        self._parts: list[bytes] = []
+        self._between = "["
+
+    def add(self, value: str) -> None:
+        """Add another value, as JSON has it."""
+        self._parts.append(self._deflate.compress(f"{self._between}{value}".encode()))
+        self._between = ","
+
+    @property
+    def packed(self) -> str:
+        """Return the list deflated and in base64."""
+        end = self._deflate.compress(b"]" if self._between == "," else b"[]")
+        return base64.b64encode(b"".join([*self._parts, end, self._deflate.flush()])).decode("ascii")
+
+
+def data_file(number: int, *, long: bool) -> str:
+    """Return where the record of the case at a place of the list is, from 1, below the results folder."""
+    return f"data/{(number - 1) // SHARD:03}/{number:04}.js" if long else f"data/{number:04}.js"
+
+
+def rows_file(number: int) -> str:
+    """Return where the rows are of the shard that has the case at a place of the list, from 1."""
+    return f"data/{(number - 1) // SHARD:03}/rows.js"
 
 
 def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> dict[str, Any]:
@@ -99,22 +223,3 @@ def _cell(checks: list[CheckRecord], unsupported: int) -> list[Any]:
     largest = worst_of(checks)
     # Three digits are what is shown.
     return [worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused]
-
-
-def _names(known: Any, cases: list[CaseRecord], key: str) -> list[str]:
-    """Return the renderers that have a column: those that the run names, then those that only cases name."""
-    named = [str(entry.get(key)) for case in cases for entry in case.get("checks", []) if entry.get(key) is not None]
-    if key == "reference":
-        named += [str(entry.get(key)) for case in cases for entry in case.get("unsupported", [])]
-    return list(dict.fromkeys([*map(str, known), *named]))
-
-
-def _times(cases: list[CaseRecord]) -> dict[str, float]:
-    """Return how long each renderer took over all cases [s], and judging them."""
-    times: dict[str, float] = {}
-    for case in cases:
-        entries = [(str(render.get("renderer")), number(render.get("seconds"))) for render in case.get("renders", [])]
-        for name, seconds in [*entries, ("judging", number(case.get("judge_seconds")))]:
-            if seconds is not None:
-                times[name] = round(times.get(name, 0.0) + seconds, 3)
-    return times

@@ -8,25 +8,29 @@ hash: no request leaves the folder, and markup smuggled in by a scene's name cou
 import base64
 import hashlib
 import html
-from collections.abc import Sequence
+import shutil
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from rayproof.reports.publish import PUBLISHERS
-from rayproof.reports.publish.page.audit import front, load_audit
+from rayproof.reports.publish.page.audit import front as load_front
+from rayproof.reports.publish.page.audit import load_audit
 from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.publish.page.formula_comparison import contest
-from rayproof.reports.publish.page.front_data import case_row, front_data
+from rayproof.reports.publish.page.front_data import SHARD, Front, data_file, rows_file
 from rayproof.reports.publish.page.history import history_front
-from rayproof.reports.publish.page.panel_data import findings, panel
+from rayproof.reports.publish.page.panel_data import findings
 from rayproof.reports.publish.page.plots import pages
 from rayproof.reports.publish.page.run_comparison import comparison_front
 from rayproof.reports.publish.page.tradeoff import diagrams
-from rayproof.reports.publish.parallel import all_of
+from rayproof.reports.publish.parallel import writers
 from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.headline import cause_of, headline, shouts, worst_first
-from rayproof.reports.results.image_script import inert
+from rayproof.reports.results.case_table import briefs
+from rayproof.reports.results.float_codec import pack_json
+from rayproof.reports.results.headline import headline, shouts, worst_first
+from rayproof.reports.results.image_script import inert, script
 from rayproof.reports.results.records import CaseRecord, RunRecord
 
 # In the order in which they build on each other.
@@ -35,8 +39,8 @@ SCRIPTS = (
     "colors", "paint", "convolve", "ssim", "perceived", "flip", "errors", "edges", "histogram",
     "transform", "keys", "command", "navigation", "front", "plot", "ladders", "stability", "tradeoff", "intervals",
     "bench", "audit", "references", "series", "history", "coverage", "comparison", "contest",
-    "filtering", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "inspector",
-    "checks", "adjudication", "scene", "case", "start",
+    "filtering", "columns", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view",
+    "inspector", "checks", "adjudication", "scene", "case", "start",
 )  # fmt: skip
 
 STYLES = ("style", "cases", "viewer", "scene", "pages", "history", "comparison")
@@ -67,26 +71,19 @@ _TAIL = """<script>{script}</script>
 
 @PUBLISHERS.register("html")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
-    """Write index.html and data/*.js."""
-    ordered = worst_first(results["cases"])
-    written = _write_all(folder, ordered)
-    # Data of an earlier publication of the same folder, when it had more cases.
-    for stale in set((folder / "data").glob("[0-9][0-9][0-9][0-9]*.js")) - set(written):
-        stale.unlink()
-    head, tail = page_parts(results, page_data(folder, results, ordered))
+    """Write index.html and data/*.js; of a long run data/NNN/*.js, of which the rows' scripts are told."""
+    front = Front(folder, results)
+    written = list(_write_all(folder, results, front))
+    head, tail = page_parts(results, page_data(folder, results, front))
     return [write_text(folder / "index.html", head + tail), *written]
 
 
-def page_data(folder: Path, results: RunRecord, ordered: list[CaseRecord]) -> dict[str, Any]:
-    """Return what the page holds of a run from the beginning; `ordered` are its cases, the worst first."""
-    rows = [
-        case_row(folder, data_file(place), case, cause_of(results, case)) for place, case in enumerate(ordered, start=1)
-    ]
-    return front_data(results, rows) | {
-        "audit": front(load_audit(folder)),
+def page_data(folder: Path, results: RunRecord, front: Front) -> dict[str, Any]:
+    """Return what the page holds of a run from the beginning; `front` has taken up its cases, the worst first."""
+    return front.data | {
+        "audit": load_front(load_audit(folder)),
         "tradeoff": diagrams(folder),
         "plots": pages(folder),
-        "panel": panel(results["cases"]),
         "findings": findings(results),
         "history": history_front(results),
         "comparison": comparison_front(results),
@@ -115,16 +112,42 @@ def page_parts(
     return head, _TAIL.format(script=script)
 
 
-def data_file(number: int) -> str:
-    """Return where the record of the case at a place of the list is, from 1, below the results folder."""
-    return f"data/{number:04}.js"
+def _write_all(folder: Path, results: RunRecord, front: Front) -> Iterator[Path]:
+    """Write every case's data, each also for the front page; yield what was written, of a long run the rows alone.
+
+    The images are there already of cases whose `pixels` the run wrote.
+    """
+    cases = worst_first(results["cases"])
+    heavy = sum(1 for case in briefs(cases) if not case.get("pixels"))
+    kept: set[Path] = set()  # of the folder that is being written
+    with writers(heavy) as written:
+        for place, paths in enumerate(written(write_case_data, _jobs(folder, cases, front)), start=1):
+            kept |= set(paths)
+            if not front.long:
+                yield from paths
+            elif place % SHARD == 0 or place == len(cases):
+                path = folder / rows_file(place)
+                rows = front.handed_over(place)
+                yield write_text(path, script(rows_file(place), pack_json(rows)))
+                _remove(set(path.parent.glob("[0-9][0-9][0-9][0-9]*.js")) - kept)
+                kept = set()
+    # Data of an earlier publication of the same folder, when it had more cases.
+    _remove(set((folder / "data").glob("[0-9][0-9][0-9][0-9]*.js")) - kept)
+    shards = -(-len(cases) // SHARD) if front.long else 0
+    for shard in (folder / "data").glob("[0-9][0-9][0-9]"):
+        if int(shard.name) >= shards:
+            shutil.rmtree(shard)
 
 
-def _write_all(folder: Path, ordered: list[CaseRecord]) -> list[Path]:
-    """Write every case's data; the images are there already of cases whose `pixels` the run wrote."""
-    jobs = [(folder, folder / data_file(place), case) for place, case in enumerate(ordered, start=1)]
-    heavy = sum(1 for *_, case in jobs if not case.get("pixels"))
-    return [path for paths in all_of(write_case_data, jobs, heavy=heavy) for path in paths]
+def _jobs(folder: Path, cases: Sequence[CaseRecord], front: Front) -> Iterator[tuple[Path, Path, CaseRecord]]:
+    for place, case in enumerate(cases, start=1):
+        front.add(case)
+        yield folder, folder / data_file(place, long=front.long), case
+
+
+def _remove(stale: set[Path]) -> None:
+    for path in stale:
+        path.unlink()
 
 
 def policy(scripts: Sequence[str], styles: Sequence[str], *, alone: bool = False) -> str:

@@ -1,8 +1,7 @@
 """What the references of a run say of themselves, gathered from its cases, and what was found out about them."""
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -12,51 +11,61 @@ from rayproof.reports.results.records import CaseRecord, RunRecord
 _NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")
 MOST = 40  # sentences of a reference: more are in the cases
 FEW = 4  # values of a setting
+MOST_VALUES = 1000  # that are counted
 
 
-def panel(cases: Iterable[CaseRecord]) -> dict[str, dict[str, Any]]:
-    """Return per reference its `settings` (name to all values in use), `notes` and `unsupported` with their counts."""
-    notes: dict[str, Counter[str]] = {}
-    refusals: dict[str, Counter[str]] = {}
-    settings: dict[str, dict[str, dict[str, None]]] = {}
-    for case in cases:
-        for entry in _mappings(case.get("notes")):
-            notes.setdefault(str(entry.get("reference")), Counter())[str(entry.get("note"))] += 1
-        for entry in _mappings(case.get("unsupported")):
-            refusals.setdefault(str(entry.get("reference")), Counter())[str(entry.get("why"))] += 1
+class Said:
+    """What the references of a run say of themselves, taken up case by case."""
+
+    def __init__(self) -> None:
+        # By reference and, with the numbers left out, sentence: the first one, and how often it was said.
+        self._notes: dict[str, dict[str, tuple[str, int]]] = {}
+        self._refusals: dict[str, dict[str, tuple[str, int]]] = {}
+        self._settings: dict[str, dict[str, dict[str, None]]] = {}
+
+    def add(self, case: CaseRecord) -> None:
+        """Take up another case."""
+        for key, word, found in (("notes", "note", self._notes), ("unsupported", "why", self._refusals)):
+            for entry in _mappings(case.get(key)):
+                sentence, sentences = str(entry.get(word)), found.setdefault(str(entry.get("reference")), {})
+                first, count = sentences.get(alike := _NUMBER.sub("#", sentence), (sentence, 0))
+                sentences[alike] = first, count + 1
         for name, used in _items(case.get("settings")):
             for key, value in _items(used):
-                settings.setdefault(name, {}).setdefault(key, {})[str(value)] = None
-    return {
-        name: {
-            "settings": {key: _few(list(values)) for key, values in settings.get(name, {}).items()},
-            "notes": _alike(notes.get(name, Counter())),
-            "unsupported": _alike(refusals.get(name, Counter())),
+                values = self._settings.setdefault(name, {}).setdefault(key, {})
+                if len(values) < MOST_VALUES:
+                    values[str(value)] = None
+
+    @property
+    def panel(self) -> dict[str, dict[str, Any]]:
+        """Return per reference its `settings` (name to all values), `notes` and `unsupported` with their counts."""
+        return {
+            name: {
+                "settings": {key: _few(list(values)) for key, values in self._settings.get(name, {}).items()},
+                "notes": _most(self._notes.get(name, {})),
+                "unsupported": _most(self._refusals.get(name, {})),
+            }
+            for name in sorted({*self._notes, *self._refusals, *self._settings})
         }
-        for name in sorted({*notes, *refusals, *settings})
-    }
 
 
 def findings(results: RunRecord) -> list[dict[str, Any]]:
     """Return the findings that the run was judged with: its own where it recorded them, else those checked in."""
     recorded = results.get("findings")
     if isinstance(recorded, list):
-        return [dict(entry) for entry in _mappings(recorded)]
+        return [{key: value for key, value in entry.items() if key != "met"} for entry in _mappings(recorded)]
     return [asdict(entry) for entry in known_findings()]
 
 
-def _alike(sentences: Counter[str]) -> list[tuple[str, int]]:
-    """Return the sentences that differ in more than numbers, the first of each, and how often it was said."""
-    first: dict[str, str] = {}
-    counts: Counter[str] = Counter()
-    for sentence, count in sentences.items():
-        counts[first.setdefault(_NUMBER.sub("#", sentence), sentence)] += count
-    return counts.most_common(MOST)
+def _most(sentences: Mapping[str, tuple[str, int]]) -> list[tuple[str, int]]:
+    """Return the sentences that were said most often, of those that differ in numbers alone the first."""
+    return sorted(sentences.values(), key=lambda entry: -entry[1])[:MOST]
 
 
 def _few(values: list[str]) -> list[str]:
     """Return the first values, and how many more there are: an epsilon may differ from case to case."""
-    return values if len(values) <= FEW else [*values[: FEW - 1], f"{len(values) - FEW + 1} more, by case"]
+    more = " or" if len(values) == MOST_VALUES else ""
+    return values if len(values) <= FEW else [*values[: FEW - 1], f"{len(values) - FEW + 1}{more} more, by case"]
 
 
 def _mappings(value: Any) -> list[Mapping[str, Any]]:

@@ -1,23 +1,25 @@
 """What the front page shows of the tracer's routes: each other one of a run beside the judged one, over all cases."""
 
-from collections.abc import Iterable
 from typing import Any
 
 from rayproof.reports.results.json_numbers import number
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
 
+NAMED = 8  # cases in which a route differs
 
-def routes_of_run(cases: Iterable[CaseRecord]) -> list[dict[str, Any]]:
-    """Return a row a route and configuration, what differs first: in how many cases and pixels it was compared.
 
-    `worst` is the largest difference over its limit and `where` its case; `failed` names the cases in which it differs.
-    """
-    rows: dict[tuple[str, str], dict[str, Any]] = {}
-    for case in cases:
+class Routes:
+    """The comparisons of a run's routes, taken up case by case."""
+
+    def __init__(self) -> None:
+        self._rows: dict[tuple[str, str], dict[str, Any]] = {}
+
+    def add(self, case: CaseRecord) -> None:
+        """Take up another case."""
         for entry in case.get("consistency", ()):
             key = str(entry.get("path")), str(entry.get("configuration"))
-            row = rows.setdefault(
+            row = self._rows.setdefault(
                 key,
                 {
                     "path": key[0],
@@ -34,9 +36,16 @@ def routes_of_run(cases: Iterable[CaseRecord]) -> list[dict[str, Any]]:
             row["cases"] += 1
             pixels = entry.get("pixels")
             row["pixels"] += pixels if isinstance(pixels, int) else 0
-            if entry.get("verdict") == Outcome.FAIL:
+            if entry.get("verdict") == Outcome.FAIL and len(row["failed"]) < NAMED:
                 row["failed"].append(case.get("name"))
             ratio = number(entry.get("worst"))
             if ratio is not None and (row["worst"] is None or ratio > row["worst"]):
                 row |= {"worst": ratio, "where": case.get("name")}
-    return sorted(rows.values(), key=lambda row: (not row["failed"], row["path"], row["configuration"]))
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row a route and configuration, what differs first: in how many cases and pixels it was compared.
+
+        `worst` is the largest difference over its limit and `where` its case; `failed` names cases in which it differs.
+        """
+        return sorted(self._rows.values(), key=lambda row: (not row["failed"], row["path"], row["configuration"]))

@@ -7,16 +7,18 @@ neither the network nor the disk. The 3-D viewer is there once, and each open vi
 
 import base64
 import html
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of, view_of
+from rayproof.reports.publish.page.front_data import SHARD, Front, data_file, rows_file
 from rayproof.reports.publish.page.history import DATA as HISTORY
-from rayproof.reports.publish.page.page import data_file, digest, page_data, page_parts
+from rayproof.reports.publish.page.page import digest, page_data, page_parts
 from rayproof.reports.publish.page.plots import FOLDER, LIBRARY
 from rayproof.reports.publish.page.plots import pages as plots
 from rayproof.reports.publish.page.viewer_page import digests_in_one, page_in_one, vendored
 from rayproof.reports.results.atomic import replacing
+from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.image_script import handed_over
@@ -30,22 +32,28 @@ def write_single_file(folder: Path, results: RunRecord) -> Path:
     """Write `folder`/report.html from what `publish_all` wrote into `folder`, and return its path."""
     scripts, styles = digests_in_one()
     # Drawings by `rayproof tradeoff` and their page are files beside; the page of plots has all of their points.
-    ordered = worst_first(results["cases"])
-    data = page_data(folder, results, ordered) | {"alone": True, "tradeoff": []}
+    ordered, front = worst_first(results["cases"]), Front(folder, results)
+    for number, case in enumerate(ordered, start=1):
+        front.add(case)
+        if front.long and (number % SHARD == 0 or number == len(ordered)):
+            front.handed_over(number)  # they are in a script, too
+    data = page_data(folder, results, front) | {"alone": True, "tradeoff": []}
     head, tail = page_parts(results, data, alone=True, digests=([*scripts, digest(vendored(LIBRARY))], styles))
     path = folder / NAME
     with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
         file.write(head)
-        for element in _elements(folder, ordered):
+        for element in _elements(folder, ordered, long=front.long):
             file.write(element)
         file.write(tail)
     return path
 
 
-def _elements(folder: Path, ordered: list[CaseRecord]) -> Iterator[str]:
+def _elements(folder: Path, ordered: Sequence[CaseRecord], *, long: bool) -> Iterator[str]:
     viewed = False
-    for number, case in enumerate(ordered, start=1):
-        record, kept = data_file(number), case.get("pixels")
+    for number, case in enumerate(briefs(ordered), start=1):
+        if long and number % SHARD == 1:
+            yield from _script(folder, rows_file(number))
+        record, kept = data_file(number, long=long), case.get("pixels")
         written = record.replace(".js", ".pixels.js")
         for name in (record, kept if isinstance(kept, str) and inside(folder, kept) else written):
             yield from _script(folder, name)

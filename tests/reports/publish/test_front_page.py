@@ -3,6 +3,8 @@
 import pytest
 
 from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.page import front_data
+from rayproof.reports.publish.page import page as page_module
 from rayproof.reports.publish.page.page import publish
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.json_numbers import legible
@@ -204,3 +206,29 @@ def test_a_page_without_data_says_so(visit):
     page = visit.open(page="tradeoff")
 
     assert page.locator("main").inner_text().startswith("Error against time: this report has no data for it.")
+
+
+def test_a_long_list_is_columns_in_the_page_and_rows_in_scripts(browser, tmp_path, monkeypatch):
+    monkeypatch.setattr(front_data, "SHARD", 32)
+    monkeypatch.setattr(page_module, "SHARD", 32)
+    results = make_folder(tmp_path, extra_cases=120)
+    publish(tmp_path, results)
+    assert sorted(path.name for path in (tmp_path / "data").iterdir()) == ["000", "001", "002", "003", "004"]
+    assert "A unit sphere over a plane" not in (tmp_path / "index.html").read_text()
+    visit = Visit(browser, tmp_path)
+
+    page = visit.open()
+    first = page.locator(".cases tbody tr").nth(1)
+    first.get_by_text("interior pixels beyond the limit").wait_for()
+    assert first.locator(".cell.v-fail").count() >= 1
+    assert "interior pixels beyond the limit" in page.locator(".blamed li").first.inner_text()
+    page.get_by_label("id", exact=True).select_option("NRM-3")
+    assert visit.names() == ["sphere/sheared"]
+    page.get_by_role("button", name="clear").click()
+    page.get_by_title("sort by case", exact=True).click()
+    page.get_by_title("sort by case", exact=True).click()
+    assert visit.names()[0] == "sphere/sheared"
+    page = visit.open(case="more/case_119")
+    assert "A unit sphere over a plane" in page.locator("main").inner_text()
+    page.locator(".pane canvas").first.wait_for()
+    visit.end()

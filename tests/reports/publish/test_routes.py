@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.publish.page.page import publish
-from rayproof.reports.publish.page.routes_data import routes_of_run
+from rayproof.reports.publish.page.routes_data import Routes
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 
@@ -22,7 +22,11 @@ def test_comparisons_of_a_route_are_added_up_and_the_worst_named() -> None:
         {"name": "c"},
     ]
 
-    differs, agrees = routes_of_run(cases)
+    routes = Routes()
+    for case in cases:
+        routes.add(case)
+
+    differs, agrees = routes.rows
 
     assert (differs["path"], differs["cases"], differs["pixels"], differs["failed"]) == ("numbers", 2, 2400, ["b"])
     assert differs["worst"] == float("inf")

@@ -26,6 +26,8 @@ def test_results_are_there_before_anybody_waits_for_a_picture(tmp_path: Path, mo
         def __exit__(self, *_: object) -> None:
             found.append(load_results(tmp_path))
 
+        def tell(self, cases: object) -> None: ...
+
     monkeypatch.setattr(suite, "Drawing", Waiting)
     monkeypatch.setattr(suite, "stand_guards", lambda: None)
     monkeypatch.setattr(suite, "render_and_judge", lambda *_: ([], True, None))

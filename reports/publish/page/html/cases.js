@@ -10,14 +10,24 @@
     const holder = e("div", { class: "scroll" });
     let rows = [], columns = [], virtual = null, table = null;
 
-    const line = (row) => e("tr", { class: rayproof.tone(row.verdict) },
+    const cells = (row) => [
       e("td", { class: "state" }, rayproof.pill(row.verdict)),
       e("th", { scope: "row", class: "name" }, e("a", { href: rayproof.link({ case: row.name, stage: row.stage }) }, e("bdi", {}, row.name)),
-        e("div", { class: "muted" }, row.verdict === "pass" ? row.stresses : row.reason || row.stresses)),
+        e("div", { class: "muted" }, row.verdict === "pass" ? row.stresses : row.reason || row.stresses || "\u00A0")),
       e("td", { class: "blame" }, row.blame),
       e("td", {}, rayproof.ratioBar(row.ratio)),
-      columns.map((name) => e("td", { class: "matrix", "data-label": name }, rayproof.cell(row.cells[name], name))),
-      e("td", { class: "figure time" }, rayproof.seconds(row.seconds)));
+      columns.map((name) => e("td", { class: "matrix", "data-label": name }, row.cells ? rayproof.cell(row.cells[name], name) : null)),
+      e("td", { class: "figure time" }, rayproof.seconds(row.seconds))];
+
+    function line(row) {
+      const node = e("tr", { class: rayproof.tone(row.verdict) }, cells(row));
+      rayproof.complete(row)?.then(() => {
+        const held = node.contains(document.activeElement);
+        rayproof.replace(node, cells(row));
+        if (held) node.querySelector("a").focus();
+      }, () => {}); // what the page has of it stays
+      return node;
+    }
 
     function heading(order) {
       const title = (key, text, more = {}) => {
@@ -28,7 +38,7 @@
         e("span", { "aria-hidden": "true" }, now === "descending" ? " \u25BE" : now ? " \u25B4" : "")));
       };
       return [title("verdict", "verdict"), title("name", "case", { class: "name" }), title("blame", "blamed"), title("ratio", "error / limit"),
-        columns.map((name) => title(`by ${name}`, name, { class: "matrix" })), title("time", "time", { class: "figure" })];
+        columns.map((name) => (results.list ? e("th", { scope: "col", class: "matrix" }, name) : title(`by ${name}`, name, { class: "matrix" }))), title("time", "time", { class: "figure" })];
     }
 
     function show() {
@@ -59,7 +69,7 @@
       const present = rayproof.verdicts.filter((name) => results.cases.some((row) => row.verdict === name)).reverse();
       const pick = (key, title, values) => rayproof.select(title, [["", `any ${title}`], ...values.map((value) => [value, rayproof.word(value)])],
         filter[key] || "", (value) => set({ [key]: value }));
-      const search = e("input", { type: "search", placeholder: "name, reason, id \u2026", "aria-label": "search",
+      const search = e("input", { type: "search", placeholder: results.list ? "name, id, blamed \u2026" : "name, reason, id \u2026", "aria-label": "search",
         value: filter.q || "", oninput: () => { rayproof.amend({ q: search.value }); show(); } });
       rayproof.replace(controls, pick("verdict", "verdict", present), pick("family", "family", distinct("family")),
         pick("id", "id", results.coverage.map((item) => item.id)), pick("stage", "stage", results.stages.map((stage) => stage.name)),

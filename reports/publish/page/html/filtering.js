@@ -11,6 +11,7 @@
     if (filter.stage && !row.stages.includes(filter.stage) && row.stage !== filter.stage) return false;
     const words = (filter.q || "").toLowerCase().split(/\s+/).filter(Boolean);
     if (!words.length) return true;
+    // Of a long run reasons and what cases are for are known once their rows were in view.
     const text = [row.name, row.reason, row.stresses, row.blame, ...(row.covers || [])].join(" ").toLowerCase();
     return words.every((word) => text.includes(word));
   };
@@ -35,7 +36,7 @@
     const back = order.startsWith("-");
     const name = back ? order.slice(1) : order;
     const column = name.startsWith("by ") ? name.slice(3) : null;
-    const key = column !== null ? (row) => rank(row.cells[column]) : Object.hasOwn(KEYS, name) ? KEYS[name] : null;
+    const key = column !== null ? (row) => rank(row.cells?.[column]) : Object.hasOwn(KEYS, name) ? KEYS[name] : null;
     if (!key) return rows;
     const compare = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
     return [...rows].sort((a, b) => (back ? -1 : 1) * compare(key(a), key(b)));

@@ -99,6 +99,16 @@
           e("td", { class: "figure" }, counts.executed), e("td", { class: "figure" }, counts.compared)))))) : null);
   };
 
+  // Why a case failed; of a long run once its row is there.
+  function reason(row, others) {
+    const node = e("bdi", { class: "muted" });
+    const show = () => row.reason && rayproof.replace(node, ` \u2013 ${others ? `${row.name}: ` : ""}${row.reason}`);
+    const waiting = rayproof.complete(row);
+    if (waiting) waiting.then(show, () => {});
+    else show();
+    return node;
+  }
+
   // One row a cause, or for what is blamed where no cause is known, with its cases below.
   rayproof.blamed = function (results) {
     const bad = results.cases.filter((row) => !["pass", "warn", "undecided", "unsupported"].includes(row.verdict));
@@ -120,7 +130,7 @@
         row.cause || row.blame ? e("strong", {}, e("bdi", {}, row.cause || row.blame)) : e("span", { class: "muted" }, "no stage"), " in ",
         [row, ...rest].slice(0, 8).flatMap((one, place) => [place ? ", " : "", e("a", { href: rayproof.link({ case: one.name, stage: one.stage }) }, e("bdi", {}, one.name))]),
         rest.length > 7 ? ` and ${rest.length - 7} more` : "",
-        row.reason ? e("bdi", { class: "muted" }, ` \u2013 ${rest.length ? `${row.name}: ` : ""}${row.reason}`) : null))),
+        reason(row, rest.length)))),
       left ? e("p", { class: "muted" }, `and ${left} more in the list below`) : null);
   };
 

@@ -37,6 +37,7 @@
     // Neighbours are those of the list as it was filtered and sorted.
     const order = list ? list.rows() : results.cases;
     const place = order.indexOf(results.cases[at]);
+    await rayproof.complete(results.cases[at]);
     return rayproof.caseView(results, results.cases[at], { before: order[place - 1], after: place < 0 ? undefined : order[place + 1] });
   }
 
@@ -73,5 +74,8 @@
     if (name === undefined && other === undefined) rayproof.listAddress = location.hash;
     show();
   });
-  show();
+  rayproof.rows(results).then((rows) => {
+    results.cases = rows;
+    show();
+  });
 })(window.rayproof);

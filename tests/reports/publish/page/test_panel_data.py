@@ -1,6 +1,13 @@
 """What references say in many cases is said once, counted; findings come from the run, else from the checkout."""
 
-from rayproof.reports.publish.page.panel_data import findings, panel
+from rayproof.reports.publish.page.panel_data import Said, findings
+
+
+def panel(cases):
+    said = Said()
+    for case in cases:
+        said.add(case)
+    return said.panel
 
 
 def test_notes_refusals_and_settings_are_gathered_over_cases() -> None:
