@@ -152,17 +152,14 @@ class Limits:
     @property
     def review(self) -> list[ReviewRecord]:
         """Return them, the highest first; at most the `LISTED` highest."""
-        listed: list[ReviewRecord] = [
-            {"check": name, "ratio": -ratio, "why": f"above {HIGH}"} for ratio, _, _, name in sorted(self._tight)
+        slack = [(highest, count, name) for _, count, highest, name in self._groups.values() if highest < LOW]
+        listed = [
+            ReviewRecord(check=name, ratio=-ratio, why=f"above {HIGH}") for ratio, _, _, name in sorted(self._tight)
         ]
-        listed += sorted(
-            [
-                {"check": name, "ratio": highest, "why": f"below {LOW} in all {count} cases"}
-                for _, count, highest, name in self._groups.values()
-                if highest < LOW
-            ],
-            key=lambda entry: -entry["ratio"],
-        )
+        listed += [
+            ReviewRecord(check=name, ratio=highest, why=f"below {LOW} in all {count} cases")
+            for highest, count, name in sorted(slack, key=lambda entry: -entry[0])
+        ]
         return listed[:LISTED]
 
 
