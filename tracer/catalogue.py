@@ -8,10 +8,9 @@ from rayproof.cases.declarations import DeclaredRegistry
 from rayproof.tracer.camera import CAMERA
 from rayproof.tracer.clipping import CLIPPING
 from rayproof.tracer.feelers import FEELERS
-from rayproof.tracer.formula import KINDS, Formula, is_own
+from rayproof.tracer.formula import KINDS, Formula, is_own, own_formula
 from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.normals import NORMALS
-from rayproof.tracer.own_formula import own_formula
 from rayproof.tracer.shading import SHADING
 from rayproof.tracer.transforms import TRANSFORMS
 

@@ -7,8 +7,7 @@ from typing import Any
 
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.tracer.catalogue import FORMULAS
-from rayproof.tracer.formula import MARK, Formula, is_own
-from rayproof.tracer.own_formula import digest
+from rayproof.tracer.formula import MARK, Formula, digest, is_own
 
 # A user's file may have slashes in its path; the next part begins after its function's name.
 _PART = re.compile(rf"(?:[^/=]+=[^=:]*{re.escape(MARK)}\w*|[^/]*)(?:/|$)")

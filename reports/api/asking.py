@@ -69,7 +69,7 @@ def render(
     from rayproof.tracer.catalogue import FORMULAS
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.device.llvm import select as select_llvm
-    from rayproof.tracer.own_formula import forget
+    from rayproof.tracer.formula import forget
     from rayproof.tracer.render import render as trace
 
     asked = image_stages(stages)

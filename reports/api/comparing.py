@@ -66,7 +66,7 @@ def compare(
     from rayproof.reports.studies.compare.comparison import compare as compare_formulas
     from rayproof.reports.studies.compare.contenders import contender, seen
     from rayproof.reports.studies.compare.questions import questions
-    from rayproof.tracer.own_formula import forget
+    from rayproof.tracer.formula import forget
 
     forget()
     pair = seen(*(contender(str(name), precision=precision) for name in (base, candidate)))

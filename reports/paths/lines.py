@@ -24,7 +24,7 @@ from rayproof.reports.paths.unreached import FUNCTIONS, LINES
 
 TRACER = Path(__file__).parents[2] / "tracer"
 FORMULAS = ("camera", "clipping", "feelers", "intersections", "normals", "shading", "transforms")
-DECLARED, FROM_USERS = "paths.py", "own_formula.py"
+DECLARED, FROM_USERS = "paths.py", "formula.py"
 # Beside the cases that are chosen for routes: what one of them alone reaches.
 ALONE = ("acne/light_on_the_sphere", "crowds/spheres_beside_a_mesh", "faces/one", "faces/over_two_to_the_15")
 # Of shapes that are unrolled, and in trees of every kind: what another formula reaches, it reaches in these.

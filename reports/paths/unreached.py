@@ -15,7 +15,6 @@ FUNCTIONS: Mapping[str, str] = {
     "frames.py:Frames.asked": BENCH,
     "frames.py:Frames.pixels": "a copy of what was rendered, which nothing is here",
     "shapes/triangles.py:layers": "asked about images of 2^17 samples or more: tests/tracer/test_plan.py",
-    "formula.py:Formula.summary": JUDGE,
     "catalogue.py:Catalogue.__contains__": JUDGE,
     "catalogue.py:Catalogue.named": JUDGE,
     "configuration.py:parts_of": JUDGE,

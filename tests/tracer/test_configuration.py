@@ -7,7 +7,7 @@ import pytest
 
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.own_formula import OwnFormulaError
+from rayproof.tracer.formula import OwnFormulaError
 
 
 @pytest.mark.parametrize(
