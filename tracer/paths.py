@@ -10,21 +10,18 @@ from math import radians, tan
 
 import numpy as np
 
-from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Triangle
+from rayproof.cases.scene import Scene, Shape
 from rayproof.tracer.acceleration.builder import MOST_BY_AREA
-from rayproof.tracer.acceleration.bvhs import flat
 from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.triangle_bvh import bounds
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import backend
 from rayproof.tracer.frames import PACKETS
 from rayproof.tracer.plan import Plan
-from rayproof.tracer.shapes.records import SLOTS, square_vectors
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.triangles import baked, degenerate
 from rayproof.tracer.stages.camera_rays import WIDEST
 from rayproof.tracer.stages.illumination import MANY
-from rayproof.tracer.stages.intersector import can_shadow_itself
 
 STAGES, NUMBERS, FRAMES = "stages", "numbers", "frames"
 
@@ -42,17 +39,19 @@ class Rendering:
     @property
     def trees(self) -> tuple[tuple[Shape, ...], ...]:
         """Return the members of each tree: triangles in one, other shapes by kind, sheared squares by themselves."""
-        members: dict[object, list[Shape]] = {}
+        members: dict[str, list[Shape]] = {}
         for shape in self.scene.shapes:
             if self.plan.in_tree(shape):
-                key = "triangle" if flat(shape) else (SLOTS[type(shape)], _sheared(shape))
-                members.setdefault(key, []).append(shape)
+                members.setdefault(traced(shape).tree, []).append(shape)
         return tuple(map(tuple, members.values()))
 
     @property
     def counts(self) -> tuple[int, ...]:
         """Return how many items each tree holds."""
-        return tuple(self._parts or sum(_items(s) for s in tree) if flat(tree[0]) else len(tree) for tree in self.trees)
+        return tuple(
+            len(tree) if traced(tree[0]).tree != "triangle" else self._parts or sum(_faces(s) for s in tree)
+            for tree in self.trees
+        )
 
     @property
     def in_parts(self) -> bool:
@@ -81,7 +80,9 @@ class Rendering:
     @property
     def blockers(self) -> bool:
         """Say whether anything may stand before a light."""
-        return self.lit and (len(self.scene.shapes) > 1 or any(map(can_shadow_itself, self.scene.shapes)))
+        return self.lit and (
+            len(self.scene.shapes) > 1 or any(traced(shape).can_shadow_itself for shape in self.scene.shapes)
+        )
 
     @property
     def tile(self) -> tuple[int, int]:
@@ -94,12 +95,9 @@ class Rendering:
         return self.tile != (1, 1) and not self.plan.split
 
 
-def _sheared(shape: Shape) -> bool:
-    return SLOTS[type(shape)] == "square" and not square_vectors(Transform(to_world=shape.to_world))[3]
-
-
-def _items(shape: Shape) -> int:
-    return int((~degenerate(shape)).sum()) if isinstance(shape, Mesh | Triangle) else 1
+def _faces(shape: Shape) -> int:
+    """Return how many triangles there are that a ray can meet."""
+    return int((~degenerate(shape)).sum())
 
 
 def _levels(count: int) -> int:
@@ -107,23 +105,26 @@ def _levels(count: int) -> int:
     return max(0, count - 1).bit_length()
 
 
-def _kind(slot: str, *, sheared: bool = False, placed: bool | None = None) -> Callable[[Rendering], bool]:
-    """Return whether a tree holds shapes of that slot, and of spheres whether one of them has a transform."""
+def _kind(name: str, *, placed: bool | None = None) -> Callable[[Rendering], bool]:
+    """Return whether there is a tree of that name, and of spheres whether one of them has a transform."""
 
     def meets(r: Rendering) -> bool:
-        for tree in r.trees:
-            first = tree[0]
-            if flat(first) or SLOTS[type(first)] != slot or _sheared(first) is not sheared:
-                continue
-            if placed is None or placed is any(not Transform(to_world=one.to_world).identity for one in tree):
-                return True
-        return False
+        return any(
+            placed is None or placed is any(not traced(shape).transform.identity for shape in tree)
+            for tree in r.trees
+            if traced(tree[0]).tree == name
+        )
 
     return meets
 
 
 def _triangles(r: Rendering) -> tuple[Shape, ...]:
-    return next((tree for tree in r.trees if flat(tree[0])), ())
+    return next((tree for tree in r.trees if traced(tree[0]).tree == "triangle"), ())
+
+
+def _bounded(r: Rendering) -> bool:
+    """Return whether a shape that has an end is unrolled."""
+    return any(not r.plan.in_tree(shape) and not traced(shape).endless for shape in r.scene.shapes)
 
 
 def _narrow(r: Rendering) -> bool:
@@ -181,9 +182,7 @@ PATHS: tuple[Path, ...] = (
     _path("trees/ellipsoids", "spheres in a tree, with transforms", _kind("sphere", placed=True)),
     _path("trees/cubes", "cubes in a tree", _kind("cube")),
     _path("trees/squares", "squares in a tree", _kind("square")),
-    _path(
-        "trees/sheared squares", "squares whose sides are not at right angles, in a tree", _kind("square", sheared=True)
-    ),
+    _path("trees/sheared squares", "squares whose sides are not at right angles, in a tree", _kind("sheared square")),
     _path(
         "trees/several",
         "several trees, of triangles and of other shapes",
@@ -194,7 +193,7 @@ PATHS: tuple[Path, ...] = (
         "trees/faces left out",
         "a mesh without its degenerate faces",
         lambda r: (
-            len(_triangles(r)) == 1 and any(degenerate(one).any() for one in _triangles(r) if isinstance(one, Mesh))
+            len(_triangles(r)) == 1 and any(degenerate(one).any() for one in _triangles(r) if not traced(one).single)
         ),
     ),
     _path("trees/in parts", "long slanting triangles in parts, a box for each", lambda r: r.in_parts),
@@ -215,17 +214,12 @@ PATHS: tuple[Path, ...] = (
     _path(
         "cones/from the eye",
         "packets go past shapes that their cone shows they miss",
-        lambda r: r.together and any(not r.plan.in_tree(s) and not isinstance(s, Plane) for s in r.scene.shapes),
+        lambda r: r.together and _bounded(r),
     ),
     _path(
         "cones/from a light",
         "feelers go past shapes likewise",
-        lambda r: (
-            r.together
-            and r.blockers
-            and 0 < len(r.scene.lights) <= MANY
-            and any(not r.plan.in_tree(s) and not isinstance(s, Plane) for s in r.scene.shapes)
-        ),
+        lambda r: r.together and r.blockers and 0 < len(r.scene.lights) <= MANY and _bounded(r),
     ),
     _path(
         "cones/planes",
@@ -234,7 +228,7 @@ PATHS: tuple[Path, ...] = (
             r.together
             and r.blockers
             and 0 < len(r.scene.lights) <= MANY
-            and any(isinstance(s, Plane) for s in r.scene.shapes)
+            and any(traced(s).endless for s in r.scene.shapes)
         ),
     ),
     _path("tables/chosen", "what belongs to a shape is chosen among all", lambda r: r.unrolled and not r.plan.tables),

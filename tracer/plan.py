@@ -7,14 +7,15 @@ together as well, in fewer rows where triangles are nearly as small as pixels; w
 deep as hair, a second kernel takes feelers one by one.
 """
 
+from collections import Counter
 from dataclasses import dataclass
 
-from rayproof.cases.scene import Mesh, Plane, Scene, Shape
+from rayproof.cases.scene import Mesh, Scene, Shape
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.device.kernel_constants import KernelConstants
-from rayproof.tracer.shapes.records import SLOTS
+from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.triangles import layers
 
 HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
@@ -53,7 +54,7 @@ class Plan:
 
     def in_tree(self, shape: Shape) -> bool:
         """Return whether a shape goes into a tree."""
-        return isinstance(shape, Mesh) or SLOTS.get(type(shape)) in self.trees
+        return not traced(shape).single or traced(shape).slot in self.trees
 
     @property
     def text(self) -> str:
@@ -80,11 +81,8 @@ class Context:
 
 
 def _kinds(shapes: tuple[Shape, ...]) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for shape in shapes:
-        if not isinstance(shape, Mesh | Plane) and type(shape) in SLOTS:
-            counts[SLOTS[type(shape)]] = counts.get(SLOTS[type(shape)], 0) + 1
-    return counts
+    """Return how many shapes of each kind might go into a tree."""
+    return Counter(one.slot for one in map(traced, shapes) if one.single and not one.endless)
 
 
 def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Plan:

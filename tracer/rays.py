@@ -12,9 +12,9 @@ class Ray:
 
     origin: Any
     direction: Any
-    # What formulas of triangles derive from the ray alone, once for all triangles that it meets
-    # (`tracer.numerics.shear`).
-    prepared: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+    # What formulas of triangles derive from the ray alone, once for all triangles that it meets: a
+    # `tracer.numerics.shear.Shear`, or None where each formula derives it by itself.
+    shear: Any = field(default=None, repr=False, compare=False)
 
     def at(self, t: Any) -> Any:
         """Return the points at parameter `t` [m]."""

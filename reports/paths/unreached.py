@@ -56,8 +56,7 @@ LINES: Mapping[str, str] = {
         'stages/camera_rays.py:row = row + context.parameters("first_row", types.Int(camera.first_row * view.per_side))'
     ): "bands of an image too large for one piece: tests/reports/run/test_banded_run.py",
     "catalogue.py:if slot not in self.slots:": REFUSED,
-    "shapes/records.py:case _:": REFUSED,
-    'shapes/records.py:known = ", ".join(kind.__name__ for kind in SLOTS)': REFUSED,
+    'shapes/kinds.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
     (
         'shapes/representable.py:return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"'
     ): REFUSED,

@@ -16,7 +16,7 @@ from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.records import TriangleArrays
+from rayproof.tracer.shapes.triangles import TriangleArrays
 
 TRIANGLES = [formula for formula in FORMULAS.variants("triangle") if formula.kind == "right"]
 

@@ -18,7 +18,7 @@ from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, host_fo
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.device.buffers import DeviceBuffers
-from rayproof.tracer.numerics.shear import prepare, turning_alike, turns
+from rayproof.tracer.numerics.shear import prepared, turning_alike, turns
 from rayproof.tracer.rays import Interval, Ray
 
 TRIANGLES = 28  # in a tree of 32 leaves, the same kernel for every scene
@@ -149,7 +149,7 @@ def test_feelers_that_part_lose_no_hit_either() -> None:
         feelers = [Ray(origin=vector(types, end), direction=vector(types, light - end)) for end in ends]
         eye = types.Vector(*map(float, light))
 
-        prepare(feelers)
+        feelers = prepared(feelers)
         blocked = any_hit_in_groups(
             types,
             from_the_light(forest, feelers, eye, segment),

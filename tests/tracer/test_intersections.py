@@ -12,7 +12,7 @@ from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formula import Formula
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.records import upload
+from rayproof.tracer.shapes.kinds import traced
 from tests.tracer.scenes import ALBEDO
 
 RIGHT = {
@@ -48,7 +48,7 @@ def distances(
     origins, directions = (np.array([ray[k] for ray in rays], dtype=kind).T for k in range(2))
     ray = Ray(origin=types.Vector(origins), direction=types.Vector(directions))
     interval = Interval(nearest=types.Float(nearest), farthest=types.Float(farthest))
-    return np.array(formula.function(ray, upload(UNIT[slot], types), interval), dtype=np.float64)
+    return np.array(formula.function(ray, traced(UNIT[slot]).arrays(types), interval), dtype=np.float64)
 
 
 def signed_distance(slot: str, points: np.ndarray) -> np.ndarray:
@@ -180,6 +180,8 @@ def test_a_tiny_triangle_is_hit_like_a_large_one(formula: Formula, precision: st
     small = Triangle(albedo=ALBEDO, vertices=((-1e-6, -1e-6, 0.0), (1e-6, -1e-6, 0.0), (0.0, 1e-6, 0.0)))
     ray = Ray(origin=types.Vector(1e-7, 1e-7, 1e-5), direction=types.Vector(0.0, 0.0, -1.0))
 
-    t = formula.function(ray, upload(small, types), Interval(nearest=types.Float(0), farthest=types.Float(dr.inf)))
+    t = formula.function(
+        ray, traced(small).arrays(types), Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
+    )
 
     assert t[0] == pytest.approx(1e-5, rel=8 * UNIT_ROUNDOFF[precision])

@@ -14,7 +14,9 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.render import render
-from rayproof.tracer.shapes.records import CubeArrays, SphereArrays, TriangleArrays
+from rayproof.tracer.shapes.cube import CubeArrays
+from rayproof.tracer.shapes.sphere import SphereArrays
+from rayproof.tracer.shapes.triangles import TriangleArrays
 from tests.tracer.scenes import ALBEDO, camera, scene
 
 u = UNIT_ROUNDOFF["float32"]

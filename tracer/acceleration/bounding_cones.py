@@ -22,35 +22,13 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.cases.scene import Cube, Shape, Sphere, Square, Triangle
 from rayproof.tracer.acceleration.packet_bounds import larger, smaller
 from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.device.kernel_constants import KernelConstants
-from rayproof.tracer.shapes.records import HALF
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.shape import TracedShape
 
 ROUNDINGS = 32.0
-CORNERS = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-HALF, HALF) for z in (-HALF, HALF)])
-
-
-def ball(shape: Shape) -> tuple[np.ndarray, float] | None:
-    """Return the centre and the radius [m] of a ball about a shape, float64; None where the shape has no end."""
-    transform = Transform(to_world=shape.to_world)
-    match shape:
-        case Sphere():
-            center = transform.linear @ np.asarray(shape.center) + transform.translation
-            return center, float(np.linalg.norm(transform.linear, 2) * shape.radius)
-        case Cube() | Square():
-            corners = CORNERS if isinstance(shape, Cube) else CORNERS * (1, 1, 0)
-            return transform.translation, float(np.linalg.norm(corners @ transform.linear.T, axis=1).max())
-        case Triangle():
-            corners = world_triangles(shape)[0].astype(np.float64)
-            center = corners.mean(axis=0)
-            return center, float(np.linalg.norm(corners - center, axis=1).max())
-        case _:
-            return None
 
 
 class Directions:
@@ -107,24 +85,15 @@ class Cone:
         return Cone(axis=(-x, -y, -z), cosine=self.cosine, sine=self.sine)
 
 
-def _magnified(shape: Shape) -> float:
-    """Return how much more a point is off that was taken to object space; 1 without stretches across its axes."""
-    if isinstance(shape, Triangle):
-        return 1.0  # in world space from the beginning
-    transform = Transform(to_world=shape.to_world)
-    return float((np.abs(transform.linear) @ np.abs(transform.inverse)).sum(axis=1).max())
-
-
-def cone(shape: Shape, origin: Sequence[float], precision: str) -> Cone | None:
+def cone(shape: TracedShape, origin: Sequence[float], precision: str) -> Cone | None:
     """Return the cone about a shape as seen from `origin` [m]; None where it has half of all directions or more."""
-    found = ball(shape)
-    if found is None:
+    if shape.ball is None:
         return None
-    center, radius = found
+    center, radius = shape.ball
     way = center - np.asarray(origin, dtype=np.float64)
     distance = float(np.linalg.norm(way))
     rounded = ROUNDINGS * UNIT_ROUNDOFF[precision]
-    subtracted = float(np.linalg.norm(origin) + np.linalg.norm(center) + distance) * _magnified(shape)
+    subtracted = float(np.linalg.norm(origin) + np.linalg.norm(center) + distance) * shape.magnified
     widest = math.sqrt(radius * radius + rounded * subtracted * subtracted) + rounded * subtracted
     if not widest < distance:
         return None

@@ -6,22 +6,16 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.cases.scene import Mesh, Shape, Triangle
+from rayproof.cases.scene import Shape
 from rayproof.tracer.acceleration.packet_bounds import Beam, smaller
 from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
 from rayproof.tracer.acceleration.shape_bvh import ShapeHierarchy, host_crowd
 from rayproof.tracer.acceleration.traversal import WIDER, Hierarchy, Walk, nearest
 from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, host_forest
-from rayproof.tracer.numerics.shear import prepare, turning_alike, turns
+from rayproof.tracer.numerics.shear import prepared, turning_alike, turns
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
-from rayproof.tracer.shapes.records import SLOTS, square_vectors
-from rayproof.tracer.shapes.transforms import Transform
-
-
-def flat(shape: Shape) -> bool:
-    """Return whether a shape is made of triangles."""
-    return isinstance(shape, Mesh | Triangle)
+from rayproof.tracer.shapes.kinds import traced
 
 
 class Hierarchies:
@@ -32,33 +26,28 @@ class Hierarchies:
         self.plan, self.buffers, self.parameters = context.plan, context.buffers, context.parameters
 
     @cached_property
+    def _members(self) -> dict[str, list[tuple[int, Shape]]]:
+        """Return the members of each tree by index."""
+        found: dict[str, list[tuple[int, Shape]]] = {}
+        for index, shape in enumerate(self.scene.shapes):
+            if self.plan.in_tree(shape):
+                found.setdefault(traced(shape).tree, []).append((index, shape))
+        return found
+
+    @cached_property
     def forest(self) -> TriangleHierarchy | None:
         """Return the tree over all triangles, or None without any."""
-        members = tuple(
-            (i, shape) for i, shape in enumerate(self.scene.shapes) if self.plan.in_tree(shape) and flat(shape)
-        )
-        host = host_forest(members, parts=self.plan.parts) if members else None
+        members: Any = self._members.get("triangle")
+        host = host_forest(tuple(members), parts=self.plan.parts) if members else None
         return None if host is None else TriangleHierarchy(host, self.types, self.buffers, self.parameters)
 
     @cached_property
     def hierarchies(self) -> tuple[Hierarchy, ...]:
         """Return all trees, those of triangles last."""
-        members: dict[tuple[str, bool], list[tuple[int, Shape]]] = {}
-        for index, shape in enumerate(self.scene.shapes):
-            if self.plan.in_tree(shape) and not flat(shape):
-                slot = SLOTS[type(shape)]
-                # The formula by a square's vectors is another one where they are not orthogonal.
-                sheared = slot == "square" and not square_vectors(Transform(to_world=shape.to_world))[3]
-                members.setdefault((slot, sheared), []).append((index, shape))
         crowds = [
-            ShapeHierarchy(
-                host_crowd(tuple(found)),
-                self.types,
-                self.buffers,
-                name=f"sheared {slot}" if sheared else slot,
-                parameters=self.parameters,
-            )
-            for (slot, sheared), found in members.items()
+            ShapeHierarchy(host_crowd(tuple(members)), self.types, self.buffers, name=name, parameters=self.parameters)
+            for name, members in self._members.items()
+            if name != "triangle"
         ]
         return (*crowds, *([] if self.forest is None else [self.forest]))
 
@@ -94,7 +83,7 @@ class Hierarchies:
         limits = [interval.farthest for interval in intervals] if limits is None else limits
         self.parameters.store(limits)
         width = max(dr.width(ray.direction) for ray in rays)
-        prepare(rays, together=narrow)
+        rays = prepared(rays, together=narrow)
         beam = Beam(hierarchy.nodes, rays[0].origin, [ray.direction for ray in rays])
         meet = self._meet(hierarchy, rays, intervals)
         walk = Walk(hierarchy=hierarchy, beam=beam, meet=meet, pipelined=self._pipelined(hierarchy))
@@ -123,7 +112,7 @@ class Hierarchies:
         rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
         if self.hierarchies:
             self.parameters.store(light)
-            prepare(rays)
+            rays = prepared(rays)
         for hierarchy in self.hierarchies:
             active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]
             triangles = hierarchy is self.forest

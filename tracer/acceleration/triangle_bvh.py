@@ -1,13 +1,14 @@
 """The triangles of all meshes of a scene in one tree, on the host and on the device."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.scene import Mesh, Triangle
+from rayproof.cases.scene import Mesh, Shape, Triangle
 from rayproof.tracer.acceleration.builder import tree_over
 from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, Nodes, quantise
@@ -16,8 +17,7 @@ from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.device.buffers import DeviceBuffers, aligned, packets
 from rayproof.tracer.device.kernel_constants import LITERALS, KernelConstants
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.records import TriangleArrays
-from rayproof.tracer.shapes.triangles import baked, degenerate, in_pieces, object_normals, slenderness
+from rayproof.tracer.shapes.triangles import TriangleArrays, baked, degenerate, in_pieces, object_normals, slenderness
 
 Meshes = tuple[tuple[int, Mesh | Triangle], ...]  # (index into the scene's shapes, mesh), ascending
 RECORD = 12  # words per slot: nine coordinates, the number, and two that make it three packets of four
@@ -34,32 +34,12 @@ class Member:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HostTriangleHierarchy:
-    """Triangles of all meshes, degenerate ones left out, numbered by shape and then by face.
-
-    What is looked up once a hit is made when it is first asked for, in the precision that it is asked for.
-    """
+    """Triangles of all meshes, degenerate ones left out, numbered by shape and then by face."""
 
     nodes: HostNodes
     records: np.ndarray  # (slots, RECORD) uint32: the bits of the corners in world space [m], float32, and the number
     members: tuple[Member, ...]
     counts: tuple[int, ...]  # triangles of each
-    _tables: dict[tuple[str, str], np.ndarray] = field(default_factory=dict, repr=False)
-
-    def _table(self, name: str, kind: Any) -> np.ndarray:
-        key = name, np.dtype(kind).name
-        if key not in self._tables:
-            of = {"normals": object_normals, "slenderness": slenderness}[name]
-            parts = [of(member.mesh, kind)[member.faces] for member in self.members]
-            self._tables[key] = parts[0] if len(parts) == 1 else np.concatenate(parts)
-        return self._tables[key]
-
-    def normals(self, kind: Any) -> np.ndarray:
-        """Return unit normals in object space, (n, 3)."""
-        return self._table("normals", kind)
-
-    def slenderness(self, kind: Any) -> np.ndarray:
-        """Return `tracer.shapes.triangles.slenderness`, (n,)."""
-        return self._table("slenderness", kind)
 
     @cached_property
     def faces(self) -> np.ndarray:
@@ -80,6 +60,13 @@ class HostTriangleHierarchy:
     def shapes(self) -> np.ndarray:
         """Return the index of each triangle's shape, (n,) int32."""
         return np.repeat(np.array([member.index for member in self.members], dtype=np.int32), self.counts)
+
+
+@lru_cache(maxsize=16)
+def _table(host: HostTriangleHierarchy, of: Callable[[Shape, Any], np.ndarray], kind: Any) -> np.ndarray:
+    """Return what a function says of each triangle, (n, ...); kept, since every rendering of a scene looks it up."""
+    parts = [of(member.mesh, kind)[member.faces] for member in host.members]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def bounds(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -178,10 +165,14 @@ class TriangleHierarchy:
 
     def normal(self, number: Any, active: Any) -> Any:
         """Return a triangle's unit normal in object space."""
-        normals = self._assets.floats("forest normals", self.types, lambda: self.host.normals(self._kind))
+        normals = self._assets.floats(
+            "forest normals", self.types, lambda: _table(self.host, object_normals, self._kind)
+        )
         return dr.gather(self.types.Vector, normals, self.types.UInt(number), active)
 
     def slenderness(self, number: Any, active: Any) -> Any:
         """Return the product of a triangle's edges over twice its area."""
-        slender = self._assets.floats("forest slenderness", self.types, lambda: self.host.slenderness(self._kind))
+        slender = self._assets.floats(
+            "forest slenderness", self.types, lambda: _table(self.host, slenderness, self._kind)
+        )
         return dr.gather(self.types.Float, slender, self.types.UInt(number), active)

@@ -13,14 +13,14 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.cases.scene import Plane, Shape, Triangle, Vector
+from rayproof.cases.scene import Vector
 from rayproof.tracer.acceleration.bounding_cones import Cone, Directions, cone
 from rayproof.tracer.device.coherent_branches import where
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
-from rayproof.tracer.shapes.records import SLOTS, upload
+from rayproof.tracer.shapes.kinds import traced
+from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.shapes.transforms import Transform
-from rayproof.tracer.shapes.triangles import degenerate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class UnrolledShape:
 
     index: int
     number: Any  # the same on the device
-    shape: Shape
+    shape: TracedShape
     transform: Transform
     arrays: Any
 
@@ -41,10 +41,6 @@ class UnrolledShapes:
         """Take the shapes of a scene that the plan puts into no tree."""
         self.scene, self.configuration, self.types = context.scene, context.configuration, context.types
         self.parameters, self._plan, self._placements = context.parameters, context.plan, transforms
-
-    def _unrolled(self, shape: Shape) -> bool:
-        # One that nobody knows is kept, so that `upload` names it.
-        return not self._plan.in_tree(shape) and not (isinstance(shape, Triangle) and degenerate(shape)[0])
 
     def _kept(self, index: int, record: Any) -> Any:
         """Return a shape's device record with its arrays as parameters."""
@@ -65,10 +61,10 @@ class UnrolledShapes:
                 number=self.parameters(f"shape {index} number", self.types.Int(index)),
                 shape=shape,
                 transform=self._placements[index],
-                arrays=self._kept(index, upload(shape, self.types)),
+                arrays=self._kept(index, shape.arrays(self.types)),
             )
-            for index, shape in enumerate(self.scene.shapes)
-            if self._unrolled(shape)
+            for index, shape in enumerate(map(traced, self.scene.shapes))
+            if not self._plan.in_tree(shape.shape) and not shape.empty
         )
 
     def _object_ray(self, body: UnrolledShape, ray: Ray) -> Ray:
@@ -76,7 +72,7 @@ class UnrolledShapes:
         return ray if body.transform.identity else self.configuration["to_object"](ray, body.transform)
 
     def _distance(self, body: UnrolledShape, ray: Ray, interval: Interval) -> Any:
-        formula = self.configuration.formula(SLOTS[type(body.shape)])
+        formula = self.configuration.formula(body.shape.slot)
         seen = self._object_ray(body, ray) if formula.facts["space"] == "object" else ray
         return formula.function(seen, body.arrays, interval)
 
@@ -131,7 +127,7 @@ class UnrolledShapes:
 
     def _right(self, body: UnrolledShape) -> bool:
         """Return whether a ray that misses a body's ball is sure to miss it by the formulas, too."""
-        slots = (SLOTS[type(body.shape)], "to_object")
+        slots = (body.shape.slot, "to_object")
         return all(self.configuration.formula(slot).kind == "right" for slot in slots)
 
     def _cone(self, body: UnrolledShape, origin: Vector) -> Cone | None:
@@ -164,7 +160,7 @@ class UnrolledShapes:
         self.parameters.store(directions.arrays)
 
         def asked(body: UnrolledShape) -> Any:
-            if isinstance(body.shape, Plane):
+            if body.shape.endless:
                 return self._crossing(body, feelers) if self._right(body) else None
             about = self._cone(body, light)
             name = f"shape {body.index} from {light}"

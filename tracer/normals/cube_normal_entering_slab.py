@@ -10,7 +10,7 @@ import drjit as dr
 from rayproof.cases.stages import Stage
 from rayproof.tracer.normals import NORMALS
 from rayproof.tracer.rays import Ray
-from rayproof.tracer.shapes.records import HALF
+from rayproof.tracer.shapes.shape import HALF
 
 
 @NORMALS.register("cube_normal/entering_slab", covers=("NRM-2",), kind="right", stage=Stage.NORMAL, takes="ray")

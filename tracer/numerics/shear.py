@@ -58,33 +58,29 @@ def _of(ray: Ray, x_largest: Any, y_largest: Any) -> Shear:
     return Shear(x_largest=x_largest, y_largest=y_largest, origin=origin, Sx=D.x * Sz, Sy=D.y * Sz, Sz=Sz)
 
 
-def prepare(rays: Sequence[Ray], *, together: bool = False) -> None:
-    """Keep each ray's own shear with it. Call it before a loop in which the rays meet many triangles.
+def prepared(rays: Sequence[Ray], *, together: bool = False) -> list[Ray]:
+    """Return rays that have their own shear with them, for a loop in which they meet many triangles.
 
     Rays of nearly the same direction may all turn as the middle one does (`together`); what is left is then computed
     once for all of them. Any component may come last that is not much smaller than the largest.
     """
     middle = _turn(rays[len(rays) // 2].direction)
-    for ray in rays:
-        ray.prepared["shear"] = _of(ray, *(middle if together else _turn(ray.direction)))
+    return [replace(ray, shear=_of(ray, *(middle if together else _turn(ray.direction)))) for ray in rays]
 
 
 def turns(rays: Sequence[Ray]) -> list[tuple[Any, Any]]:
     """Return how prepared rays turn: where x is the largest component, and where y is."""
-    return [(own.x_largest, own.y_largest) for own in (ray.prepared["shear"] for ray in rays)]
+    return [(ray.shear.x_largest, ray.shear.y_largest) for ray in rays]
 
 
 def turning_alike(rays: Sequence[Ray], turn: tuple[Any, Any]) -> list[Ray]:
     """Return prepared rays, all turned in this way, as those that count are: a corner is turned once for all."""
-    return [
-        replace(ray, prepared={"shear": replace(ray.prepared["shear"], x_largest=turn[0], y_largest=turn[1])})
-        for ray in rays
-    ]
+    return [replace(ray, shear=replace(ray.shear, x_largest=turn[0], y_largest=turn[1])) for ray in rays]
 
 
 def shear(ray: Ray, triangle: Any) -> Sheared:
     """Return the triangle in the ray's own coordinates; z is t."""
-    own = ray.prepared.get("shear") or _of(ray, *_turn(ray.direction))
+    own = ray.shear or _of(ray, *_turn(ray.direction))
 
     def corner(point: Any) -> Any:
         # Turned before it is subtracted: rays that turn alike share that, wherever they start.

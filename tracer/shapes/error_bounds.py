@@ -15,12 +15,9 @@ import math
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.cases.scene import Mesh, Shape, Sphere, Triangle
-from rayproof.tracer.shapes.transforms import Transform
-from rayproof.tracer.shapes.triangles import reach, slenderness
+from rayproof.cases.scene import Shape
+from rayproof.tracer.shapes.kinds import traced
 
 FACTOR = 16.0
 
@@ -42,29 +39,10 @@ def clearance(scale: Any, *, spread: Any, precision: str) -> Any:
 @lru_cache(maxsize=32)  # a scene is rendered by one configuration after another
 def spread(shape: Shape) -> float:
     """Return what multiplies a shape's rounding errors, at least 1; of a mesh, the largest over its triangles."""
-    match shape:
-        case Sphere():
-            transform = Transform(to_world=shape.to_world)
-            if transform.identity:
-                return 1.0
-            return float(np.linalg.norm(abs(transform.inverse), 2) * np.linalg.norm(transform.linear, 2))
-        case Triangle() | Mesh():
-            return float(slenderness(shape).max())
-        case _:
-            return 1.0
+    return float(traced(shape).spreads().max())
 
 
 @lru_cache(maxsize=32)
 def extent(shape: Shape) -> float:
     """Return a bound on distance from the world's origin plus size [m]; of a plane, of its own origin only."""
-    match shape:
-        case Triangle() | Mesh():
-            return reach(shape)
-        case Sphere():
-            transform = Transform(to_world=shape.to_world)
-            local = math.hypot(*shape.center) + shape.radius
-        case _:
-            transform, local = Transform(to_world=shape.to_world), 1.0
-    if transform.identity:
-        return local
-    return float(np.linalg.norm(transform.translation) + np.linalg.norm(transform.linear, 2) * local)
+    return traced(shape).extent()

@@ -9,8 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rayproof.cases.scene import Plane, Scene
+from rayproof.cases.scene import Scene
 from rayproof.tracer.shapes.error_bounds import extent
+from rayproof.tracer.shapes.kinds import traced
 
 # The quadratic's 4 A C takes the square of a difference of two points, at most 48 L^2 for coordinates up to L, which
 # must stay below 2^128 (2^1024). The same from the other end: 1 / L^2 and L^2 / 48 must not be subnormal.
@@ -31,7 +32,7 @@ def beyond(scene: Scene, precision: str) -> str | None:
     with np.errstate(over="ignore"):
         sizes |= {
             f"shape {index}": math.hypot(*(row[3] for row in shape.to_world))
-            if isinstance(shape, Plane)
+            if traced(shape).endless
             else extent(shape)
             for index, shape in enumerate(scene.shapes)
         }

@@ -1,4 +1,4 @@
-"""Triangles on the host: object-space normals, and which triangles are degenerate and never hit.
+"""Triangles and meshes on the host: object-space normals, and which triangles are degenerate and never hit.
 
 Meshes are large: they are worked through in pieces that stay in the cache, by several threads, component by component.
 """
@@ -7,13 +7,16 @@ import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from rayproof.cases.baking import world_triangles
-from rayproof.cases.scene import IDENTITY, Mesh, Shape, Triangle
+from rayproof.cases.scene import IDENTITY, Mesh, Shape, Triangle, Vector
+from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.shapes.shape import TracedShape
 
 PIECE = 2**14  # triangles
 THREADS = min(8, os.cpu_count() or 1)  # numpy lets go of the interpreter in all that takes long
@@ -142,3 +145,79 @@ def slenderness(shape: Shape, dtype: Any = np.float64) -> np.ndarray:
 
     in_pieces(len(found), work)
     return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class TriangleArrays:
+    """A triangle by its corners in world space."""
+
+    first: Any  # m
+    second: Any  # m
+    third: Any  # m
+
+
+class _OfTriangles(TracedShape):
+    """What a triangle and a mesh have in common."""
+
+    slot = "triangle"
+
+    def spreads(self) -> np.ndarray:
+        """Return how slender each triangle is."""
+        return slenderness(self.shape)
+
+    def extent(self) -> float:
+        """Return the distance of the farthest corner from the world's origin [m]."""
+        return reach(self.shape)
+
+
+@dataclass(frozen=True)
+class TracedTriangle(_OfTriangles):
+    """A triangle, which is in world space from the beginning."""
+
+    own_normal = True
+
+    @property
+    def magnified(self) -> float:
+        """Return 1: nothing is taken to object space."""
+        return 1.0
+
+    @property
+    def flat_normal(self) -> Vector:
+        """Return its normal in object space."""
+        x, y, z = map(float, object_normals(self.shape)[0])
+        return x, y, z
+
+    @property
+    def empty(self) -> bool:
+        """Return whether it is degenerate."""
+        return bool(degenerate(self.shape)[0])
+
+    def arrays(self, types: ArrayTypes) -> TriangleArrays:
+        """Return its corners as literals."""
+        first, second, third = (types.Vector(*map(float, corner)) for corner in world_triangles(self.shape)[0])
+        return TriangleArrays(first=first, second=second, third=third)
+
+    @property
+    def ball(self) -> tuple[np.ndarray, float]:
+        """Return its centre of gravity and the distance to the farthest corner [m]."""
+        corners = world_triangles(self.shape)[0].astype(np.float64)
+        center = corners.mean(axis=0)
+        return center, float(np.linalg.norm(corners - center, axis=1).max())
+
+
+@dataclass(frozen=True)
+class TracedMesh(_OfTriangles):
+    """A mesh, whose triangles stand in a tree."""
+
+    single = False
+
+    @property
+    def can_shadow_itself(self) -> bool:
+        """Return that it may."""
+        return True
+
+    @staticmethod
+    def normal(some: Any, point: Any) -> Any:
+        """Return the object-space normals of the triangles that were hit (`tracer.stages.hit_attributes`)."""
+        forest = some.world.trees.forest
+        return some.world.types.Vector(0) if forest is None else forest.normal(some.hit.number, some.kind(TracedMesh))

@@ -9,9 +9,9 @@ from typing import Any, TypeVar
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.scene import Shape, Triangle
 from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.shapes.gathered_transforms import GatheredTransform
+from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.stages.intersector import World
 
@@ -28,24 +28,14 @@ class HitShapes:
     mask: Any  # which rays hit anything
 
     @property
-    def met(self) -> "HitShapes":
-        """Return itself: all shapes are some shapes, too."""
-        return self
-
-    @property
-    def shapes(self) -> tuple[Shape, ...]:
+    def shapes(self) -> tuple[TracedShape, ...]:
         """Return the scene's shapes."""
-        return self.world.scene.shapes
-
-    @property
-    def kinds(self) -> set[type[Shape]]:
-        """Return which kinds of shapes there are."""
-        return {type(shape) for shape in self.shapes}
+        return self.world.shapes
 
     @cached_property
     def placed(self) -> bool:
         """Return whether object space is not world space for some shape."""
-        return any(not transform.identity for transform in self.world.transforms)
+        return any(not shape.transform.identity for shape in self.shapes)
 
     def shows(self, index: int) -> Any:
         """Return which pixels show a shape."""
@@ -60,7 +50,7 @@ class HitShapes:
             parameters.store(chosen)
         return chosen
 
-    def constant(self, name: str, of: Callable[[Shape], Value], upload: Callable[[Value], Any]) -> Any:
+    def constant(self, name: str, of: Callable[[TracedShape], Value], upload: Callable[[Value], Any]) -> Any:
         """Return a constant of the shape that was hit, without any choice where all shapes share it."""
         values = [of(shape) for shape in self.shapes]
         if self.world.parameters.shared:
@@ -88,18 +78,26 @@ class HitShapes:
         value = dr.gather(kind, numbers, self.world.types.UInt(self.hit.shape - first), found)
         return value > 0 if dr.is_mask_v(like) else value
 
-    def kind(self, *kinds: type[Shape]) -> Any:
-        """Return where a shape of one of these kinds was hit."""
-        return self.constant("kind", lambda shape: isinstance(shape, kinds), self.world.types.Bool) & self.mask
+    def kind(self, kind: type[TracedShape]) -> Any:
+        """Return where a shape of a kind was hit."""
+        return self.constant("kind", lambda shape: type(shape) is kind, self.world.types.Bool) & self.mask
 
-    def either(self, kind: type[Shape], value: Any, otherwise: Any) -> Any:
+    def either(self, kind: type[TracedShape], value: Any, otherwise: Any) -> Any:
         """Return the value where a shape of that kind was hit."""
         return dr.select(self.kind(kind), value, otherwise)
+
+    def flat_normal(self) -> Any:
+        """Return the object-space normal where a flat shape was hit."""
+        return self.constant("normal", lambda shape: shape.flat_normal, lambda xyz: self.world.types.Vector(*xyz))
+
+    def object_ray(self) -> Ray:
+        """Return the ray in the object space of the shape that was hit, from tables."""
+        return self.world.configuration["to_object"](self.ray, self.transform) if self.placed else self.ray
 
     @cached_property
     def transform(self) -> GatheredTransform:
         """Return the model matrix of the shape that was hit, from tables."""
-        transforms = [Transform(to_world=shape.to_world) for shape in self.shapes]
+        transforms = [shape.transform for shape in self.shapes]
         Vector = self.world.types.Vector
         rows = [self._look_up([p.inverse[k] for p in transforms], Vector(0)) for k in range(3)]
         columns = [self._look_up([p.linear[:, k] for p in transforms], Vector(0)) for k in range(3)]
@@ -115,35 +113,48 @@ class OneShape:
     index: int
 
     @property
-    def _shape(self) -> Shape:
-        return self.met.shapes[self.index]
+    def world(self) -> World:
+        """Return where it stands."""
+        return self.met.world
 
     @property
-    def kinds(self) -> set[type[Shape]]:
-        """Return its kind alone."""
-        return {type(self._shape)}
+    def hit(self) -> NearestHit:
+        """Return the hit."""
+        return self.met.hit
+
+    @property
+    def shapes(self) -> tuple[TracedShape, ...]:
+        """Return the shape alone."""
+        return (self.met.shapes[self.index],)
 
     @property
     def transform(self) -> Transform:
         """Return its model matrix."""
-        return self.met.world.transforms[self.index]
+        return self.world.transforms[self.index]
 
     @property
     def placed(self) -> bool:
         """Return whether its object space is not world space."""
         return not self.transform.identity
 
-    def constant(self, name: str, of: Callable[[Shape], Value], upload: Callable[[Value], Any]) -> Any:
+    def constant(self, name: str, of: Callable[[TracedShape], Value], upload: Callable[[Value], Any]) -> Any:
         """Return a constant of the shape."""
-        value = upload(of(self._shape))
-        if name == "normal" and not isinstance(self._shape, Triangle):
-            return value  # the same for every shape of its kind
-        return self.met.world.parameter(self.index, name, value)
+        return self.world.parameter(self.index, name, upload(of(*self.shapes)))
 
-    def kind(self, kind: type[Shape]) -> Any:
+    def kind(self, kind: type[TracedShape]) -> Any:
         """Return where the shape was hit, which is of that kind."""
         return self.met.shows(self.index)
 
-    def either(self, kind: type[Shape], value: Any, otherwise: Any) -> Any:
+    def either(self, kind: type[TracedShape], value: Any, otherwise: Any) -> Any:
         """Return the value: the shape is of that kind."""
         return value
+
+    def flat_normal(self) -> Any:
+        """Return its object-space normal, if it is flat; the same number in every kernel if its kind has one."""
+        (shape,) = self.shapes
+        normal = self.world.types.Vector(*shape.flat_normal)
+        return self.world.parameter(self.index, "normal", normal) if shape.own_normal else normal
+
+    def object_ray(self) -> Ray:
+        """Return the ray in its object space."""
+        return self.world.configuration["to_object"](self.met.ray, self.transform) if self.placed else self.met.ray

@@ -8,22 +8,14 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
-from rayproof.cases.scene import Shape, Vector
+from rayproof.cases.scene import Vector
 from rayproof.tracer.acceleration.bvhs import Hierarchies
 from rayproof.tracer.acceleration.unrolled import UnrolledShapes
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
-from rayproof.tracer.shapes.records import SLOTS
+from rayproof.tracer.shapes.kinds import traced
+from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.shapes.transforms import Transform
-
-
-def can_shadow_itself(shape: Shape) -> bool:
-    """Return whether a shape may stand between a point of its own and a light above that point's horizon.
-
-    A convex body with its normal outward cannot, and neither can a flat one; a two-sided body is lit from inside.
-    """
-    flat_or_convex = SLOTS.get(type(shape))
-    return flat_or_convex is None or (shape.two_sided and flat_or_convex in ("sphere", "cube"))
 
 
 class World:
@@ -37,6 +29,11 @@ class World:
     def parameter(self, index: int, what: str, value: Any) -> Any:
         """Return a number or vector that belongs to a shape, as a parameter of the kernel."""
         return self.parameters(f"shape {index} {what}", value)
+
+    @cached_property
+    def shapes(self) -> tuple[TracedShape, ...]:
+        """Return its shapes."""
+        return tuple(map(traced, self.scene.shapes))
 
     @cached_property
     def transforms(self) -> tuple[Transform, ...]:
@@ -59,7 +56,7 @@ class World:
     @property
     def has_blockers(self) -> bool:
         """Return whether any shape may stand between a point of the scene and a light above its horizon."""
-        return len(self.scene.shapes) > 1 or any(can_shadow_itself(shape) for shape in self.scene.shapes)
+        return len(self.shapes) > 1 or any(shape.can_shadow_itself for shape in self.shapes)
 
     def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval], *, narrow: bool = False) -> list[NearestHit]:
         """Return the nearest hits of rays from one point; at a tie the lower shape index, then the lower face index.

@@ -3,11 +3,10 @@
 import numpy as np
 
 from rayproof.cases.answers import Answers
-from rayproof.cases.scene import Mesh, Scene, Triangle
+from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.shapes.error_bounds import spread
-from rayproof.tracer.shapes.triangles import slenderness
+from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.stages.shadow_epsilon import shadow_epsilon
 
 
@@ -22,5 +21,5 @@ def shadow_epsilons(scene: Scene, answers: Answers, configuration: Configuration
     objects, faces = answers[Stage.OBJECT][..., 0], answers[Stage.OBJECT][..., 1].astype(int)
     for index, shape in enumerate(scene.shapes):
         seen = objects == index
-        spreads[seen] = slenderness(shape)[faces[seen]] if isinstance(shape, Triangle | Mesh) else spread(shape)
+        spreads[seen] = traced(shape).spreads()[faces[seen]]
     return shadow_epsilon(configuration, scale=coordinates, spread=spreads)

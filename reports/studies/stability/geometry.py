@@ -4,7 +4,11 @@ from typing import Any
 
 from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.records import CubeArrays, PlaneArrays, SphereArrays, SquareArrays, TriangleArrays
+from rayproof.tracer.shapes.cube import CubeArrays
+from rayproof.tracer.shapes.kinds import PlaneArrays
+from rayproof.tracer.shapes.sphere import SphereArrays
+from rayproof.tracer.shapes.square import SquareArrays
+from rayproof.tracer.shapes.triangles import TriangleArrays
 
 
 def record(shape: str, columns: dict[str, Any], types: ArrayTypes) -> Any:

@@ -6,12 +6,13 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import Sphere
-from rayproof.tracer.acceleration.bounding_cones import Directions, ball, cone
+from rayproof.tracer.acceleration.bounding_cones import Directions, cone
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.device.kernel_constants import LITERALS
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.plan import Plan
+from rayproof.tracer.shapes.kinds import traced
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, octahedron, scene, shapes
 
 STRIP, ONE_BY_ONE = Plan(columns=4), Plan()
@@ -22,11 +23,11 @@ def test_a_ray_at_any_point_of_a_shape_may_meet_it(precision: str) -> None:
     kind = np.float64 if precision == "float64" else np.float32
     met = []
     for shape in shapes(generator, 1.0, np.zeros(3))[:5]:
-        found = ball(shape)
+        found = traced(shape).ball
         assert found is not None
         center, radius = found
         origin = (center + generator.normal(size=3) * radius * 5).tolist()
-        about = cone(shape, origin, precision)
+        about = cone(traced(shape), origin, precision)
         assert about is not None
         outward = generator.normal(size=(3, 4096))
         points = center[:, np.newaxis] + radius * outward / np.linalg.norm(outward, axis=0)
@@ -46,19 +47,19 @@ def test_a_ray_at_any_point_of_a_shape_may_meet_it(precision: str) -> None:
 def test_no_cone_is_about_what_has_no_end_or_holds_the_point() -> None:
     sphere = Sphere(albedo=ALBEDO, center=(0.0, 0.0, 1.0))
 
-    assert cone(FLOOR, (0.0, 0.0, 5.0), "float32") is None
-    assert cone(sphere, (0.0, 0.0, 1.0), "float32") is None
-    assert cone(sphere, (0.0, 0.9, 1.0), "float32") is None
-    assert cone(sphere, (0.0, 0.0, 5.0), "float32") is not None
+    assert cone(traced(FLOOR), (0.0, 0.0, 5.0), "float32") is None
+    assert cone(traced(sphere), (0.0, 0.0, 1.0), "float32") is None
+    assert cone(traced(sphere), (0.0, 0.9, 1.0), "float32") is None
+    assert cone(traced(sphere), (0.0, 0.0, 5.0), "float32") is not None
     # Where float32 cannot tell the point from the surface.
     far = dataclasses.replace(sphere, center=(1e6, 0.0, 0.0))
-    assert cone(far, (1e6 + 2, 0.0, 0.0), "float32") is None
-    assert cone(far, (1e6 + 2, 0.0, 0.0), "float64") is not None
+    assert cone(traced(far), (1e6 + 2, 0.0, 0.0), "float32") is None
+    assert cone(traced(far), (1e6 + 2, 0.0, 0.0), "float64") is not None
 
 
 def test_a_direction_that_is_no_number_bounds_nothing() -> None:
     types = array_types("float32")
-    about = cone(Sphere(albedo=ALBEDO), (0.0, 0.0, 5.0), "float32")
+    about = cone(traced(Sphere(albedo=ALBEDO)), (0.0, 0.0, 5.0), "float32")
     assert about is not None
     nobody, down = types.Vector(dr.nan), types.Vector(0, 0, -1)
 
@@ -87,4 +88,4 @@ def test_most_packets_go_past_a_small_sphere() -> None:
 
 
 def test_meshes_stay_in_their_tree() -> None:
-    assert ball(octahedron()) is None
+    assert traced(octahedron()).ball is None

@@ -5,7 +5,8 @@ from typing import Any
 from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.faults.tracer.planting import function, method
-from rayproof.tracer.stages import illumination, intersector, light_loop, trace
+from rayproof.tracer.shapes.shape import TracedShape
+from rayproof.tracer.stages import illumination, light_loop, trace
 from rayproof.tracer.stages.intersector import World
 
 SIXTH = 6
@@ -34,8 +35,8 @@ def _glowing(right: Any, trace: Any) -> Any:
     return right(trace) | {Stage.RADIANCE: [trace.world.types.Vector(0.001)] * trace.view.lanes.tile}
 
 
-def _flat_or_convex(right: Any, shape: Any) -> bool:
-    return isinstance(shape, Mesh)
+def _never(right: Any, shape: Any) -> bool:
+    return False
 
 
 def _alone(right: Any, one: Any) -> bool:
@@ -96,10 +97,11 @@ function(
     cases=("clipping/faces_none",),
     routes=("numbers", "frames"),
 )
-function(
+method(
     "two_sided_body_alone",
-    intersector.can_shadow_itself,
-    _flat_or_convex,
+    TracedShape,
+    "can_shadow_itself",
+    _never,
     "A lone two-sided body never shades itself.",
     path="feelers/of a lone body",
     stage=Stage.VISIBILITY,

@@ -94,7 +94,7 @@ def _moved(right: Any, shapes: Any) -> Any:
 def _dimmer(right: Any, shapes: Any, name: str, of: Any, upload: Any) -> Any:
     found = right(shapes, name, of, upload)
     plain = name == "albedo" and not shapes.world.plan.tables and not shapes.world.parameters.shared
-    return found * 0.99 if plain and len({shape.albedo for shape in shapes.shapes}) > 1 else found
+    return found * 0.99 if plain and len({one.shape.albedo for one in shapes.shapes}) > 1 else found
 
 
 def _tile(columns: int, rows: int) -> Any:

@@ -6,16 +6,15 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.scene import Cube, Mesh, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.faults.tracer.planting import function, method
-from rayproof.tracer.acceleration import builder, median_build, packet_split, parts, sah_build, shape_bvh, traversal
+from rayproof.tracer.acceleration import builder, median_build, packet_split, parts, sah_build, traversal
 from rayproof.tracer.acceleration.bvhs import Hierarchies
 from rayproof.tracer.acceleration.quantised_boxes import Nodes
 from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy
 from rayproof.tracer.numerics import shear
-from rayproof.tracer.shapes.records import square_vectors
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.shape import TracedShape
+from rayproof.tracer.shapes.triangles import TracedMesh
 from rayproof.tracer.stages import surfaces, trace
 
 
@@ -61,21 +60,18 @@ def _twice(halves: bool) -> Any:
     return children
 
 
-def _record(kind: str) -> Any:
-    def record(right: Any, shape: Any, *, identity: bool) -> Any:
+def _packed(kind: str) -> Any:
+    def packed(right: Any, shape: Any, *, identity: bool) -> Any:
         numbers = right(shape, identity=identity).copy()
-        if kind == "spheres" and isinstance(shape, Sphere) and identity:
+        if kind == "spheres" and shape.tree == "sphere" and identity:
             numbers[3] *= 0.9
-        if kind == "ellipsoids" and isinstance(shape, Sphere) and not identity:
-            numbers[:9] = Transform(to_world=shape.to_world).inverse.T.reshape(-1)
-        if kind == "cubes" and isinstance(shape, Cube):
+        elif kind == "ellipsoids" and shape.tree == "sphere" and not identity:
+            numbers[:9] = shape.transform.inverse.T.reshape(-1)
+        elif kind == f"{shape.tree}s" and kind != "spheres":
             numbers[:9] *= 1.1
-        if isinstance(shape, Square):
-            upright = square_vectors(Transform(to_world=shape.to_world))[3]
-            numbers[:9] *= 1.1 if kind == ("squares" if upright else "sheared squares") else 1.0
         return numbers
 
-    return record
+    return packed
 
 
 def _beside(right: Any, trees: Any, hierarchy: Any, before: Any, distance: Any, number: Any) -> Any:
@@ -94,7 +90,7 @@ def _number_for_face(right: Any, forest: Any, number: Any, active: Any) -> Any:
 
 def _one_sided(right: Any, met: Any, normal: Any) -> Any:
     facing = right(met, normal)
-    return dr.select(met.kind(Mesh), normal, facing) if met.world.trees.forest is not None else facing
+    return dr.select(met.kind(TracedMesh), normal, facing) if met.world.trees.forest is not None else facing
 
 
 def _apart(right: Any, trace: Any) -> Any:
@@ -115,14 +111,13 @@ def _unparted(right: Any, types: Any, walk: Any, *, points: Any, active: Any, **
 
 
 def _sheared(together: bool) -> Any:
-    def prepare(right: Any, rays: Any, *, together: bool = False, of: bool = together) -> None:
-        right(rays, together=together)
-        if together is of:
-            for ray in rays:
-                own = ray.prepared["shear"]
-                ray.prepared["shear"] = replace(own, Sz=own.Sz * 1.001)
+    def prepared(right: Any, rays: Any, *, together: bool = False, of: bool = together) -> Any:
+        found = right(rays, together=together)
+        if together is not of:
+            return found
+        return [replace(ray, shear=replace(ray.shear, Sz=ray.shear.Sz * 1.001)) for ray in found]
 
-    return prepare
+    return prepared
 
 
 OVER, THOUSAND, NINE = "faces/over_two_to_the_15", "faces/thousand_and_25", "faces/nine"
@@ -219,10 +214,11 @@ for _kind, _case in (
     ("squares", "crowds/squares"),
     ("sheared squares", "crowds/squares"),
 ):
-    function(
+    method(
         f"crowd_of_{_kind.replace(chr(32), chr(95))}",
-        shape_bvh._record,
-        _record(_kind),
+        TracedShape,
+        "packed",
+        _packed(_kind),
         f"In a tree, {_kind} are not what they are elsewhere.",
         path=f"trees/{_kind}",
         stage=Stage.OBJECT,
@@ -300,7 +296,7 @@ function(
 )
 function(
     "shear_together",
-    shear.prepare,
+    shear.prepared,
     _sheared(True),
     "Rays that turn alike in the shear are stretched.",
     path="shear/together",
@@ -310,7 +306,7 @@ function(
 )
 function(
     "shear_each",
-    shear.prepare,
+    shear.prepared,
     _sheared(False),
     "Rays that turn by themselves in the shear are stretched.",
     path="shear/each by itself",

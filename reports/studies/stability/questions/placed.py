@@ -26,7 +26,7 @@ from rayproof.reports.studies.stability.shapes import SHAPES, Triangle, towards
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.formula import Formula
-from rayproof.tracer.shapes.records import SLOTS, upload
+from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.transforms import Transform
 
 ALBEDO = (0.5, 0.5, 0.5)
@@ -111,12 +111,12 @@ class PlacedDistance:
         self, ladder: Ladder, configuration: Configuration, inputs: Inputs, block: slice, types: ArrayTypes
     ) -> Any:
         matrix = rows(inputs["matrix"][block.start])
-        shape = MADE[str(ladder.options["shape"])](matrix)
-        intersect = configuration.formula(SLOTS[type(shape)])
+        shape = traced(MADE[str(ladder.options["shape"])](matrix))
+        intersect = configuration.formula(shape.slot)
         ray = ray_of(uploaded({name: inputs[name][block] for name in "od"}, types))
         if intersect.facts["space"] == "object":
-            ray = configuration["to_object"](ray, Transform(to_world=matrix))
-        return intersect.function(ray, upload(shape, types), ahead(types))
+            ray = configuration["to_object"](ray, shape.transform)
+        return intersect.function(ray, shape.arrays(types), ahead(types))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
         """Return misses and errors."""

@@ -26,7 +26,7 @@ from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.formula import Formula
 from rayproof.tracer.rays import Hit, Interval, Ray
 from rayproof.tracer.shapes.error_bounds import clearance
-from rayproof.tracer.shapes.records import SphereArrays
+from rayproof.tracer.shapes.sphere import SphereArrays
 
 OWN = 0  # index of the surface that was hit
 FLOAT64 = "float64"
