@@ -38,14 +38,14 @@ def _image(lanes: Lanes, samples: list[tuple[Any, ...]]) -> np.ndarray:
     return np.stack(channels, axis=-1) if channels else np.zeros((lanes.height, lanes.width, 0))
 
 
-def _camera(frame: Frame, places: np.ndarray) -> dict[str, np.ndarray]:
+def _camera(frame: Frame, corners: list[Any], places: np.ndarray) -> dict[str, np.ndarray]:
     """Return the camera stage (see `cases.answers`) with (sx, sy) and pixel at their places, (height, width, 4)."""
     return {
         **{
             name: _components([getattr(frame, name)[i, j] for i in range(4) for j in range(4)]).reshape(4, 4)
             for name in ("view", "view_inverse", "projection", "projection_inverse")
         },
-        "frustum_corners": _components([x for corner in frame.corners for x in corner]).reshape(8, 3),
+        "frustum_corners": _components([x for corner in corners for x in corner]).reshape(8, 3),
         "ndc": places[..., :2],
         "pixel": places[..., 2:],
     }
@@ -87,5 +87,6 @@ def render(
         rows = answers[Stage.RADIANCE].reshape(scene.camera.lines, samples, scene.camera.width, samples, -1)
         answers[Stage.RADIANCE] = rows.mean(axis=(1, 3))
     if Stage.CAMERA in answers:
-        answers[Stage.CAMERA] = _camera(trace.view.frame, answers[Stage.CAMERA])
+        frame = trace.view.frame
+        answers[Stage.CAMERA] = _camera(frame, configuration["corners"](frame), answers[Stage.CAMERA])
     return answers

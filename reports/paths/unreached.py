@@ -7,6 +7,7 @@ JUDGE = "asked by the judge and the command line; nothing is rendered by it"
 HUGE = "trees beyond 2^80 m are walked without culling, in float64: tests/tracer/shapes/test_representable.py"
 SEVERAL = "leaves of several items, over 2^21 faces: tests/tracer/test_acceleration.py"
 OWN = "a formula from a user's own file, which no case has"
+NOT_ASKED = "a refusal: only kinds that have it are asked"
 REFUSED = "a refusal: tests/tracer/shapes/test_representable.py and test_configuration.py"
 
 # "file:function" -> why.
@@ -14,6 +15,9 @@ FUNCTIONS: Mapping[str, str] = {
     "device/coherent_branches.py:asked": BENCH,
     "frames.py:Frames.asked": BENCH,
     "frames.py:Frames.pixels": "a copy of what was rendered, which nothing is here",
+    "shapes/shape.py:TracedShape.arrays": NOT_ASKED,
+    "shapes/shape.py:TracedShape.center_and_half": NOT_ASKED,
+    "shapes/shape.py:TracedShape.unpacked": NOT_ASKED,
     "shapes/triangles.py:layers": "asked about images of 2^17 samples or more: tests/tracer/test_plan.py",
     "catalogue.py:Catalogue.__contains__": JUDGE,
     "catalogue.py:Catalogue.named": JUDGE,

@@ -52,7 +52,7 @@ class TracedShape:
 
     def arrays(self, types: ArrayTypes) -> Any:
         """Return what its intersection formula is given beside the ray, as literals."""
-        raise NotImplementedError(f"{type(self).__name__} is intersected triangle by triangle")
+        raise TypeError(f"{type(self).__name__} is intersected triangle by triangle")
 
     @property
     def can_shadow_itself(self) -> bool:
@@ -74,7 +74,7 @@ class TracedShape:
 
     def center_and_half(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the middle and half the size [m] of the box about it, where it may go into a tree of its kind."""
-        raise NotImplementedError(f"{type(self).__name__} goes into no tree of its kind")
+        raise TypeError(f"{type(self).__name__} goes into no tree of its kind")
 
     @property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
@@ -96,7 +96,7 @@ class TracedShape:
 
     def unpacked(self, numbers: Any, types: ArrayTypes) -> Any:
         """Return what its intersection formula is given, from a shape's own numbers on the device."""
-        raise NotImplementedError(f"{type(self).__name__} goes into no tree of its kind")
+        raise TypeError(f"{type(self).__name__} goes into no tree of its kind")
 
     @property
     def magnified(self) -> float:

@@ -1,7 +1,6 @@
 """The camera on the device: everything that belongs to the camera and not to a pixel, computed once and as literals."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import drjit as dr
@@ -14,93 +13,52 @@ from rayproof.tracer.device.kernel_constants import KernelConstants
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """A camera, the formulas that it is to be computed by and the precision; what is not asked for is not computed."""
+    """A camera by the formulas of a configuration and in its precision."""
 
-    camera: Camera
-    configuration: Configuration
-    types: ArrayTypes
+    eye: Any  # m
+    target: Any  # the point looked at, m
+    near: Any  # depth of the near plane, m
+    far: Any  # m
+    right: Any  # the axis R
+    up: Any  # the axis U
+    forward: Any  # the axis F
+    horizontal: Any  # the image's half-width at depth 1
+    vertical: Any  # its half-height there
+    view: Any  # world -> camera
+    view_inverse: Any
+    projection: Any  # camera -> clip
+    projection_inverse: Any
 
-    @cached_property
-    def eye(self) -> Any:
-        """Return the eye [m]."""
-        return self.types.Vector(*self.camera.eye)
 
-    @cached_property
-    def target(self) -> Any:
-        """Return the point looked at [m]."""
-        return self.types.Vector(*self.camera.target)
-
-    @cached_property
-    def near(self) -> Any:
-        """Return the depth of the near plane [m]."""
-        return self.types.Float(self.camera.near)
-
-    @cached_property
-    def far(self) -> Any:
-        """Return the depth of the far plane [m]."""
-        return self.types.Float(self.camera.far)
-
-    @cached_property
-    def _axes(self) -> tuple[Any, Any, Any]:
-        return self.configuration["basis"](self.eye, self.target, self.types.Vector(*self.camera.up))
-
-    @cached_property
-    def right(self) -> Any:
-        """Return the axis R."""
-        return self._axes[0]
-
-    @cached_property
-    def up(self) -> Any:
-        """Return the axis U."""
-        return self._axes[1]
-
-    @cached_property
-    def forward(self) -> Any:
-        """Return the axis F."""
-        return self._axes[2]
-
-    @cached_property
-    def _half_extent(self) -> tuple[Any, Any]:
-        return self.configuration["half_extent"](self.types.Float, self.camera.fovy, self.camera.aspect)
-
-    @cached_property
-    def horizontal(self) -> Any:
-        """Return the image's half-width at depth 1."""
-        return self._half_extent[0]
-
-    @cached_property
-    def vertical(self) -> Any:
-        """Return the image's half-height at depth 1."""
-        return self._half_extent[1]
-
-    @cached_property
-    def view(self) -> Any:
-        """Return world -> camera."""
-        return self.configuration["view"](self.eye, self.right, self.up, self.forward)
-
-    @cached_property
-    def view_inverse(self) -> Any:
-        """Return camera -> world."""
-        return self.configuration["inverse"](self.view)
-
-    @cached_property
-    def projection(self) -> Any:
-        """Return camera -> clip."""
-        return self.configuration["projection"](self.horizontal, self.vertical, self.near, self.far)
-
-    @cached_property
-    def projection_inverse(self) -> Any:
-        """Return clip -> camera."""
-        return self.configuration["inverse"](self.projection)
-
-    @cached_property
-    def corners(self) -> list[Any]:
-        """Return the frustum's eight corners [m]."""
-        return self.configuration["corners"](self)
+def camera_frame(
+    camera: Camera, configuration: Configuration, types: ArrayTypes, *, half_extent: tuple[Any, Any] | None = None
+) -> Frame:
+    """Return the frame of a camera; `half_extent` takes the place of what fovy and aspect give."""
+    eye, target = types.Vector(*camera.eye), types.Vector(*camera.target)
+    near, far = types.Float(camera.near), types.Float(camera.far)
+    right, up, forward = configuration["basis"](eye, target, types.Vector(*camera.up))
+    horizontal, vertical = half_extent or configuration["half_extent"](types.Float, camera.fovy, camera.aspect)
+    view = configuration["view"](eye, right, up, forward)
+    projection = configuration["projection"](horizontal, vertical, near, far)
+    return Frame(
+        eye=eye,
+        target=target,
+        near=near,
+        far=far,
+        right=right,
+        up=up,
+        forward=forward,
+        horizontal=horizontal,
+        vertical=vertical,
+        view=view,
+        view_inverse=configuration["inverse"](view),
+        projection=projection,
+        projection_inverse=configuration["inverse"](projection),
+    )
 
 
 class Viewpoint:
-    """A frame as the rays' formulas see it: its numbers as parameters of the kernel."""
+    """A frame as the rays' formulas see it: its numbers as parameters of the kernel, each once it is asked for."""
 
     def __init__(self, frame: Frame, parameters: KernelConstants) -> None:
         self._frame, self._parameters = frame, parameters

@@ -13,7 +13,7 @@ from rayproof.tracer.device.scheduling import next_step
 from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.stages.camera_frame import Frame, Viewpoint
+from rayproof.tracer.stages.camera_frame import Frame, Viewpoint, camera_frame
 
 WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and that of its neighbour 0.3
 
@@ -38,7 +38,7 @@ class View:
         """Return the view of a scene's camera by lanes that take columns x rows samples."""
         camera, side_by_side = context.scene.camera, per_side if within is None else 1
         size = {"width": camera.width * side_by_side, "height": camera.lines * side_by_side}
-        frame = Frame(camera=camera, configuration=context.configuration, types=context.types)
+        frame = camera_frame(camera, context.configuration, context.types)
         return cls(
             context=context,
             lanes=Lanes(**size, columns=columns, rows=rows),

@@ -12,7 +12,6 @@ import numpy as np
 from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.shapes.gathered_transforms import GatheredTransform
 from rayproof.tracer.shapes.shape import TracedShape
-from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.stages.intersector import World
 
 Value = TypeVar("Value", bound=Hashable)
@@ -31,6 +30,10 @@ class HitShapes:
     def shapes(self) -> tuple[TracedShape, ...]:
         """Return the scene's shapes."""
         return self.world.shapes
+
+    def one(self, index: int) -> "OneShape":
+        """Return one of the shapes as if every ray had hit it."""
+        return OneShape(world=self.world, ray=self.ray, hit=self.hit, mask=self.mask, index=index)
 
     @cached_property
     def placed(self) -> bool:
@@ -91,11 +94,11 @@ class HitShapes:
         return self.constant("normal", lambda shape: shape.flat_normal, lambda xyz: self.world.types.Vector(*xyz))
 
     def object_ray(self) -> Ray:
-        """Return the ray in the object space of the shape that was hit, from tables."""
+        """Return the ray in the object space of the shape that was hit."""
         return self.world.configuration["to_object"](self.ray, self.transform) if self.placed else self.ray
 
     @cached_property
-    def transform(self) -> GatheredTransform:
+    def transform(self) -> Any:
         """Return the model matrix of the shape that was hit, from tables."""
         transforms = [shape.transform for shape in self.shapes]
         Vector = self.world.types.Vector
@@ -106,36 +109,20 @@ class HitShapes:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OneShape:
-    """One of the shapes that may have been hit, asked as `HitShapes` is asked of all."""
+class OneShape(HitShapes):
+    """One of the shapes that may have been hit, as if every ray had hit it."""
 
-    met: HitShapes
     index: int
-
-    @property
-    def world(self) -> World:
-        """Return where it stands."""
-        return self.met.world
-
-    @property
-    def hit(self) -> NearestHit:
-        """Return the hit."""
-        return self.met.hit
 
     @property
     def shapes(self) -> tuple[TracedShape, ...]:
         """Return the shape alone."""
-        return (self.met.shapes[self.index],)
+        return (self.world.shapes[self.index],)
 
-    @property
-    def transform(self) -> Transform:
+    @cached_property
+    def transform(self) -> Any:
         """Return its model matrix."""
         return self.world.transforms[self.index]
-
-    @property
-    def placed(self) -> bool:
-        """Return whether its object space is not world space."""
-        return not self.transform.identity
 
     def constant(self, name: str, of: Callable[[TracedShape], Value], upload: Callable[[Value], Any]) -> Any:
         """Return a constant of the shape."""
@@ -143,7 +130,7 @@ class OneShape:
 
     def kind(self, kind: type[TracedShape]) -> Any:
         """Return where the shape was hit, which is of that kind."""
-        return self.met.shows(self.index)
+        return self.shows(self.index)
 
     def either(self, kind: type[TracedShape], value: Any, otherwise: Any) -> Any:
         """Return the value: the shape is of that kind."""
@@ -154,7 +141,3 @@ class OneShape:
         (shape,) = self.shapes
         normal = self.world.types.Vector(*shape.flat_normal)
         return self.world.parameter(self.index, "normal", normal) if shape.own_normal else normal
-
-    def object_ray(self) -> Ray:
-        """Return the ray in its object space."""
-        return self.world.configuration["to_object"](self.met.ray, self.transform) if self.placed else self.met.ray

@@ -12,7 +12,7 @@ from rayproof.tracer.shapes.cube import TracedCube
 from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.shapes.sphere import TracedSphere
 from rayproof.tracer.shapes.triangles import TracedMesh
-from rayproof.tracer.stages.hit_attributes import HitShapes, OneShape
+from rayproof.tracer.stages.hit_attributes import HitShapes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +71,7 @@ def hit_point(met: HitShapes) -> Any:
     return found
 
 
-def _normal_of(some: HitShapes | OneShape, position: Any) -> Any:
+def _normal_of(some: HitShapes, position: Any) -> Any:
     """Return the world normals of some shapes: each kind's formula once, and then the matrix."""
     point = some.transform.point_to_object(position) if some.placed else position
     normal, kinds = some.flat_normal(), {type(shape) for shape in some.shapes}
@@ -93,7 +93,7 @@ def shading_normal(met: HitShapes, position: Any) -> Any:
     """Return the shading normals N, 0 where nothing was hit."""
     if met.world.plan.tables:
         return _facing(met, dr.select(met.mask, _normal_of(met, position), 0))
-    each = (_normal_of(OneShape(met=met, index=index), position) for index in range(len(met.shapes)))
+    each = (_normal_of(met.one(index), position) for index in range(len(met.shapes)))
     return _facing(met, met.choose(each, met.world.types.Vector(0)))
 
 

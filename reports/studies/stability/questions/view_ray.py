@@ -5,8 +5,6 @@ Every ray has a camera of its own, so that no orientation is a special one. Inpu
 coordinates do not enter, because target - eye is all that a direction needs.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
@@ -23,20 +21,9 @@ from rayproof.reports.studies.stability.questions.placed import angles
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formula import Formula
-from rayproof.tracer.stages.camera_frame import Frame
+from rayproof.tracer.stages.camera_frame import camera_frame
 
 TANGENT_BITS = 300
-
-
-@dataclass(frozen=True, kw_only=True)
-class Frames(Frame):
-    """One camera per ray; the half-sizes of the image come from the formula, one angle at a time."""
-
-    half_sizes: tuple[Any, Any]
-
-    @cached_property
-    def _half_extent(self) -> tuple[Any, Any]:
-        return self.half_sizes
 
 
 def tangents(fovy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -82,13 +69,14 @@ class ViewRay:
         return Truth(counted=finite, facts={"n": found, "K": 1 + 1 / sine}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
-        """Return directions, all cameras in one kernel."""
+        """Return directions, one camera per ray and all in one kernel."""
         types = array_types(precision)
         configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
         columns = uploaded(inputs, types)
         cameras: Any = SimpleNamespace(**{name: columns[name] for name in ("eye", "target", "up", "near", "far")})
-        half = self._half_sizes(configuration, inputs, types)
-        frame = Frames(camera=cameras, configuration=configuration, types=types, half_sizes=half)
+        # The half-sizes of the image come from the formula, one angle at a time.
+        half_extent = self._half_sizes(configuration, inputs, types)
+        frame = camera_frame(cameras, configuration, types, half_extent=half_extent)
         return downloaded({"d": configuration["ray"](frame, columns["sx"], columns["sy"])}, len(inputs["sx"]))
 
     @staticmethod
