@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import platform
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
@@ -29,6 +30,10 @@ PACKAGES = (
     "scipy",
     "trimesh",
 )
+# In /proc/cpuinfo: what makes the processor's model, and which of its features compute. The rest, such as those against
+# leaks, depends on the kernel.
+_MODEL = ("vendor_id", "cpu family", "model", "CPU implementer", "CPU architecture", "CPU variant", "CPU part")
+_COMPUTES = re.compile(r"(sse|ssse|avx|fma|f16c|bmi|amx|abm|popcnt|movbe|adx|gfni|vaes|fp|asimd|sve|sme|bf16|i8mm)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,4 +104,24 @@ def machine(packages: Sequence[str] = PACKAGES) -> tuple[str, ...]:
     """Return what beside code and data decides an answer's last bits: packages, interpreter, processor, compiler."""
     installed = [_installed(package) for package in packages]
     chosen = [os.environ.get(name, "") for name in ("DRJIT_LIBLLVM_PATH", "RAYPROOF_BACKEND")]
-    return (*installed, platform.python_version(), platform.machine(), *chosen)
+    return (*installed, platform.python_version(), *processor(), *chosen)
+
+
+@cache
+def processor() -> tuple[str, str, str]:
+    """Return the architecture, the model, and the features by which compilers choose instructions.
+
+    A JIT compiles for the processor that it finds, so that another one may round another way. Its model and its
+    features are those that Linux tells, of which LLVM makes its target; elsewhere what Python knows must do.
+    """
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return platform.machine(), platform.processor(), ""
+    told: dict[str, str] = {}
+    for line in text.split("\n\n")[0].splitlines():
+        name, _, value = line.partition(":")
+        told[name.strip()] = value.strip()
+    model = " ".join(told[name] for name in _MODEL if name in told)
+    features = (told.get("flags") or told.get("Features") or "").split()
+    return platform.machine(), model, " ".join(sorted(one for one in features if _COMPUTES.match(one)))

@@ -3,10 +3,11 @@
 import errno
 import os
 import sys
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.json_numbers import legible
@@ -47,6 +48,12 @@ def run(
     json: Path | None = None,
     count: int | None = None,
     seed: int | None = None,
+    scheduler: str | None = None,
+    tls_ca: Path | None = None,
+    tls_cert: Path | None = None,
+    tls_key: Path | None = None,
+    insecure: bool = False,
+    wait: float = 60.0,
 ) -> int:
     """Judge the tracer or another renderer on cases or scene files; write a report.
 
@@ -115,6 +122,20 @@ def run(
         certified arithmetic; end with 0 only if none is wrong. In batches of 500. Default: 100.
     seed
         With `random`: another seed draws other scenes. Default: 1.
+    scheduler
+        Where a cluster does the work: tls://HOST:PORT of a Dask scheduler, or local:N for one of N workers on this
+        machine. Needs rayproof[dask]. --jobs is then each worker's, by default as many as its machine has processors;
+        of local:N each has its share.
+    tls_ca
+        The certificate (PEM) of the authority that the scheduler's certificate and ours are from.
+    tls_cert
+        Our certificate (PEM), which the scheduler asks for.
+    tls_key
+        Its key (PEM).
+    insecure
+        Allow tcp://HOST:PORT: in plain text, where anybody who reaches the scheduler owns this process and all workers.
+    wait
+        Seconds to wait for a worker that may have work.
 
     """
     if timeout is not None and not timeout > 0:
@@ -141,13 +162,20 @@ def run(
         )
     if least_coverage is not None and not 0 <= least_coverage <= 100:
         raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
+    if scheduler is not None and numbers is not None:
+        raise UsageError("--scheduler is for cases and scene files; random scenes are run on one machine")
+    place = scheduler_at(scheduler, tls_ca, tls_cert, tls_key, insecure=insecure, wait=wait)
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.prestart import early_workers
 
-    early = subject == TRACER and not dry_run
-    with scratch(), early_workers(jobs=count, timeout=timeout) if early else nullcontext() as pool:
+    early = subject == TRACER and not dry_run and place is None
+    with (
+        scratch(),
+        ExitStack() as engine,
+        early_workers(jobs=count, timeout=timeout) if early else nullcontext() as pool,
+    ):
         required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
         references_named(required)
         from rayproof.reports.run.panel import panel
@@ -159,20 +187,8 @@ def run(
             surroundings = Surroundings(variables=env, confined=confine)
             tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
             check_selectors(selectors if numbers is None else (), tested)
-            panel(required, tested)
-            demanded = demands(expect, against, least_coverage)
-            if not dry_run:
-                own(out)
-            if history is not None and not dry_run:
-                from rayproof.reports.runs.history.database import opened
-
-                writable_folder(history.parent)
-                with opened(history, create=True):
-                    pass  # it is one, and can be written
-            if json is not None and not dry_run:
-                writable_folder(json.parent)
-                if json.is_dir():
-                    raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(json))
+            heard = panel(required, tested)
+            demanded = gate_demands(expect, against, least_coverage)
         request = RunRequest(
             selectors=selectors,
             out=out,
@@ -191,6 +207,23 @@ def run(
             demanded=demanded,
             diagnose=diagnose == "auto",
         )
+        cluster = None
+        if place is not None and not dry_run:  # before anything is written
+            share = max(1, count // place.local) if place.local else jobs
+            cluster = engine.enter_context(engaged(place, request, heard.names, jobs=share, wait=wait))
+        with told_in_one_line():
+            if not dry_run:
+                own(out)
+            if history is not None and not dry_run:
+                from rayproof.reports.runs.history.database import opened
+
+                writable_folder(history.parent)
+                with opened(history, create=True):
+                    pass  # it is one, and can be written
+            if json is not None and not dry_run:
+                writable_folder(json.parent)
+                if json.is_dir():
+                    raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(json))
         if dry_run:
             from rayproof.reports.run.dry_run import plan_in_words
 
@@ -206,7 +239,7 @@ def run(
             else:
                 from rayproof.reports.run.suite import run as run_suite
 
-                code, folders = run_suite(request, pool), (out,)
+                code, folders = run_suite(request, cluster or pool), (out,)
         except OSError as error:  # a full disk, say: what was finished is in the journal
             hint = f"{error.strerror or error}; what was finished is kept, and --resume goes on"
             raise OSError(error.errno, hint, error.filename or str(out)) from error
@@ -218,7 +251,7 @@ def run(
     return code
 
 
-def demands(expect: Path | None, against: Path | None, least_coverage: float | None) -> "Demanded | None":
+def gate_demands(expect: Path | None, against: Path | None, least_coverage: float | None) -> "Demanded | None":
     """Return what a gate demands of a run, None where it is nothing; raise ValueError or OSError for an unusable file.
 
     They are read now: OUT may be the folder of the earlier run, and its results are those that are compared with.

@@ -17,6 +17,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rayproof.reports.processes.worker import PREPARE, Reply
@@ -57,7 +58,7 @@ class Pool:
     A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one. Its tasks
     have `timeout` seconds each, or as many as `timeouts` says. The kinds in `sleeping` sleep, and those in `may_sleep`
     where they are found to. A worker calls `target`, a function at the top of its module, with its kind and its end of
-    the channel.
+    the channel. Each has a folder for temporary files in `folder`, or where this process has its own.
     """
 
     def __init__(
@@ -69,13 +70,14 @@ class Pool:
         timeouts: Mapping[str, float] | None = None,
         sleeping: Collection[str] = (),
         may_sleep: Collection[str] = (),
+        folder: Path | None = None,
         target: Callable[[str, Any], None],
     ) -> None:
         self._copies = copies or {}
         self._jobs = jobs
         self._timeout = timeout
         self._timeouts = timeouts or {}
-        self._target = target
+        self._target, self._folder = target, folder
         self._workers: dict[tuple[str, int], _Worker] = {}
         self.sleeping = sleeping  # may be said later
         self.relief = float("inf")  # s after which a kind gets one worker more; may be said later
@@ -231,7 +233,7 @@ class Pool:
         return len(last) == LAST and seconds >= LONG_ENOUGH and computed <= SLEEPING * seconds
 
     def _spawn(self, place: tuple[str, int]) -> _Worker:
-        self._workers[place] = worker = _Worker(process=started(place[0], self._target))
+        self._workers[place] = worker = _Worker(process=started(place[0], self._target, self._folder))
         return worker
 
     def _exchange(self, place: tuple[str, int], worker: _Worker) -> None:

@@ -14,10 +14,10 @@ PREFIX = "rayproof-"
 
 
 class Scratch:
-    """A new folder that this process owns until it removes it."""
+    """A new folder, in `within` or where temporary files are made, that this process owns until it removes it."""
 
-    def __init__(self) -> None:
-        self.folder = Path(tempfile.mkdtemp(prefix=PREFIX))
+    def __init__(self, within: Path | None = None) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=within))
         self._lock = acquired(self.folder)
 
     def remove(self) -> None:

@@ -101,9 +101,12 @@ class _Beginning:
     path: tuple[str, ...]  # where modules are looked for
 
 
-def started(kind: str, target: Callable[[str, Any], None]) -> WorkerProcess:
-    """Return a new process in which `target`, a function at the top of its module, serves tasks of `kind`."""
-    scratch = Scratch()
+def started(kind: str, target: Callable[[str, Any], None], within: Path | None = None) -> WorkerProcess:
+    """Return a new process in which `target`, a function at the top of its module, serves tasks of `kind`.
+
+    Its folder for temporary files is made in `within`, or where this process has its own.
+    """
+    scratch = Scratch(within)
     try:
         ours, theirs = channels()
         printed = tempfile.TemporaryFile(dir=scratch.folder)  # noqa: SIM115  closed by `clean_up`

@@ -242,6 +242,8 @@ class CaseRecord(TypedDict, total=False):
     certified: list[dict[str, Any]]
     versions: dict[str, str]
     remembered: bool
+    worker: str
+    attempts: Count
     key: str
     seconds: Seconds
     judge_seconds: Seconds
@@ -319,6 +321,35 @@ class GateRecord(TypedDict):
     uncovered: NotRequired[list[str]]
 
 
+class WorkerRecord(TypedDict):
+    """A worker of a cluster that had work, or might have had."""
+
+    id: str
+    processor: str
+    jobs: Count
+    cases: Count
+    lost: Count
+
+
+class RefusedRecord(TypedDict):
+    """A worker that got no work, or no more."""
+
+    id: str
+    why: str
+
+
+class EngineRecord(TypedDict):
+    """On what a run's cases were put to the test, where that was a cluster."""
+
+    name: str
+    version: str
+    workers: list[WorkerRecord]
+    batches: Count
+    resent: Count
+    split: Count
+    refused: list[RefusedRecord]
+
+
 class ReviewRecord(TypedDict, total=False):
     """A limit to look at again."""
 
@@ -351,6 +382,7 @@ class RunRecord(TypedDict, total=False):
     common_factors: list[CommonFactorRecord]
     wrong_factors: list[str]
     gate: GateRecord
+    engine: EngineRecord
     diagnosis: list[CauseRecord]
     comparison: dict[str, Any]  # of a run beside an earlier one
     history: dict[str, Any]  # put in when the run is published beside those before it

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from rich.console import Console
 
@@ -15,7 +15,6 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
 from rayproof.reports.cache.guards import ask_once, passed
 from rayproof.reports.cache.store import usual_store
-from rayproof.reports.called import called
 from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import Drawing
@@ -39,12 +38,16 @@ from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.document import results_document
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.tasks.kinds import JUDGE
-from rayproof.reports.run.worker_settings import RELIEF, sleeping, workers
-from rayproof.reports.run.workload import FIRST, render_and_judge
+from rayproof.reports.run.worker_settings import RELIEF, sleeping
+from rayproof.reports.run.worker_settings import workers as pool_of
+from rayproof.reports.run.workload import render_and_judge
 from rayproof.reports.subjects import PROGRAM
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 from rayproof.reports.subjects.keeping import TOLD
 from rayproof.reports.terminal import console as terminal
+
+if TYPE_CHECKING:
+    from rayproof.reports.run.engine.dispatch import Dispatch
 
 FAILED, NOT_MEASURED, INTERRUPTED = 1, 3, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
@@ -54,10 +57,10 @@ DIAGNOSING = 20.0  # s of processor time for naming the mistake
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
 
-def run(request: RunRequest, pool: Pool | None = None) -> int:
+def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     """Run the request; return the exit code: 0 passed, 1 failed, 3 not all could be measured, 130 interrupted.
 
-    `pool` has the tracer's worker, if it was started early.
+    `workers` are a pool that has the tracer's worker, if it was started early, or those of a cluster.
 
     Raises:
         LookupError, ValueError, OSError: the request itself is wrong; nothing was run.
@@ -68,10 +71,10 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     unused = store.unused if store is not None else None
     if unused is not None:
         store, request = None, replace(request, cached=False)
-    if pool is not None and not (store is not None and passed("judge", store)):
+    if isinstance(workers, Pool) and not (store is not None and passed("judge", store)):
         # Its sentinels take seconds, and there is little else to do until the first cases are rendered.
-        pool.prepare(JUDGE, GuardTask(cached=request.cached))
-        pool.start()
+        workers.prepare(JUDGE, GuardTask(cached=request.cached))
+        workers.start()
     if store is None:
         stand_guards()
     else:
@@ -95,13 +98,18 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     line = legible(f"{who}{len(planned)} cases against {', '.join(heard.names)}; results in {request.out}")
     console.print(line, soft_wrap=True)
     start, started = time.perf_counter(), datetime.now(UTC)
-    pool = pool or workers(request)
-    pool.sleeping, pool.relief = sleeping(), RELIEF
+    workers = workers or pool_of(subject, jobs=request.jobs, timeout=request.timeout)
+    if isinstance(workers, Pool):
+        workers.sleeping, workers.relief = sleeping(), RELIEF
     with ExitStack() as shown, Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
-        records, interrupted, hopeless = render_and_judge(request, planned, heard.names, console, drawing, store, pool)
+        records, interrupted, stopped = render_and_judge(
+            request, planned, heard.names, console, drawing, store, workers
+        )
         found = totals.of(records)
         results = results_document(planned, records, found, heard, faults, started, subject)
-        results["finished"] = not interrupted and hopeless is None
+        results["finished"] = not interrupted and stopped is None
+        if not isinstance(workers, Pool):
+            results["engine"] = workers.record()
         if drawing.pending:
             save_results(request.out, results)  # before anybody waits for a picture
             shown.enter_context(console.status("drawing"))
@@ -123,9 +131,8 @@ def run(request: RunRequest, pool: Pool | None = None) -> int:
     _publish(request, results, drawing.reason, console)
     for sentence in worse:
         console.print(legible(f"worse than its history: {sentence}"), style="yellow", soft_wrap=True, markup=False)
-    if hopeless is not None:
-        said = f"stopped: the first {FIRST} calls fail alike: {hopeless}; `{called()} call` makes one of them by hand"
-        console.print(legible(said), style="bold red", soft_wrap=True, markup=False)
+    if stopped is not None:
+        console.print(legible(f"stopped: {stopped}"), style="bold red", soft_wrap=True, markup=False)
         return NOT_MEASURED
     if interrupted:
         console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")

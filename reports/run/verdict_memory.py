@@ -23,7 +23,7 @@ class Memory:
     @cached_property
     def _versions(self) -> Mapping[str, str]:
         """Return the version of every reference that would be asked."""
-        return {name: _version(name) for name in self._demands.references}
+        return {name: version(name) for name in self._demands.references}
 
     def prepare(self) -> None:
         """Ask the references for their versions, once: while the first renders are on their way it costs nothing."""
@@ -46,7 +46,7 @@ class Memory:
         judgements.keep(self._store, key, folder, record)
 
 
-def _version(reference: str) -> str:
+def version(reference: str) -> str:
     """Return a reference's version; one that cannot tell it is never the same twice, and its worker says why."""
     from rayproof.reference import REFERENCES
 

@@ -1,10 +1,11 @@
 """The workers of a run that puts another renderer than the tracer under test, or that nobody started early."""
 
+from pathlib import Path
+
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.tasks import serve_run
 from rayproof.reports.run.tasks.kinds import JUDGE, UNDER_TEST
-from rayproof.reports.subjects import PROGRAM
+from rayproof.reports.subjects import PROGRAM, Subject
 
 # A program of the user's may sleep; that of a reference that does says so.
 MAY_SLEEP = (PROGRAM,)
@@ -20,17 +21,18 @@ def sleeping() -> frozenset[str]:
     return frozenset(f"{role}{name}" for name in names for role in ("reference:", UNDER_TEST))
 
 
-def workers(request: RunRequest) -> Pool:
-    """Return a pool, none of whose workers has started."""
-    subject, copies = request.subject, {JUDGE: request.jobs, PROGRAM: request.jobs}
+def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None = None) -> Pool:
+    """Return a pool, none of whose workers has started; they have their temporary files in `folder`, if it is given."""
+    copies = {JUDGE: jobs, PROGRAM: jobs}
     if subject.is_tracer:
-        return Pool(jobs=request.jobs, timeout=request.timeout, copies=copies, target=serve_run)
+        return Pool(jobs=jobs, timeout=timeout, copies=copies, folder=folder, target=serve_run)
     return Pool(
         target=serve_run,
-        jobs=request.jobs,
-        timeout=max(PATIENCE, request.timeout),
+        jobs=jobs,
+        timeout=max(PATIENCE, timeout),
         copies=copies,
         may_sleep=MAY_SLEEP,
         # A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
-        timeouts={PROGRAM: 2 * subject.seconds + PATIENCE, f"{UNDER_TEST}{subject.name}": request.timeout},
+        timeouts={PROGRAM: 2 * subject.seconds + PATIENCE, f"{UNDER_TEST}{subject.name}": timeout},
+        folder=folder,
     )

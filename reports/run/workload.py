@@ -1,10 +1,12 @@
 """The work between plan and results: a few cases at once through the pool, each recorded as it finishes."""
 
 import re
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from rayproof.reports.cache.store import Store
+from rayproof.reports.called import called
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import Drawing
 from rayproof.reports.results.case_table import Cases
@@ -18,6 +20,9 @@ from rayproof.reports.run.record.reproducing import reproduce
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.subjects import PROGRAM
 
+if TYPE_CHECKING:
+    from rayproof.reports.run.engine.dispatch import Dispatch
+
 FIRST = 3  # calls of a program; if they fail alike, so will the rest
 _CHANGING = re.compile(r"\S*rayproof-\S*|\d+")  # a call's own folder, and numbers such as a process's
 
@@ -29,17 +34,19 @@ def render_and_judge(
     console: Console,
     drawing: Drawing,
     store: Store | None,
-    pool: Pool,
+    workers: "Pool | Dispatch",
 ) -> tuple[Cases, bool, str | None]:
-    """Return the records in the plan's order, whether the user interrupted, and why a program cannot be called.
+    """Return the records in the plan's order, whether the user interrupted, and in words why the rest was not done.
 
-    Where the first calls of a program under test all fail alike, the rest is not made.
+    `workers` are the processes of this machine, or those of a cluster. Where the first calls of a program under test
+    all fail alike, the rest is not made.
     """
     subject = request.subject
     done: set[str] = set()
     asked = demands(request, references)
     keys = {one.case.name: record_key(one, asked).digest for one in planned}
-    interrupted, calls = False, FirstCalls(len(planned)) if subject.name == PROGRAM else None
+    interrupted, gone = False, None
+    calls = FirstCalls(len(planned)) if subject.name == PROGRAM else None
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
 
         def finished(one: PlannedCase, record: CaseRecord) -> None:
@@ -53,8 +60,9 @@ def render_and_judge(
             if calls is not None:
                 calls.finished(record)
 
-        terms = Terms(demands=asked, subject=subject, cached=store is not None, patient=request.patient)
-        under_way = CasesUnderWay(terms, pool, folder=request.out, store=store, finished=finished)
+        def enough() -> bool:
+            return calls is not None and calls.hopeless is not None
+
         try:
             todo = []
             for one in planned:
@@ -69,18 +77,35 @@ def render_and_judge(
                     progress.finished(known, again=True)
                 else:
                     todo.append(one)
-            pending = iter(todo)
-            while len(done) < len(planned) and (calls is None or calls.hopeless is None):
-                while under_way.has_room and (one := next(pending, None)) is not None:
-                    under_way.start(one)
-                progress.working(under_way.doing, pool.busy)
-                under_way.step()
+            if isinstance(workers, Pool):
+                terms = Terms(demands=asked, subject=subject, cached=store is not None, patient=request.patient)
+                under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=finished)
+                pending = iter(todo)
+                while len(done) < len(planned) and not enough():
+                    while under_way.has_room and (one := next(pending, None)) is not None:
+                        under_way.start(one)
+                    progress.working(under_way.doing, workers.busy)
+                    under_way.step()
+            else:
+                workers.put_through(
+                    todo,
+                    folder=request.out,
+                    finished=finished,
+                    enough=enough,
+                    glance=lambda: progress.working(workers.under_way, workers.busy),
+                )
+                gone = workers.gone
         except KeyboardInterrupt:
             interrupted = True
         finally:
-            pool.close()
+            workers.close()
         found = journal.cases(keys[one.case.name] for one in planned if one.case.name in done)
-    return found, interrupted, None if calls is None else calls.hopeless
+    if gone is not None:
+        return found, interrupted, f"{gone}; {len(found)} of {len(planned)} cases are finished, go on with --resume"
+    if calls is not None and calls.hopeless is not None:
+        said = f"the first {FIRST} calls fail alike: {calls.hopeless}; `{called()} call` makes one of them by hand"
+        return found, interrupted, said
+    return found, interrupted, None
 
 
 class FirstCalls:

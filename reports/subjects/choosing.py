@@ -94,10 +94,19 @@ def _program(
         capabilities = ask(subject)
     except ValueError as error:
         raise ValueError(f"--subject {text}: its answer to --capabilities: {error}") from None
-    given = [f"{name}={os.environ[name]}" for name in surroundings.variables]
-    passed = hashlib.sha256(repr((given, surroundings.confined)).encode()).hexdigest()  # values may be secrets
-    identity = (*command, repr(capabilities), passed, *map(_digest, command))
-    return replace(subject, capabilities=capabilities, identity=identity)
+    subject = replace(subject, capabilities=capabilities)
+    return replace(subject, identity=identity(subject))
+
+
+def identity(program: Subject) -> tuple[str, ...]:
+    """Return what a program's results depend on: its command, what it says that it can, and the files as they are here.
+
+    Of the environment's variables that it gets only a digest, since values may be secrets.
+    """
+    surroundings = program.surroundings
+    given = [f"{name}={os.environ.get(name)}" for name in surroundings.variables]
+    passed = hashlib.sha256(repr((given, surroundings.confined)).encode()).hexdigest()
+    return (*program.command, repr(program.capabilities), passed, *map(_digest, program.command))
 
 
 def _absolute(word: str) -> str:

@@ -61,7 +61,7 @@ def test_a_run_finds_it_and_its_workers_render_by_it(
 
     (request,), replies = requests, list[Reply]()
     assert request.configurations == (NAME,)
-    scene, pool = select([CASE])[0].scene, workers(request)
+    scene, pool = select([CASE])[0].scene, workers(request.subject, jobs=request.jobs, timeout=request.timeout)
     own = demands(request, ()).own
     pool.submit(TRACER, TracerTask(scene=scene, configuration=NAME, samples=1, own=own), replies.append)
     while not replies:

@@ -1,0 +1,91 @@
+"""The cluster that a command's options name: checked, reached, and with workers that may have the run's cases."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rayproof.reports.commands.usage import UsageError, told_in_one_line
+from rayproof.reports.results.json_numbers import legible
+
+if TYPE_CHECKING:
+    from rayproof.reports.run.engine.cluster import Place
+    from rayproof.reports.run.engine.dispatch import Dispatch
+    from rayproof.reports.run.request import RunRequest
+
+LONGEST_WAIT = 7 * 86400.0  # s
+
+
+def scheduler_at(
+    address: str | None,
+    authority: Path | None,
+    certificate: Path | None,
+    key: Path | None,
+    *,
+    insecure: bool,
+    wait: float,
+) -> "Place | None":
+    """Return where a cluster is that does the work, or None for this machine.
+
+    Raises:
+        UsageError: no cluster can be meant by this.
+
+    """
+    if not 0 < wait <= LONGEST_WAIT:
+        raise UsageError(f"--wait must be positive and at most {LONGEST_WAIT:g} s, got {wait:g} s")
+    files = {"--tls-ca": authority, "--tls-cert": certificate, "--tls-key": key}
+    given = [option for option, file in files.items() if file is not None]
+    if address is None:
+        if given or insecure:
+            raise UsageError(f"{(*given, '--insecure')[0]} is for a cluster, which --scheduler names")
+        return None
+    from importlib.util import find_spec
+
+    if find_spec("distributed") is None:
+        raise UsageError("--scheduler needs Dask distributed, which is not installed: pip install 'rayproof[dask]'")
+    from rayproof.reports.run.engine.cluster import Credentials, Place, checked
+
+    if given and len(given) < len(files):
+        lacking = next(option for option in files if option not in given)
+        raise UsageError(f"--tls-ca, --tls-cert and --tls-key belong together, and {lacking} is not there")
+    credentials = None
+    if authority is not None and certificate is not None and key is not None:
+        credentials = Credentials(authority=authority, certificate=certificate, key=key)
+    with told_in_one_line():
+        return checked(Place(address=address, credentials=credentials, insecure=insecure))
+
+
+@contextmanager
+def engaged(
+    place: "Place", request: "RunRequest", references: tuple[str, ...], *, jobs: int | None, wait: float
+) -> Iterator["Dispatch"]:
+    """Yield a cluster's workers that may have the request's cases; they end what they do for it with the block.
+
+    Raises:
+        UsageError: the cluster cannot be used, or has no such worker.
+
+    """
+    from rayproof.reports.run.cases_under_way import Terms
+    from rayproof.reports.run.demands import demands
+    from rayproof.reports.run.engine.batch import Limits
+    from rayproof.reports.run.engine.dispatch import dispatch
+    from rayproof.tracer.formula import is_own
+
+    if own_formula := next((name for name in request.configurations if is_own(name)), None):
+        raise UsageError(f"--scheduler: {own_formula} has a formula from a file of yours, which is run on one machine")
+    with ExitStack() as stack:
+        with told_in_one_line():
+            terms = Terms(
+                demands=demands(request, references),
+                subject=request.subject,
+                cached=request.cached,
+                patient=request.patient,
+            )
+            limits = Limits(timeout=request.timeout, jobs=jobs)
+            workers = stack.enter_context(dispatch(place, terms, limits, wait=wait, tell=_tell))
+        yield workers
+
+
+def _tell(line: str) -> None:
+    sys.stderr.write(f"{legible(line)}\n")

@@ -1,0 +1,340 @@
+"""A run on a cluster: what it finds is what a pool finds, who may not is kept out, what is lost comes again.
+
+The clusters are real: workers of this machine, and `dask scheduler` and `dask worker` as processes on loopback.
+"""
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import ssl
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from rayproof.reports.processes.process_tree import end_below
+from tests.reports.commands.conftest import Rayproof
+from tests.reports.run.certificates import Authority
+
+CHECKOUT = Path(__file__).parents[3]
+# What differs between two runs that find the same: times, who did it, and pictures, which are drawn afterwards.
+OF_A_RUN = {"seconds", "judge_seconds", "worker", "attempts", "picture", "thumbnail", "view", "reproduce"}
+SCENE = {
+    "camera": {"eye": [0, -3, 1], "target": [0, 0, 0], "up": [0, 0, 1], "fovy": 40, "width": 16, "height": 12,
+               "near": 0.1, "far": 9},
+    "shapes": [{"type": "sphere", "albedo": [0.5, 0.5, 0.5]}],
+    "lights": [{"position": [2, -3, 4], "flux": [300, 200, 400]}],
+}  # fmt: skip
+RUN = "import sys; from rayproof.reports.cli import main; code = main(sys.argv[1:]); sys.exit(code)"
+# How many modules of the engine's were imported.
+COUNTED = (
+    "import sys; from rayproof.reports.cli import main; code = main(sys.argv[1:]); "
+    "print('imported', sum(name.partition('.')[0] in ('dask', 'distributed', 'tornado', 'msgpack', 'cloudpickle', "
+    "'cryptography') for name in sys.modules), file=sys.stderr); sys.exit(code)"
+)
+
+
+def ran(*arguments: object, code: str = RUN, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", code, "run", *map(str, arguments)],
+        cwd=CHECKOUT,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=280,
+        check=False,
+    )
+
+
+def found(folder: Path) -> list[dict[str, Any]]:
+    return json.loads((folder / "results.json").read_text())["cases"]
+
+
+def alike(value: Any) -> Any:
+    """Return what is the same of two runs that find the same."""
+    if isinstance(value, dict):
+        return {key: alike(one) for key, one in value.items() if key not in OF_A_RUN}
+    return [alike(one) for one in value] if isinstance(value, list) else value
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    paths = (path for place in ("scenes", "images") for path in (folder / place).rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+
+
+def test_a_cluster_finds_what_a_pool_finds_to_the_last_byte(tmp_path: Path) -> None:
+    (tmp_path / "room.json").write_text(json.dumps(SCENE))
+    # A case that fails keeps more images; a scene file's record must not name a folder of a worker's.
+    asked = (tmp_path / "room.json", "primitives/sphere", "primitives/cube", "transforms/square_sheared")
+    asked += ("--configuration", "float32/world_normal=fault_model_matrix", "--diagnose", "off", "--no-cache")
+    pool = ran(*asked, "--out", tmp_path / "pool", "--jobs", 2, code=COUNTED)
+    cluster = ran(*asked, "--out", tmp_path / "cluster", "--scheduler", "local:2")
+
+    assert (pool.returncode, cluster.returncode) == (1, 1), cluster.stderr
+    assert pool.stderr.endswith("imported 0\n")
+    ours, theirs = found(tmp_path / "pool"), found(tmp_path / "cluster")
+    assert [one["name"] for one in ours] == [one["name"] for one in theirs]
+    assert alike(ours) == alike(theirs)
+    assert files(tmp_path / "pool") == files(tmp_path / "cluster")
+    assert any(name.endswith(".exr") for name in files(tmp_path / "cluster"))
+    assert str(tmp_path / "cluster" / "scenes") in next(one for one in theirs if one["family"] == "file")["reproduce"]
+    engine = json.loads((tmp_path / "cluster" / "results.json").read_text())["engine"]
+    assert sum(worker["cases"] for worker in engine["workers"]) == len(theirs)
+    assert {one["worker"] for one in theirs} <= {worker["id"] for worker in engine["workers"]}
+    assert engine["refused"] == []
+
+
+class Site:
+    """A scheduler and workers as processes, with certificates of one authority."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        folder.mkdir()
+        self.authority = Authority(folder)
+        self.tls = ("--tls-ca", self.authority.file, *self._pair("client", "--tls-cert", "--tls-key"))
+        self._processes: list[subprocess.Popen[bytes]] = []
+        self.scheduler = self._started(
+            "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", folder / "where"
+        )
+        self.address = self._address()
+
+    def worker(self) -> subprocess.Popen[bytes]:
+        about = ("--nthreads", "1", "--no-dashboard", "--memory-limit", "0", "--local-directory", self.folder)
+        return self._started("worker", self.address, *about)
+
+    def _pair(self, name: str, *options: str) -> tuple[object, ...]:
+        return tuple(word for pair in zip(options, self.authority.vouched(name), strict=True) for word in pair)
+
+    def _started(self, role: str, *arguments: object) -> subprocess.Popen[bytes]:
+        tls = ("--tls-ca-file", self.authority.file, *self._pair(role, "--tls-cert", "--tls-key"))
+        process = subprocess.Popen(
+            [sys.executable, "-m", "dask", role, *map(str, arguments), *map(str, tls)],
+            cwd=CHECKOUT,
+            env={**os.environ, "TMPDIR": str(self.folder), "PYTHONPATH": str(CHECKOUT / "python")},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        self._processes.append(process)
+        return process
+
+    def _address(self) -> str:
+        until = time.monotonic() + 60
+        while time.monotonic() < until:
+            try:
+                return json.loads((self.folder / "where").read_text())["address"]
+            except (OSError, ValueError):
+                time.sleep(0.1)
+        raise TimeoutError("no scheduler started")
+
+    def close(self) -> None:
+        for process in self._processes:
+            end_below(process.pid)
+            process.kill()
+            process.wait()
+
+
+@contextmanager
+def site(folder: Path) -> Iterator[Site]:
+    one = Site(folder)
+    try:
+        yield one
+    finally:
+        one.close()
+
+
+@pytest.fixture(scope="module")
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """Return a scheduler to which no worker comes."""
+    with site(tmp_path_factory.mktemp("site") / "lonely") as one:
+        yield one
+
+
+def test_who_shows_no_certificate_is_kept_out_and_so_is_plain_text(lonely: Site, tmp_path: Path) -> None:
+    host, port = lonely.address.removeprefix("tls://").split(":")
+    nobody = ssl.create_default_context(cafile=str(lonely.authority.file))
+    nobody.check_hostname = False
+    somebody = ssl.create_default_context(cafile=str(lonely.authority.file))
+    somebody.check_hostname = False
+    somebody.load_cert_chain(*lonely.authority.vouched("somebody"))
+
+    def said(context: ssl.SSLContext | None) -> bytes:
+        """Return what the scheduler says first of all."""
+        with (
+            contextlib.suppress(ssl.SSLError, ConnectionError),
+            socket.create_connection((host, int(port)), timeout=20) as plain,
+        ):
+            if context is None:
+                plain.sendall(bytes(64))
+                return plain.recv(64)
+            with context.wrap_socket(plain) as sealed:
+                return sealed.recv(64)
+        return b""
+
+    assert said(somebody) != b""
+    assert said(nobody) == b""
+    assert said(None) == b""
+    plain = ran("primitives/sphere", "--out", tmp_path / "out", "--scheduler", f"tcp://{host}:{port}", "--insecure")
+    assert plain.returncode == 2
+    assert not (tmp_path / "out").exists()
+
+
+def bad(lonely: Site, tmp_path: Path, what: str) -> tuple[tuple[object, ...], str]:
+    """Return options, and what the line says about them."""
+    other = Authority(tmp_path, "other")
+    key = other.vouched("wrong")
+    expired = lonely.authority.vouched("expired", days=-1.0)
+    at = ("--scheduler", lonely.address)
+    ours = ("--tls-ca", lonely.authority.file)
+    with_tls = (*at, *lonely.tls)
+    return {
+        "plain text": (("--scheduler", "tcp://127.0.0.1:1"), "--insecure"),
+        "no certificate": (at, "all three"),
+        "half of a certificate": ((*at, *ours), "--tls-cert"),
+        "expired": ((*at, *ours, "--tls-cert", expired[0], "--tls-key", expired[1]), "expired on"),
+        "absent file": ((*at, *ours, "--tls-cert", tmp_path / "none", "--tls-key", key[1]), "No such file"),
+        "not PEM": ((*at, *ours, "--tls-cert", key[1], "--tls-key", key[1]), "no certificate"),
+        "another's key": ((*at, *lonely.tls[:4], "--tls-key", key[1]), "do not belong together"),
+        "another authority": ((*at, "--tls-ca", other.file, *lonely.tls[2:]), "--tls-ca"),
+        "another's certificate": ((*at, *ours, "--tls-cert", key[0], "--tls-key", key[1]), "--tls-cert"),
+        "nobody there": (("--scheduler", "tls://127.0.0.1:1", *lonely.tls), "nobody listens"),
+        "no worker": ((*with_tls, "--wait", "2"), "no worker came within 2 s"),
+        "no wait": ((*with_tls, "--wait", "0"), "--wait must be positive"),
+        "no address": (("--scheduler", "127.0.0.1"), "tls://HOST:PORT"),
+        "no workers": (("--scheduler", "local:0"), "from 1 to"),
+        "no scheduler": (("--insecure",), "--scheduler names"),
+        "random scenes": (("--scheduler", "local:2", "--count", "3"), "one machine"),
+    }[what]
+
+
+BAD = (
+    "plain text", "no certificate", "half of a certificate", "expired", "absent file", "not PEM", "another's key",
+    "another authority", "another's certificate", "nobody there", "no worker", "no wait", "no address", "no workers",
+    "no scheduler", "random scenes",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_bad_input_is_a_line_and_nothing_is_written(
+    lonely: Site, rayproof: Rayproof, tmp_path: Path, what: str
+) -> None:
+    options, says = bad(lonely, tmp_path, what)
+    ended = rayproof("run", "random" if "random" in what else "primitives/sphere", "--out", tmp_path / "out", *options)
+
+    assert ended.code == 2
+    assert says in ended.error
+    assert ended.error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_the_engine_the_line_names_the_extra(
+    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    ended = rayproof("run", "primitives/sphere", "--out", tmp_path / "out", "--scheduler", "local:2")
+
+    assert ended.code == 2
+    assert "rayproof[dask]" in ended.error
+    assert not (tmp_path / "out").exists()
+
+
+def slow_program(folder: Path, *, kills: str = "") -> str:
+    """Return a subject that takes a second, draws black, and kills its worker where a scene has this in it."""
+    script = folder / "program"
+    script.write_text(
+        f"""#!{sys.executable}
+import json, os, signal, sys, time
+if "--capabilities" in sys.argv:
+    sys.exit(1)
+text = open(sys.argv[1]).read()
+if {kills!r} and {kills!r} in text:
+    pid = os.getpid()
+    while pid > 1:
+        words = open(f"/proc/{{pid}}/cmdline").read()
+        if "multiprocessing" in words and "spawn_main" in words:
+            os.kill(pid, signal.SIGKILL)
+            time.sleep(60)
+        pid = int(open(f"/proc/{{pid}}/stat").read().rpartition(")")[2].split()[1])
+time.sleep(1)
+camera = json.loads(text)["camera"]
+with open(sys.argv[2], "wb") as file:
+    file.write(b"PF\\n%d %d\\n-1\\n" % (camera["width"], camera["height"]))
+    file.write(bytes(12 * camera["width"] * camera["height"]))
+"""
+    )
+    script.chmod(0o755)
+    return f"exec:{script} {{scene}} {{output.pfm}}"
+
+
+def scenes(folder: Path, count: int) -> list[Path]:
+    paths = []
+    for number in range(count):
+        scene = {**SCENE, "camera": {**SCENE["camera"], "fovy": 30 + number}}
+        paths.append(folder / f"s{number}.json")
+        paths[-1].write_text(json.dumps(scene))
+    return paths
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="it looks for its worker in /proc")
+def test_a_case_that_kills_its_workers_is_an_error_and_its_neighbours_are_not(tmp_path: Path) -> None:
+    paths = scenes(tmp_path, 4)
+    subject = slow_program(tmp_path, kills='"fovy": 31')
+    run = ran(*paths, "--subject", subject, "--out", tmp_path / "out", "--scheduler", "local:2", "--diagnose", "off")
+
+    cases = {one["name"]: one for one in found(tmp_path / "out")}
+    assert len(cases) == 4, run.stderr
+    assert "lost 2 workers" in cases["file/s1"]["reason"]
+    assert cases["file/s1"]["attempts"] >= 3
+    assert [one["verdict"] for name, one in cases.items() if name != "file/s1"] == ["fail"] * 3
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="signals, and a look for what is left")
+def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Path) -> None:
+    paths = scenes(tmp_path, 30)
+    about = ("--subject", slow_program(tmp_path), "--out", str(tmp_path / "out"), "--diagnose", "off")
+    with site(tmp_path / "site") as cluster:
+        worker = cluster.worker()
+        command = ["run", *map(str, paths), *about, "--scheduler", cluster.address, *map(str, cluster.tls)]
+        process = subprocess.Popen(
+            [sys.executable, "-c", RUN, *command],
+            cwd=CHECKOUT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            until = time.monotonic() + 200
+            while not list((tmp_path / "out").glob("scenes/file/*")) and time.monotonic() < until:
+                time.sleep(0.2)
+            cluster.scheduler.send_signal(signal.SIGKILL)
+            printed, complaint = process.communicate(timeout=100)
+        finally:
+            process.kill()
+
+        assert process.returncode == 3, complaint
+        assert "the scheduler has gone" in printed
+        assert "Traceback" not in complaint
+        document = json.loads((tmp_path / "out" / "results.json").read_text())
+        assert document["finished"] is False
+        first = {one["name"]: one["key"] for one in document["cases"]}
+        assert 0 < len(first) < len(paths)
+        until = time.monotonic() + 60
+        while (left := below(worker)) and time.monotonic() < until:
+            time.sleep(0.5)
+        assert left == [], "the worker's processes end with it"
+
+
+def below(process: subprocess.Popen[bytes]) -> list[str]:
+    """Return the names of our processes that a worker left running."""
+    try:
+        found = psutil.Process(process.pid).children(recursive=True)
+        return [one.name() for one in found if one.name().startswith("rayproof-")]
+    except psutil.NoSuchProcess:
+        return []
