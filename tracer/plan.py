@@ -23,7 +23,8 @@ SEVERAL = 24  # shapes in all that are, where a lane takes several samples and g
 FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
 MANY = 2**20  # samples from which on a long kernel of several kinds pays
 SIMPLE = 3  # shapes
-STRIP = 8  # samples in a row that a lane of a simple scene takes; measured against 1, 4 and 16
+# Samples in a row that a lane of a simple scene takes; measured against 1, 2, 4 and 16.
+STRIP = {"float32": 8, "float64": 4}
 SHORT = 4  # and of others, where the kernel would be long
 SMALL = 1.0  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
 DUST = 2.5  # and from which on only two by two go together
@@ -98,7 +99,7 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     if triangles:
         trees.add("triangle")
     if strip or not trees:
-        columns = STRIP if len(scene.shapes) <= SIMPLE else SHORT
+        columns = STRIP[configuration.precision] if len(scene.shapes) <= SIMPLE else SHORT
         return Plan(columns=columns if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
     split = count < FEW or not bounded or (triangles > SCATTERED * count and layers(meshes) > DEEP)

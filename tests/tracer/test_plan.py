@@ -99,6 +99,7 @@ def test_the_scene_decides() -> None:
 
     assert plan(scene(sphere, FLOOR), default) == UNROLLED
     assert plan(large(scene(sphere, FLOOR)), default) == Plan(columns=8)
+    assert plan(large(scene(sphere, FLOOR)), Configuration(precision="float64")) == Plan(columns=4)
     assert plan(large(scene(*[sphere] * 5)), default) == Plan(columns=4)
     assert plan(large(scene(*[sphere] * 20)), default) == Plan(columns=4, tables=True)
     assert plan(large(scene(*[sphere] * 30)), default).trees == {"sphere"}
