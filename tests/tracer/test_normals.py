@@ -1,6 +1,7 @@
 """Normals: unit, outward, perpendicular to the surface, under every transform."""
 
 import dataclasses
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Shape
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.numerics.unit_vectors import inverse_root
 from rayproof.tracer.render import render
 from tests.tracer.scenes import SHAPES, affine, scene
 
@@ -55,3 +58,20 @@ def test_normals_are_the_inverse_transpose_of_the_outward_ones(
     # Positions are known to a few roundings of 8 m on shapes of 0.5 m with a condition number below 3.
     np.testing.assert_allclose(normal, expected, atol=512 * UNIT_ROUNDOFF[precision])
     assert not answers[Stage.NORMAL][~hit].any()
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_inverse_roots_are_off_by_one_and_a_half_roundings_at_most_and_keep_their_ends(precision: str) -> None:
+    Float, kind = array_types(precision).Float, np.dtype(precision)
+    generator, largest = np.random.default_rng(8), 0.98 * np.finfo(kind).maxexp
+    x = np.concatenate([generator.uniform(1, 4, 3000), 2.0 ** generator.uniform(-largest, largest, 1000)]).astype(kind)
+
+    found = np.array(inverse_root(Float(x)))
+
+    # (1 + e)^2 x / x - 1 is 2 e, but for e^2.
+    off = [
+        abs(float(Fraction(float(y)) ** 2 * Fraction(float(each)) - 1)) / 2 for y, each in zip(found, x, strict=True)
+    ]
+    assert max(off) < 1.5001 * UNIT_ROUNDOFF[precision]
+    assert np.array(inverse_root(Float([0.0, np.inf]))).tolist() == [np.inf, 0.0]
+    assert np.isnan(inverse_root(Float([np.nan, 1.0]))[0])

@@ -6,6 +6,7 @@ import drjit as dr
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer.camera import CAMERA
+from rayproof.tracer.numerics.unit_vectors import normalized
 
 
 @CAMERA.register("ray/reference_point", covers=("CAM-4",), kind="right", stage=Stage.RAY, default=True)
@@ -18,4 +19,4 @@ def reference_point(frame: Any, sx: Any, sy: Any) -> Any:
     V = frame.up * (length * frame.vertical)
     H = frame.right * (length * frame.horizontal)
     p = dr.fma(sx, H, dr.fma(sy, V, ref))
-    return dr.normalize(p - frame.eye)
+    return normalized(p - frame.eye)
