@@ -65,9 +65,7 @@ def load_scene(path: str | Path) -> Scene:
             raise SceneError(f"{where}: is not a regular file")
         if facts.st_size > LARGEST:
             raise SceneError(f"{where}: has {facts.st_size} bytes, more than the {LARGEST} that a scene may have")
-        text = path.read_bytes().decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{where}: is not UTF-8: {error.reason} at byte {error.start}") from None
+        data = path.read_bytes()
     except FileNotFoundError:
         raise SceneError(f"{where}: there is no such file") from None
     except (OSError, ValueError) as error:
@@ -75,6 +73,24 @@ def load_scene(path: str | Path) -> Scene:
             raise
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise SceneError(f"{where}: cannot be read: {reason}") from None
+    return scene_from_bytes(data, folder=path.parent, where=where)
+
+
+def scene_from_bytes(
+    data: bytes, *, folder: Path, where: str, prepared: Callable[[Any], Any] = lambda document: document
+) -> Scene:
+    """Return the scene in a JSON text; mesh files are looked for in `folder`.
+
+    `prepared` gets the document before it is taken for a scene's, and returns what is.
+
+    Raises:
+        SceneError: anything is wrong with it, in one line that begins with `where`.
+
+    """
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{where}: is not UTF-8: {error.reason} at byte {error.start}") from None
     try:
         document = json.loads(text, object_pairs_hook=object_from)
     except json.JSONDecodeError as error:
@@ -83,7 +99,7 @@ def load_scene(path: str | Path) -> Scene:
         raise SceneError(f"{where}: is nested too deeply") from None
     except ValueError as error:  # a whole number of more than 4300 digits
         raise SceneError(f"{where}: is not JSON that can be read: {str(error).partition(';')[0]}") from None
-    return scene_from_json(document, folder=path.parent, where=where)
+    return scene_from_json(prepared(document), folder=folder, where=where)
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:

@@ -48,6 +48,7 @@ def run(
     json: Path | None = None,
     count: int | None = None,
     seed: int | None = None,
+    scenes: Path | None = None,
     scheduler: str | None = None,
     tls_ca: Path | None = None,
     tls_cert: Path | None = None,
@@ -122,6 +123,9 @@ def run(
         certified arithmetic; end with 0 only if none is wrong. In batches of 500. Default: 100.
     seed
         With `random`: another seed draws other scenes. Default: 1.
+    scenes
+        Instead of selectors: a folder of scene files, or a file with a scene on each line and its `name` in it. They
+        are read where they lie, however many they are.
     scheduler
         Where a cluster does the work: tls://HOST:PORT of a Dask scheduler, or local:N for one of N workers on this
         machine. Needs rayproof[dask]. --jobs is then each worker's, by default as many as its machine has processors;
@@ -145,6 +149,8 @@ def run(
     if not 0 < memory < MOST_MEMORY:
         raise UsageError(f"--memory must be positive and below {MOST_MEMORY:g}, got {memory} GiB")
     numbers = drawn(selectors, count, seed)
+    if scenes is not None and selectors:
+        raise UsageError(f"--scenes says what is run, and so does {selectors[0]}")
     if numbers is None:  # before anything is started for them
         check_names(selectors)
     if subject != TRACER and paths == "all":
@@ -187,10 +193,16 @@ def run(
             surroundings = Surroundings(variables=env, confined=confine)
             tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
             check_selectors(selectors if numbers is None else (), tested)
+            stream = None
+            if scenes is not None:
+                from rayproof.reports.run.scene_stream import SceneStream
+
+                stream = SceneStream(scenes, tested)
             heard = panel(required, tested)
             demanded = gate_demands(expect, against, least_coverage)
         request = RunRequest(
             selectors=selectors,
+            scenes=stream,
             out=out,
             resume=resume,
             require=required,

@@ -1,7 +1,7 @@
 """What a run would do and about what it would take, without doing it: `rayproof run --dry-run`."""
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.paths.choice import asked
 from rayproof.reports.run.panel import panel
-from rayproof.reports.run.plan import PlannedCase, plan
+from rayproof.reports.run.plan import PlannedCase, configurations_of
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.size import (
     BEGINNING,
@@ -23,7 +23,7 @@ from rayproof.reports.run.size import (
     estimate,
     triangles_of,
 )
-from rayproof.reports.run.suite import cases_of
+from rayproof.reports.run.suite import planned_cases
 from rayproof.reports.run.tasks.reference_task import unable
 from rayproof.reports.subjects import Subject
 
@@ -40,8 +40,7 @@ def plan_in_words(request: RunRequest) -> list[str]:
 
     """
     subject = request.subject
-    names = request.configurations if subject.is_tracer else (subject.name,)
-    planned = plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes)
+    planned = planned_cases(request)
     heard = panel(request.require, subject)
     each = [
         estimate(one.case, candidates=len(one.configurations), references=len(heard.names), subject=subject)
@@ -50,7 +49,7 @@ def plan_in_words(request: RunRequest) -> list[str]:
     routes = sum(len(asked(one.routes, name)) for one in planned for name in one.configurations)
     renders = sum(len(one.configurations) + len(heard.names) for one in planned)
     checks = sum(_checks(one, heard.names, subject) for one in planned)
-    configurations = {name for one in planned for name in one.configurations}
+    configurations = configurations_of(planned)
     largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
     bands = bands_of(largest[0].case, subject)
     counts = f"{len(planned)} cases, {len(configurations)} configurations, {len(heard.names)} references"
@@ -89,7 +88,7 @@ def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject)
 
 
 def _estimated(
-    request: RunRequest, planned: tuple[PlannedCase, ...], each: list[Estimate], *, references: int, routes: int
+    request: RunRequest, planned: Sequence[PlannedCase], each: list[Estimate], *, references: int, routes: int
 ) -> Iterator[str]:
     """Yield time, memory, disk and deadlines."""
     seconds = (sum(one.seconds for one in each) + routes * BY_ANOTHER_ROUTE) / request.jobs

@@ -4,8 +4,10 @@ The default suite runs the default configuration in float32 and in float64 on ev
 formula, in float32, on the cases that cover its specification item.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import overload
 
 from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline
 from rayproof.cases.covering import covering
@@ -14,6 +16,7 @@ from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.paths.choice import routes_of
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.request import Trial
+from rayproof.reports.run.scene_stream import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.capabilities import Capabilities
 from rayproof.reports.subjects.request import rebuilt
@@ -70,6 +73,34 @@ def alternatives() -> dict[str, frozenset[str]]:
             raise ValueError(f"{name} is no alternative: the default formulas cover {', '.join(formula.covers)} too")
         found[Configuration(precision="float32", formulas={formula.slot: formula.variant}).name] = items
     return found
+
+
+class PlannedScenes(Sequence[PlannedCase]):
+    """A stream of scenes, each planned when it is needed."""
+
+    def __init__(self, cases: SceneStream, planned: Callable[[Case], PlannedCase]) -> None:
+        self._cases, self._planned = cases, planned
+        # Of all: which are asked depends on what a scene covers.
+        firsts = cases.covers.values()
+        self.configurations = frozenset(name for number in firsts for name in planned(cases[number]).configurations)
+
+    def __len__(self) -> int:
+        return len(self._cases)
+
+    @overload
+    def __getitem__(self, index: int) -> PlannedCase: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[PlannedCase]: ...
+    def __getitem__(self, index: int | slice) -> PlannedCase | Sequence[PlannedCase]:
+        if isinstance(index, slice):
+            return [self[number] for number in range(len(self))[index]]
+        return self._planned(self._cases[index])
+
+
+def configurations_of(planned: Sequence[PlannedCase]) -> frozenset[str]:
+    """Return all configurations that cases are put to; a sequence that knows them is not read for it."""
+    known = getattr(planned, "configurations", None)
+    return frozenset(name for one in planned for name in one.configurations) if known is None else known
 
 
 def plan(

@@ -9,6 +9,7 @@ from rayproof.reports.subjects import THE_TRACER, Subject
 
 if TYPE_CHECKING:
     from rayproof.reports.gate.gating import Demanded
+    from rayproof.reports.run.scene_stream import SceneStream
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,5 +45,6 @@ class RunRequest:
     full: bool = False  # keep every renderer's images of every case, as EXR
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     certified: bool = False  # hold the verdicts themselves against certified arithmetic
+    scenes: "SceneStream | None" = None  # instead of selectors: scenes without number
     all_routes: bool = False  # render every case by every route of the tracer, not by a choice that meets them all
     trials: Mapping[str, tuple[Trial, ...]] = field(default_factory=dict)  # case -> who else is judged on it

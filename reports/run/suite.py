@@ -32,7 +32,7 @@ from rayproof.reports.run.journal import EARLIER
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.messages import GuardTask
 from rayproof.reports.run.panel import panel
-from rayproof.reports.run.plan import PlannedCase, plan
+from rayproof.reports.run.plan import PlannedCase, PlannedScenes, configurations_of, plan
 from rayproof.reports.run.progress import worst_first
 from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.document import results_document
@@ -83,9 +83,7 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     if unused is not None:
         console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True)
     subject = request.subject
-    names = request.configurations if subject.is_tracer else (subject.name,)
-    planned = plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes)
-    planned = tuple(replace(one, trials=request.trials.get(one.case.name, ())) for one in planned)
+    planned = planned_cases(request)
     heard = panel(request.require, subject)
     request.out.mkdir(parents=True, exist_ok=True)
     if not request.resume:
@@ -221,6 +219,25 @@ def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
     return [*ordered[:EXAMINED], *ordered[-EXAMINED:]]
 
 
+def planned_cases(request: RunRequest) -> Sequence[PlannedCase]:
+    """Return the cases of a request, each with its configurations; scenes without number are read when they are needed.
+
+    Raises:
+        LookupError, ValueError, OSError: the request itself is wrong.
+
+    """
+    subject = request.subject
+    names = request.configurations if subject.is_tracer else (subject.name,)
+    if request.scenes is not None:
+
+        def planned(case: Case) -> PlannedCase:
+            return plan((case,), names, subject, all_routes=request.all_routes)[0]
+
+        return PlannedScenes(request.scenes, planned)
+    found = plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes)
+    return tuple(replace(one, trials=request.trials.get(one.case.name, ())) for one in found)
+
+
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
     """Return the selected cases; a selector that ends in .json is a scene file."""
     files = tuple(selector for selector in selectors if selector.endswith(".json"))
@@ -243,12 +260,11 @@ def _clear(folder: Path) -> None:
             shutil.rmtree(folder / name, ignore_errors=True)
 
 
-def _faults(planned: tuple[PlannedCase, ...]) -> list[str]:
+def _faults(planned: Sequence[PlannedCase]) -> list[str]:
     """Return the planted faults, and the wrong forms printed in the lecture, that any configuration uses."""
     from rayproof.tracer.configuration import Configuration
 
-    names = {name for one in planned for name in one.configurations}
-    used = [Configuration.parse(name) for name in names]
+    used = [Configuration.parse(name) for name in configurations_of(planned)]
     return sorted({wrong for one in used for wrong in (*one.faults, *one.controls)})
 
 

@@ -1,6 +1,8 @@
 """The work between plan and results: a few cases at once through the pool, each recorded as it finishes."""
 
 import re
+from array import array
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -29,7 +31,7 @@ _CHANGING = re.compile(r"\S*rayproof-\S*|\d+")  # a call's own folder, and numbe
 
 def render_and_judge(
     request: RunRequest,
-    planned: tuple[PlannedCase, ...],
+    planned: Sequence[PlannedCase],
     references: tuple[str, ...],
     console: Console,
     drawing: Drawing,
@@ -64,8 +66,8 @@ def render_and_judge(
             return calls is not None and calls.hopeless is not None
 
         try:
-            todo = []
-            for one in planned:
+            todo = array("Q")
+            for number, one in enumerate(planned):
                 known = journal.finished(keys[one.case.name])
                 if known is not None:
                     done.add(one.case.name)
@@ -76,11 +78,11 @@ def render_and_judge(
                     drawing.submit(known)
                     progress.finished(known, again=True)
                 else:
-                    todo.append(one)
+                    todo.append(number)
             if isinstance(workers, Pool):
                 terms = Terms(demands=asked, subject=subject, cached=store is not None, patient=request.patient)
                 under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=finished)
-                pending = iter(todo)
+                pending = (planned[number] for number in todo)
                 while len(done) < len(planned) and not enough():
                     while under_way.has_room and (one := next(pending, None)) is not None:
                         under_way.start(one)
@@ -88,7 +90,7 @@ def render_and_judge(
                     under_way.step()
             else:
                 workers.put_through(
-                    todo,
+                    (planned[number] for number in todo),
                     folder=request.out,
                     finished=finished,
                     enough=enough,
@@ -99,7 +101,7 @@ def render_and_judge(
             interrupted = True
         finally:
             workers.close()
-        found = journal.cases(keys[one.case.name] for one in planned if one.case.name in done)
+        found = journal.cases(key for name, key in keys.items() if name in done)
     if gone is not None:
         return found, interrupted, f"{gone}; {len(found)} of {len(planned)} cases are finished, go on with --resume"
     if calls is not None and calls.hopeless is not None:

@@ -77,6 +77,7 @@ REQUEST = RunRequest(
 # each a candidate of their own, by name and answers; trials and routes are their planned case's.
 HOW = (
     "selectors",
+    "scenes",
     "out",
     "resume",
     "jobs",

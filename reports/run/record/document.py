@@ -10,14 +10,14 @@ from typing import cast
 from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run.panel import Panel
-from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.plan import PlannedCase, configurations_of
 from rayproof.reports.run.record.common_factors import wrong
 from rayproof.reports.run.record.totals import Totals
 from rayproof.reports.subjects import Subject
 
 
 def results_document(
-    planned: tuple[PlannedCase, ...],
+    planned: Sequence[PlannedCase],
     records: Sequence[CaseRecord],
     found: Totals,
     heard: Panel,
@@ -43,7 +43,7 @@ def results_document(
         "subject": subject.title,
         "faults": faults,
         "environment": environment | {name: text for name, text in versions.items() if name not in heard.names},
-        "configurations": sorted({name for one in planned for name in one.configurations}),
+        "configurations": sorted(configurations_of(planned)),
         "references": {
             name: {
                 "version": versions.get(name, "not asked"),
