@@ -37,21 +37,18 @@ class Rendering:
     samples: int = 1  # across a pixel
 
     @property
-    def trees(self) -> tuple[tuple[Shape, ...], ...]:
+    def trees(self) -> dict[str, tuple[Shape, ...]]:
         """Return the members of each tree: triangles in one, other shapes by kind, sheared squares by themselves."""
-        members: dict[str, list[Shape]] = {}
-        for shape in self.scene.shapes:
-            if self.plan.in_tree(shape):
-                members.setdefault(traced(shape).tree, []).append(shape)
-        return tuple(map(tuple, members.values()))
+        found = self.plan.trees_of(self.scene.shapes)
+        return {name: tuple(shape for _, shape in members) for name, members in found.items()}
 
     @property
     def counts(self) -> tuple[int, ...]:
         """Return how many items each tree holds."""
-        return tuple(
-            len(tree) if traced(tree[0]).tree != "triangle" else self._parts or sum(_faces(s) for s in tree)
-            for tree in self.trees
-        )
+        counts = {name: len(tree) for name, tree in self.trees.items()}
+        if "triangle" in counts:
+            counts["triangle"] = self._parts or sum(int((~degenerate(shape)).sum()) for shape in _triangles(self))
+        return tuple(counts.values())
 
     @property
     def in_parts(self) -> bool:
@@ -95,11 +92,6 @@ class Rendering:
         return self.tile != (1, 1) and not self.plan.split
 
 
-def _faces(shape: Shape) -> int:
-    """Return how many triangles there are that a ray can meet."""
-    return int((~degenerate(shape)).sum())
-
-
 def _levels(count: int) -> int:
     """Return how often a tree's leaves can be halved."""
     return max(0, count - 1).bit_length()
@@ -109,17 +101,14 @@ def _kind(name: str, *, placed: bool | None = None) -> Callable[[Rendering], boo
     """Return whether there is a tree of that name, and of spheres whether one of them has a transform."""
 
     def meets(r: Rendering) -> bool:
-        return any(
-            placed is None or placed is any(not traced(shape).transform.identity for shape in tree)
-            for tree in r.trees
-            if traced(tree[0]).tree == name
-        )
+        moved = [not traced(shape).transform.identity for shape in r.trees.get(name, ())]
+        return bool(moved) and placed in (None, any(moved))
 
     return meets
 
 
 def _triangles(r: Rendering) -> tuple[Shape, ...]:
-    return next((tree for tree in r.trees if traced(tree[0]).tree == "triangle"), ())
+    return r.trees.get("triangle", ())
 
 
 def _bounded(r: Rendering) -> bool:

@@ -8,6 +8,7 @@ deep as hair, a second kernel takes feelers one by one.
 """
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rayproof.cases.scene import Mesh, Scene, Shape
@@ -56,6 +57,14 @@ class Plan:
     def in_tree(self, shape: Shape) -> bool:
         """Return whether a shape goes into a tree."""
         return not traced(shape).single or traced(shape).slot in self.trees
+
+    def trees_of(self, shapes: Iterable[Shape]) -> dict[str, list[tuple[int, Shape]]]:
+        """Return the members of each tree, with their indices: triangles in one, other shapes by `TracedShape.tree`."""
+        found: dict[str, list[tuple[int, Shape]]] = {}
+        for index, shape in enumerate(shapes):
+            if self.in_tree(shape):
+                found.setdefault(traced(shape).tree, []).append((index, shape))
+        return found
 
     @property
     def text(self) -> str:

@@ -17,7 +17,6 @@ FUNCTIONS: Mapping[str, str] = {
     "frames.py:Frames.pixels": "a copy of what was rendered, which nothing is here",
     "shapes/shape.py:TracedShape.arrays": NOT_ASKED,
     "shapes/shape.py:TracedShape.center_and_half": NOT_ASKED,
-    "shapes/shape.py:TracedShape.unpacked": NOT_ASKED,
     "shapes/triangles.py:layers": "asked about images of 2^17 samples or more: tests/tracer/test_plan.py",
     "catalogue.py:Catalogue.__contains__": JUDGE,
     "catalogue.py:Catalogue.named": JUDGE,

@@ -6,7 +6,6 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.cases.scene import Shape
 from rayproof.tracer.acceleration.packet_bounds import Beam, smaller
 from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
 from rayproof.tracer.acceleration.shape_bvh import ShapeHierarchy, host_crowd
@@ -15,7 +14,6 @@ from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, host_fo
 from rayproof.tracer.numerics.shear import prepared, turning_alike, turns
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
-from rayproof.tracer.shapes.kinds import traced
 
 
 class Hierarchies:
@@ -24,20 +22,12 @@ class Hierarchies:
     def __init__(self, context: Context) -> None:
         self.scene, self.configuration, self.types = context.scene, context.configuration, context.types
         self.plan, self.buffers, self.parameters = context.plan, context.buffers, context.parameters
-
-    @cached_property
-    def _members(self) -> dict[str, list[tuple[int, Shape]]]:
-        """Return the members of each tree by index."""
-        found: dict[str, list[tuple[int, Shape]]] = {}
-        for index, shape in enumerate(self.scene.shapes):
-            if self.plan.in_tree(shape):
-                found.setdefault(traced(shape).tree, []).append((index, shape))
-        return found
+        self._members = self.plan.trees_of(self.scene.shapes)
 
     @cached_property
     def forest(self) -> TriangleHierarchy | None:
         """Return the tree over all triangles, or None without any."""
-        members: Any = self._members.get("triangle")
+        members: Any = self._members.get("triangle", ())
         host = host_forest(tuple(members), parts=self.plan.parts) if members else None
         return None if host is None else TriangleHierarchy(host, self.types, self.buffers, self.parameters)
 

@@ -47,7 +47,3 @@ class TracedCube(TracedShape):
         """Return the middle and half the size [m] of the box about it."""
         sides = self.transform.linear[:, self.corners.any(axis=0)]
         return self.transform.translation, np.abs(sides).sum(axis=1) * HALF
-
-    def unpacked(self, numbers: Any, types: ArrayTypes) -> Any:
-        """Return the unit cube."""
-        return CubeArrays()

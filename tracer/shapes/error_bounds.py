@@ -7,8 +7,8 @@ abs(dot(n, d)) that is again a small multiple of u S along the normal, however g
 of plane and cube (subtract, three fused products, one division: gamma(5) of o and of t d) and adding those of the
 feeler's own intersection test gives 12 u S; the sphere's measured worst error is of the same size. FACTOR rounds up.
 
-Two things multiply it (`spread`): the transform of a curved surface, by at most norm(abs(A^-1)) norm(A), and a
-slender triangle, by the product of two edges over twice its area.
+Two things multiply it (`TracedShape.spreads`): the transform of a curved surface, by at most norm(abs(A^-1)) norm(A),
+and a slender triangle, by the product of two edges over twice its area.
 """
 
 import math
@@ -37,12 +37,6 @@ def clearance(scale: Any, *, spread: Any, precision: str) -> Any:
 
 
 @lru_cache(maxsize=32)  # a scene is rendered by one configuration after another
-def spread(shape: Shape) -> float:
-    """Return what multiplies a shape's rounding errors, at least 1; of a mesh, the largest over its triangles."""
-    return float(traced(shape).spreads().max())
-
-
-@lru_cache(maxsize=32)
 def extent(shape: Shape) -> float:
     """Return a bound on distance from the world's origin plus size [m]; of a plane, of its own origin only."""
     return traced(shape).extent()

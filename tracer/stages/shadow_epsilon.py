@@ -9,10 +9,9 @@ from rayproof.tracer.shapes.error_bounds import bound
 def shadow_epsilon(configuration: Configuration, *, scale: Any, spread: Any = 1.0) -> Any:
     """Return how far from a surface [m] a blocker may stand unnoticed, by the configuration's strategy.
 
-    `scale` is the largest absolute coordinate of the scene [m]; `spread` the largest
-    `tracer.shapes.error_bounds.spread` of its
-    shapes; both may be arrays. It is a bound for the whole image; the strategies use each pixel's own, smaller
-    clearance.
+    `scale` is the largest absolute coordinate of the scene [m]; `spread` the largest of its shapes'
+    `TracedShape.spreads`; both may be arrays. It is a bound for the whole image; the strategies use each pixel's own,
+    smaller clearance.
     """
     strategy = configuration.formula("feeler")
     precision = "float64" if strategy.facts["doubles"] else configuration.precision

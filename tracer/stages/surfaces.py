@@ -73,11 +73,11 @@ def hit_point(met: HitShapes) -> Any:
 
 def _normal_of(some: HitShapes, position: Any) -> Any:
     """Return the world normals of some shapes: each kind's formula once, and then the matrix."""
-    point = some.transform.point_to_object(position) if some.placed else position
     normal, kinds = some.flat_normal(), {type(shape) for shape in some.shapes}
-    for kind in (TracedSphere, TracedCube, TracedMesh):
-        if kind in kinds:
-            normal = some.either(kind, kind.normal(some, point), normal)
+    curved = [kind for kind in (TracedSphere, TracedCube, TracedMesh) if kind in kinds]
+    point = some.transform.point_to_object(position) if curved and some.placed else position
+    for kind in curved:
+        normal = some.either(kind, kind.normal(some, point), normal)
     return some.world.configuration["world_normal"](normal, some.transform) if some.placed else normal
 
 
@@ -115,7 +115,7 @@ def clearance(met: HitShapes) -> Any:
     types, forest = met.world.types, met.world.trees.forest
 
     def spread(shape: TracedShape) -> float:
-        return error_bounds.spread(shape.shape) if shape.single else 1.0  # a mesh has one a triangle
+        return float(shape.spreads()[0]) if shape.single else 1.0  # a mesh has one a triangle
 
     wide: Any = 1.0
     if any(spread(shape) != 1 for shape in met.shapes):
