@@ -109,6 +109,16 @@ def test_without_lights_there_are_no_feelers_and_no_cosines() -> None:
     assert dark < operations(both) < operations(dataclasses.replace(both, lights=(LIGHT, SECOND_LIGHT)))
 
 
+def test_where_it_is_dark_no_kernel_is_about_light() -> None:
+    seen = (Stage.RAY, Stage.OBJECT)
+    light = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+    dark = dataclasses.replace(scene(SPHERE, FLOOR), lights=())
+
+    launched = [[kernel["hash"] for kernel in kernels(dark, stages)] for stages in (seen, (*seen, *light))]
+
+    assert launched[0] == launched[1]
+
+
 @pytest.mark.parametrize("name", sorted(SHAPES))
 def test_feelers_are_there_only_where_something_may_block(name: str) -> None:
     # A mesh may shadow itself, and so may a two-sided body that is seen from inside; other bodies cannot when alone.

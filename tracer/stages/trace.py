@@ -37,8 +37,8 @@ class Trace:
     """A scene that is ready to be traced by one configuration: its shapes and its camera on the device."""
 
     world: World
-    view: View  # the samples that are shaded
-    tiles: View  # those that go through the trees together; others only where that is a kernel of its own
+    view: View  # whose samples are shaded
+    tiles: View  # whose rays go through the trees together: the same, unless that is a kernel of its own
 
     @classmethod
     def of(
