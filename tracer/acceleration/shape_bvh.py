@@ -15,9 +15,9 @@ from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.device.buffers import DeviceBuffers, packets
 from rayproof.tracer.device.kernel_constants import KernelConstants
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.gathered_transforms import GatheredTransform
 from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.shape import TracedShape
+from rayproof.tracer.shapes.transforms import GatheredTransform
 
 Members = tuple[tuple[int, Shape], ...]  # (index into the scene's shapes, shape), ascending
 

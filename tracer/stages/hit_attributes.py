@@ -10,8 +10,8 @@ import drjit as dr
 import numpy as np
 
 from rayproof.tracer.rays import NearestHit, Ray
-from rayproof.tracer.shapes.gathered_transforms import GatheredTransform
 from rayproof.tracer.shapes.shape import TracedShape
+from rayproof.tracer.shapes.transforms import GatheredTransform
 from rayproof.tracer.stages.intersector import World
 
 Value = TypeVar("Value", bound=Hashable)
