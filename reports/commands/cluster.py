@@ -81,8 +81,9 @@ def engaged(
                 subject=request.subject,
                 cached=request.cached,
                 patient=request.patient,
+                most=request.case_timeout,
             )
-            limits = Limits(timeout=request.timeout, jobs=jobs)
+            limits = Limits(timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
             workers = stack.enter_context(dispatch(place, terms, limits, wait=wait, tell=_tell))
         yield workers
 

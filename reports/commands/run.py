@@ -29,6 +29,8 @@ def run(
     require: Repeated = (),
     jobs: int | None = None,
     timeout: float | None = None,
+    case_timeout: float | None = None,
+    worker_memory: float | None = None,
     configuration: Repeated = (),
     formula: Repeated = (),
     subject: str = "tracer",
@@ -76,6 +78,11 @@ def run(
     timeout
         Seconds that one render or one judgement may take; with --subject, one render of it. Default: 120, and more
         where a case is estimated to take longer for its size.
+    case_timeout
+        Seconds that a case may take: its renders, as they follow each other, and the judgement. Default: no limit.
+    worker_memory
+        GiB of memory that one worker process may have; one that takes more is ended, and its render or judgement is an
+        error. Default: no limit.
     configuration
         A tracer configuration, such as float32/triangle=signed_areas. Repeatable. Default: the suite's own list.
     formula
@@ -144,6 +151,10 @@ def run(
     """
     if timeout is not None and not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
+    if case_timeout is not None and not case_timeout > 0:
+        raise UsageError(f"--case-timeout must be positive, got {case_timeout} s")
+    if worker_memory is not None and not 0 < worker_memory < MOST_MEMORY:
+        raise UsageError(f"--worker-memory must be positive and below {MOST_MEMORY:g}, got {worker_memory} GiB")
     if jobs is not None and jobs < 1:
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
     if not 0 < memory < MOST_MEMORY:
@@ -210,6 +221,8 @@ def run(
             cached=cache,
             jobs=count,
             timeout=timeout,
+            case_timeout=case_timeout,
+            worker_memory=float("inf") if worker_memory is None else worker_memory * 2**30,
             patient=patient,
             configurations=tuple(one.name for one in chosen),
             json=json,

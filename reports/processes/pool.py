@@ -28,6 +28,9 @@ GLANCE = 1.0  # s, the longest wait at a time
 # part of them. It is small, so that who computes is no sleeper on a machine where eight others want each processor.
 LAST, LONG_ENOUGH, SLEEPING = 3, 0.3, 1 / 8
 SLEEPERS = 6  # workers of a kind that sleeps; each costs memory, and its imports
+# A worker is replaced after so many tasks, or once it has grown by so many bytes since its first ones, which is seen
+# each time that it has done a few.
+MOST_TASKS, GROWTH, LOOKED_AT = 2000, 2**31, 20
 ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its machine asleep: no worker is to blame
 
 
@@ -39,6 +42,8 @@ class _Worker:
     deadline: float = 0.0
     started: float = 0.0
     large: bool = False  # whether its task is
+    tasks: int = 0  # that it has done
+    settled: int = 0  # bytes that it had once it had done a few
 
 
 @dataclass(kw_only=True)
@@ -49,6 +54,7 @@ class _Waiting:
     task: Any
     done: Callable[[Reply], None]  # who gets the reply
     seconds: float | None
+    most: Callable[[], float] | None
     large: bool
 
 
@@ -80,6 +86,7 @@ class Pool:
         self._target, self._folder = target, folder
         self._workers: dict[tuple[str, int], _Worker] = {}
         self.sleeping = sleeping  # may be said later
+        self.memory = float("inf")  # bytes that a worker may have; may be said later
         self.relief = float("inf")  # s after which a kind gets one worker more; may be said later
         # Kind -> s that its last tasks took, and computed.
         self._last: dict[str, deque[tuple[float, float]]] = {kind: deque(maxlen=LAST) for kind in may_sleep}
@@ -94,14 +101,16 @@ class Pool:
         *,
         first: bool = False,
         seconds: float | None = None,
+        most: Callable[[], float] | None = None,
         large: bool = False,
     ) -> None:
         """Queue a task for a worker of `kind`; `done` gets its reply. All `first` ones go, in turn, before others.
 
-        It may take `seconds`, if that is more than the pool's limit. A `large` one waits until no other large one runs.
+        It may take `seconds`, if that is more than the pool's limit, but no more than `most` says when it starts.
+        A `large` one waits until no other large one runs.
         """
         queue = self._urgent if first else self._waiting
-        queue.append(_Waiting(kind=kind, task=task, done=done, seconds=seconds, large=large))
+        queue.append(_Waiting(kind=kind, task=task, done=done, seconds=seconds, most=most, large=large))
 
     @property
     def busy(self) -> dict[str, float]:
@@ -145,6 +154,8 @@ class Pool:
                 self._exchange(place, worker)
             if worker.done is not None and time.monotonic() >= worker.deadline:
                 self._lose(place, worker, f"no answer within {worker.limit:g} s; stopped")
+            elif worker.done is not None and self.memory < float("inf") and worker.process.memory > self.memory:
+                self._lose(place, worker, f"it took more than {self.memory / 2**30:g} GiB of memory; stopped")
 
     @staticmethod
     def _ready(busy: Mapping[tuple[str, int], _Worker]) -> set[int]:
@@ -191,6 +202,10 @@ class Pool:
                 break
             one = queue.popleft()
             has_turn = one.kind in sleeping or computing < self._jobs
+            left = None if one.most is None or not has_turn else one.most()
+            if left is not None and left <= 0:
+                one.done(Reply(value=None, error="no time is left for its case", trace=None, seconds=0.0))
+                continue
             place = self._free_place(one.kind) if has_turn and one.kind not in full else None
             if place is None and has_turn:
                 full.add(one.kind)
@@ -202,6 +217,7 @@ class Pool:
             worker.done = one.done
             worker.large = one.large
             worker.limit = max(self._limit(one.kind), one.seconds or 0.0)
+            worker.limit = worker.limit if left is None else min(worker.limit, left)
             worker.started = time.monotonic()
             worker.deadline = worker.started + worker.limit
             try:
@@ -249,9 +265,20 @@ class Pool:
             done, worker.done = worker.done, None
             if place[0] in self._last and reply.computed is not None:
                 self._last[place[0]].append((reply.seconds, reply.computed))
-            if worker.large:  # what it has learnt and freed is of no use to anybody, and stays in its memory
+            worker.tasks += 1
+            # What a large one has learnt and freed is of no use to anybody, and stays in its memory.
+            if worker.large or self._worn(worker):
                 self._forget(place, worker)
             done(reply)
+
+    @staticmethod
+    def _worn(worker: _Worker) -> bool:
+        """Say whether a worker has done so much that a new one is better: compilers keep something of each task."""
+        if worker.tasks % LOOKED_AT:
+            return False
+        size = worker.process.memory
+        worker.settled = worker.settled or size
+        return worker.tasks >= MOST_TASKS or size > worker.settled + GROWTH
 
     def _bury(self, place: tuple[str, int]) -> None:
         """Forget a worker that died while it had nothing to do: the next task is not to blame."""

@@ -49,6 +49,16 @@ class WorkerProcess:
         """Say whether it still runs."""
         return self.process.poll() is None
 
+    @property
+    def memory(self) -> int:
+        """Return how much of the machine's memory it has [bytes]; 0 where it has gone."""
+        import psutil
+
+        try:
+            return psutil.Process(self.process.pid).memory_info().rss
+        except psutil.Error:
+            return 0
+
     def how_it_ended(self) -> str:
         """Return in words how a process ended that closed its channel."""
         self._wait()

@@ -52,7 +52,8 @@ class Renders:
 class CaseRun:
     """Collect a case's renders and have them judged; `finished` gets the record.
 
-    Each render, and the judgement, may take `seconds`, where that is more than the pool's own limit.
+    Each render, and the judgement, may take `seconds`, where that is more than the pool's own limit, and all together
+    `most` seconds: each step as long as the kind of worker that it keeps longest, waiting for a worker not counted.
     """
 
     def __init__(
@@ -69,6 +70,7 @@ class CaseRun:
         full: bool = False,
         certified: bool = False,
         seconds: float | None = None,
+        most: float | None = None,
         finished: Callable[["CaseRun", CaseRecord], None],
     ) -> None:
         self.planned = planned
@@ -81,6 +83,7 @@ class CaseRun:
         self._own = own  # the user's own formulas, each with the SHA-256 of its file
         self._full = full
         self._certified = certified
+        self._most, self._taken = most, 0.0  # s that the case may take, and that its steps so far did
         self._limit, self._large = seconds, is_large(planned.case.scene)
         # Candidate -> who renders it: what is under test, and then those who are only tried.
         self._asked = dict.fromkeys(planned.configurations, subject)
@@ -99,10 +102,16 @@ class CaseRun:
             self._finished(self, end.value)
             return
         found: dict[str, Reply] = {}
+        took = dict.fromkeys((request.kind for request in requests.values()), 0.0)
+
+        def left() -> float:
+            return float(self._most or 0.0) - self._taken - max(took.values())
 
         def take(name: str, reply: Reply) -> None:
             found[name] = reply
+            took[requests[name].kind] += reply.seconds
             if len(found) == len(requests):
+                self._taken += max(took.values())
                 self._advance(steps, found)
 
         for name, request in requests.items():
@@ -110,6 +119,7 @@ class CaseRun:
             if seconds is not None and request.kind == PROGRAM:
                 seconds = 3 * seconds  # its own limit ends it, with a reason; it may be called twice
             about = {"first": request.first, "seconds": seconds, "large": self._large}
+            about["most"] = None if self._most is None else left
             self._pool.submit(request.kind, request.task, partial(take, name), **about)
         if not requests:
             self._advance(steps, found)

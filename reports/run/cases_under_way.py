@@ -33,6 +33,7 @@ class Terms:
     demands: Demands
     subject: Subject
     cached: bool  # what was answered and found before may be taken from the cache
+    most: float | None = None  # s that one case may take
     patient: bool  # a case whose size is estimated to take longer than the pool's limit has longer
 
 
@@ -100,6 +101,7 @@ class CasesUnderWay:
             full=demands.full,
             certified=demands.certified,
             seconds=seconds,
+            most=self._terms.most,
             finished=finished,
         )
 

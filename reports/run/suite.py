@@ -98,7 +98,7 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     start, started = time.perf_counter(), datetime.now(UTC)
     workers = workers or pool_of(subject, jobs=request.jobs, timeout=request.timeout)
     if isinstance(workers, Pool):
-        workers.sleeping, workers.relief = sleeping(), RELIEF
+        workers.sleeping, workers.relief, workers.memory = sleeping(), RELIEF, request.worker_memory
     with ExitStack() as shown, Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
         records, interrupted, stopped = render_and_judge(
             request, planned, heard.names, console, drawing, store, workers

@@ -80,7 +80,13 @@ def render_and_judge(
                 else:
                     todo.append(number)
             if isinstance(workers, Pool):
-                terms = Terms(demands=asked, subject=subject, cached=store is not None, patient=request.patient)
+                terms = Terms(
+                    demands=asked,
+                    subject=subject,
+                    cached=store is not None,
+                    patient=request.patient,
+                    most=request.case_timeout,
+                )
                 under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=finished)
                 pending = (planned[number] for number in todo)
                 while len(done) < len(planned) and not enough():

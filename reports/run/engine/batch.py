@@ -31,6 +31,7 @@ class Limits:
     """What a worker's processes may take."""
 
     timeout: float  # s, for one render or one judgement
+    memory: float = float("inf")  # bytes of a process
     jobs: int | None = None  # processes at once; None: as many as that machine has processors
 
 

@@ -41,6 +41,7 @@ class Machine:
         sweep(self._scratch.folder.parent)
         subject, jobs = batch.terms.subject, batch.limits.jobs or processors()
         self._pool = workers(subject, jobs=jobs, timeout=batch.limits.timeout, folder=self._scratch.folder)
+        self._pool.memory = batch.limits.memory
         self._pool.sleeping, self._pool.relief = sleeping(), RELIEF
         self._store = usual_store() if batch.terms.cached else None
 

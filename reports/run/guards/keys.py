@@ -78,6 +78,8 @@ REQUEST = RunRequest(
 HOW = (
     "selectors",
     "scenes",
+    "case_timeout",
+    "worker_memory",
     "out",
     "resume",
     "jobs",

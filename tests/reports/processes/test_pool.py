@@ -287,3 +287,47 @@ def test_a_slow_worker_does_not_keep_others_waiting_for_its_kind_while_a_process
     assert [reply.error for reply in heard] == [None] * 3
     assert len(heard) == 3
     assert spare >= {0, 1}  # two at once, and one alone
+
+
+def pooled(pool: Pool, *tasks: str, **about: object) -> list[Reply]:
+    """Return the replies to tasks of one kind, one after the other."""
+    found: list[Reply] = []
+    try:
+        for task in tasks:
+            pool.submit("a", task, found.append, **about)  # type: ignore[arg-type]
+            while not pool.idle:
+                pool.step()
+    finally:
+        pool.close()
+    return found
+
+
+def test_a_worker_that_takes_too_much_memory_is_ended_and_the_next_task_has_another_one():
+    pool = Pool(jobs=1, timeout=50.0, target=obey)
+    pool.memory = 2**28
+
+    full, after = pooled(pool, "fill", "after")
+
+    assert full.error == "it took more than 0.25 GiB of memory; stopped"
+    assert after.value == ("a", "after")
+
+
+def test_a_task_whose_case_has_no_time_left_is_not_begun_and_one_that_has_little_gets_no_more():
+    pool = Pool(jobs=1, timeout=50.0, target=obey)
+    left = iter((0.0, 0.5, 40.0))
+
+    none, little, enough = pooled(pool, "die", "hang", "after", most=lambda: next(left))
+
+    assert none.error == "no time is left for its case"
+    assert little.error == "no answer within 0.5 s; stopped"
+    assert enough.value == ("a", "after")
+
+
+def test_a_worker_that_has_done_many_tasks_is_replaced(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("rayproof.reports.processes.pool.LOOKED_AT", 2)
+    monkeypatch.setattr("rayproof.reports.processes.pool.MOST_TASKS", 4)
+
+    pids = [reply.value for reply in pooled(Pool(jobs=1, timeout=50.0, target=obey), *["pid"] * 6)]
+
+    assert len({*pids[:4]}) == len({*pids[4:]}) == 1
+    assert pids[3] != pids[4]

@@ -29,6 +29,9 @@ def obey(kind: str, connection: Channel) -> None:
             os._exit(3)
         if task == "hang":
             time.sleep(60)
+        if task == "fill":
+            filled = bytearray(os.urandom(2**20) * 300)
+            time.sleep(60 + len(filled) * 0)
         if task == "nap":
             time.sleep(2)
         if isinstance(task, Path):  # whoever comes first waits for the second
