@@ -21,6 +21,7 @@ Kind = Literal["right", "control", "fault"]
 KINDS: tuple[Kind, ...] = ("right", "control", "fault")
 MARK = ".py:"  # what tells a user's function, FILE.py:function, from the name of a variant
 _LOADED: dict[tuple[object, ...], "Checked"] = {}  # by slot, place, and the file as it was found there
+_COPIES: dict[str, Path] = {}  # by the path that the user wrote
 
 
 def is_own(variant: str) -> bool:
@@ -101,10 +102,29 @@ def digest(formula: Formula) -> str:
         OwnFormulaError: it cannot be loaded.
 
     """
+    return _own(formula).content
+
+
+def sources(formula: Formula) -> tuple[str, Mapping[str, bytes]]:
+    """Return the path by which the user's file of `formula` was named, and what it is made of, by path beside it.
+
+    Raises:
+        OwnFormulaError: it cannot be loaded.
+
+    """
+    return formula.variant.rpartition(":")[0], _own(formula).sources
+
+
+def copied(path: str, copy: Path) -> None:
+    """Take a copy for the user's file of that path: on another machine it lies elsewhere."""
+    _COPIES[path] = copy
+
+
+def _own(formula: Formula) -> "Checked":
     loaded = formula.load()
     if not isinstance(loaded, Checked):
         raise TypeError(f"{formula.name} is not the user's")
-    return loaded.content
+    return loaded
 
 
 def forget() -> None:
@@ -114,31 +134,32 @@ def forget() -> None:
 
 def _loaded(place: str, default: Formula) -> "Checked":
     path, _, name = place.rpartition(":")
+    file = _COPIES.get(path, Path(path))
     try:
-        found = Path(path).stat()
+        found = file.stat()
     except OSError as error:
         raise OwnFormulaError(f"{path}: there is no such file") from error
     key = (default.slot, place, found.st_dev, found.st_ino, found.st_mtime_ns, found.st_size)
     if key not in _LOADED:
-        function, content = _function(Path(path), name)
+        function, content, sources = _function(file, name)
         _same_signature(place, function, default)
-        _LOADED[key] = Checked(place, function, default, content)
+        _LOADED[key] = Checked(place, function, default, content, sources)
     return _LOADED[key]
 
 
-def _function(path: Path, name: str) -> tuple[Callable[..., Any], str]:
-    """Return a function of a file, and the SHA-256 of all that the file is made of."""
+def _function(path: Path, name: str) -> tuple[Callable[..., Any], str, dict[str, bytes]]:
+    """Return a function of a file, the SHA-256 of all that the file is made of, and that itself."""
     if not path.is_file():
         raise OwnFormulaError(f"{path}: there is no such file")
-    module, content = _imported(path)
+    module, content, sources = _imported(path)
     function = getattr(module, name, None)
     if not callable(function):
         known = [key for key, value in vars(module).items() if inspect.isfunction(value)]
         raise OwnFormulaError(f"{path} has no function {name!r}; it has {', '.join(known) or 'none'}")
-    return function, content
+    return function, content, sources
 
 
-def _imported(path: Path) -> tuple[ModuleType, str]:
+def _imported(path: Path) -> tuple[ModuleType, str, dict[str, bytes]]:
     name = f"rayproof_own_{path.stem}"
     specification = importlib.util.spec_from_file_location(name, path)
     if specification is None or specification.loader is None:
@@ -164,10 +185,13 @@ def _imported(path: Path) -> tuple[ModuleType, str]:
             sys.path.remove(str(folder))
         sys.modules.pop(name, None)
         neighbours = _forget_neighbours(folder, frozenset(sys.modules) - known)
-    content = hashlib.sha256(source)
+    content, sources = hashlib.sha256(source), {path.name: source}
     for neighbour in sorted(neighbours):
-        content.update(b"\0" + neighbour.name.encode() + b"\0" + hashlib.sha256(neighbour.read_bytes()).digest())
-    return module, content.hexdigest()
+        data = neighbour.read_bytes()
+        content.update(b"\0" + neighbour.name.encode() + b"\0" + hashlib.sha256(data).digest())
+        if neighbour.is_relative_to(folder):
+            sources[neighbour.relative_to(folder).as_posix()] = data
+    return module, content.hexdigest(), sources
 
 
 def _forget_neighbours(folder: Path, names: frozenset[str]) -> list[Path]:
@@ -223,8 +247,15 @@ class Checked:
     The default's result is never evaluated, so it costs no run time: nothing of it reaches the kernel.
     """
 
-    def __init__(self, place: str, function: Callable[..., Any], default: Formula, content: str) -> None:
-        self.place, self.default, self.content = place, default, content
+    def __init__(
+        self,
+        place: str,
+        function: Callable[..., Any],
+        default: Formula,
+        content: str,
+        sources: Mapping[str, bytes],
+    ) -> None:
+        self.place, self.default, self.content, self.sources = place, default, content, sources
         self._function = function
         self.__doc__ = function.__doc__
 

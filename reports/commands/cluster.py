@@ -10,6 +10,7 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 from rayproof.reports.results.json_numbers import legible
 
 if TYPE_CHECKING:
+    from rayproof.reports.run.cases_under_way import Source
     from rayproof.reports.run.engine.cluster import Place
     from rayproof.reports.run.engine.dispatch import Dispatch
     from rayproof.reports.run.request import RunRequest
@@ -70,10 +71,7 @@ def engaged(
     from rayproof.reports.run.demands import demands
     from rayproof.reports.run.engine.batch import Limits
     from rayproof.reports.run.engine.dispatch import dispatch
-    from rayproof.tracer.formula import is_own
 
-    if own_formula := next((name for name in request.configurations if is_own(name)), None):
-        raise UsageError(f"--scheduler: {own_formula} has a formula from a file of yours, which is run on one machine")
     with ExitStack() as stack:
         with told_in_one_line():
             terms = Terms(
@@ -82,10 +80,28 @@ def engaged(
                 cached=request.cached,
                 patient=request.patient,
                 most=request.case_timeout,
+                sources=_sources(request.configurations),
             )
             limits = Limits(timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
             workers = stack.enter_context(dispatch(place, terms, limits, wait=wait, tell=_tell))
         yield workers
+
+
+def _sources(configurations: tuple[str, ...]) -> tuple["Source", ...]:
+    """Return the user's own formulas of configurations; raise ValueError for one that cannot be loaded."""
+    from rayproof.reports.run.cases_under_way import Source
+    from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.formula import is_own, sources
+
+    found = {}
+    for name in filter(is_own, configurations):
+        configuration = Configuration.parse(name)
+        for slot, variant in configuration.formulas.items():
+            if is_own(variant):
+                path, files = sources(configuration.formula(slot))
+                # Two functions of one file may import different neighbours.
+                found[path] = {**found.get(path, {}), **files}
+    return tuple(Source(path=path, files=files) for path, files in found.items())
 
 
 def _tell(line: str) -> None:

@@ -67,6 +67,7 @@ class CaseRun:
         subject: Subject = THE_TRACER,
         memory: Memory | None = None,
         own: tuple[str, ...] = (),
+        copies: tuple[tuple[str, str], ...] = (),
         full: bool = False,
         certified: bool = False,
         seconds: float | None = None,
@@ -80,6 +81,7 @@ class CaseRun:
         self._require = require
         self._subject = subject
         self._memory = memory
+        self._copies = copies  # of the user's own formulas: their paths, and where they lie here
         self._own = own  # the user's own formulas, each with the SHA-256 of its file
         self._full = full
         self._certified = certified
@@ -195,7 +197,7 @@ class CaseRun:
         if subject.is_tracer:
             routes = asked(self.planned.routes, configuration)
             about = {"scene": case.scene, "configuration": configuration, "samples": case.samples, "routes": routes}
-            return Request(kind=TRACER, task=TracerTask(**about, own=self._own), first=True)
+            return Request(kind=TRACER, task=TracerTask(**about, own=self._own, copies=self._copies), first=True)
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
         kept = subject.name == PROGRAM == self._subject.name

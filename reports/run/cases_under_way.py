@@ -1,6 +1,6 @@
 """Cases on their way through a pool, a few at once: those of a run, or of a batch of one on another machine."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -27,12 +27,22 @@ PIXELS = 2**17
 
 
 @dataclass(frozen=True, kw_only=True)
+class Source:
+    """A user's own file with what it imports from beside it: the path that he wrote, and the contents by name."""
+
+    path: str
+    files: Mapping[str, bytes]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Terms:
     """How each case of a run is put to the test, wherever that is done: plain data that travels between machines."""
 
     demands: Demands
     subject: Subject
     cached: bool  # what was answered and found before may be taken from the cache
+    sources: tuple[Source, ...] = ()  # the user's own formulas, for machines that have not got them
+    copies: tuple[tuple[str, str], ...] = ()  # there: the path of each, and where it lies
     most: float | None = None  # s that one case may take
     patient: bool  # a case whose size is estimated to take longer than the pool's limit has longer
 
@@ -98,6 +108,7 @@ class CasesUnderWay:
             subject=self._terms.subject,
             memory=self._memory,
             own=demands.own,
+            copies=self._terms.copies,
             full=demands.full,
             certified=demands.certified,
             seconds=seconds,

@@ -9,13 +9,16 @@ import contextlib
 import os
 import threading
 import time
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from multiprocessing.util import Finalize
+from pathlib import PurePath
 
 from rayproof.reports.cache.store import usual_store
 from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.cases_under_way import CasesUnderWay, Terms
-from rayproof.reports.run.engine.batch import Answer, Batch, Finished, packed
+from rayproof.reports.run.cases_under_way import CasesUnderWay, Source, Terms
+from rayproof.reports.run.engine.batch import Answer, Batch, Finished, packed, write
 from rayproof.reports.run.engine.facts import Facts, facts
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.plan import PlannedCase
@@ -36,14 +39,21 @@ class Machine:
     def __init__(self, batch: Batch) -> None:
         choose_packaged_llvm()
         _as_on_one_machine()
-        self.run, self._terms = batch.run, batch.terms
         self._scratch = Scratch()
+        self.run, self._terms = batch.run, replace(batch.terms, copies=tuple(self._copies(batch.terms.sources)))
         sweep(self._scratch.folder.parent)
         subject, jobs = batch.terms.subject, batch.limits.jobs or processors()
         self._pool = workers(subject, jobs=jobs, timeout=batch.limits.timeout, folder=self._scratch.folder)
         self._pool.memory = batch.limits.memory
         self._pool.sleeping, self._pool.relief = sleeping(), RELIEF
         self._store = usual_store() if batch.terms.cached else None
+
+    def _copies(self, sources: Iterable[Source]) -> Iterator[tuple[str, str]]:
+        """Write the user's own formulas, each in a folder of its own; yield their paths and where they lie now."""
+        for number, source in enumerate(sources):
+            folder = self._scratch.folder / f"formula-{number}"
+            write(source.files, folder)
+            yield source.path, str(folder / PurePath(source.path).name)
 
     def answer(self, batch: Batch, stopped: threading.Event) -> Answer:
         """Return what was found of a batch.

@@ -1,5 +1,7 @@
 """The tracer's task: render a scene by one configuration."""
 
+from pathlib import Path
+
 from rayproof.cases.answers import Answers
 from rayproof.reports.judge.comparison.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
@@ -10,6 +12,7 @@ from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.versions import versions
+from rayproof.tracer.formula import copied
 from rayproof.tracer.render import render
 
 
@@ -27,6 +30,8 @@ def trace(
 
     Between them stand no notes; last come the execution paths that it took, each with the routes (`reports.paths`).
     """
+    for path, copy in task.copies:
+        copied(path, Path(copy))
     configuration = Configuration.parse(task.configuration)
     if task.own:
         _unchanged(configuration, task.own)

@@ -12,6 +12,7 @@ from rayproof.reports.audit.planted import planted
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.run import suite
 from rayproof.reports.run.demands import demands
+from rayproof.reports.run.engine.batch import write
 from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.tasks.trace_task import trace
@@ -22,6 +23,7 @@ from rayproof.reports.studies.tradeoff.tasks import tasks
 from rayproof.reports.subjects import TRACER
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formula import forget, sources
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
 
@@ -152,3 +154,33 @@ def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof,
 
     assert ended.code == 2
     assert ended.error == "rayproof: mine.py has no function 'nearest'; it has nearest_hit\n"
+
+
+def test_it_travels_with_what_it_imports_and_is_the_same_where_it_arrives(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rayproof.tracer.formula._COPIES", {})
+    before = Configuration.parse(NAME).own
+    path, files = sources(Configuration.parse(NAME).formula("sphere"))
+    arrived = tmp_path_factory.mktemp("arrived")
+    write(files, arrived)
+    for name in files:
+        (folder / name).unlink()
+    forget()
+
+    answers = trace(
+        TracerTask(
+            scene=select([CASE])[0].scene,
+            configuration=NAME,
+            samples=1,
+            own=tuple(f"{place} {digest}" for place, digest in before.items()),
+            copies=((path, str(arrived / "mine.py")),),
+        )
+    )[0]
+
+    assert sorted(files) == ["factor.py", "mine.py"]
+    assert answers.name == NAME
+    assert Configuration.parse(NAME).own == before
+    (arrived / "factor.py").write_text("FACTOR = 2\n")
+    forget()
+    assert Configuration.parse(NAME).own != before

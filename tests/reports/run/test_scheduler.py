@@ -22,6 +22,7 @@ import pytest
 
 from rayproof.reports.processes.process_tree import end_below
 from tests.reports.commands.conftest import Rayproof
+from tests.reports.commands.test_own_formula import MINE
 from tests.reports.run.certificates import Authority
 
 CHECKOUT = Path(__file__).parents[3]
@@ -74,7 +75,9 @@ def test_a_cluster_finds_what_a_pool_finds_to_the_last_byte(tmp_path: Path) -> N
     (tmp_path / "room.json").write_text(json.dumps(SCENE))
     # A case that fails keeps more images; a scene file's record must not name a folder of a worker's.
     asked = (tmp_path / "room.json", "primitives/sphere", "primitives/cube", "transforms/square_sheared")
-    asked += ("--configuration", "float32/world_normal=fault_model_matrix", "--diagnose", "off", "--no-cache")
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "factor.py").write_text("FACTOR = 0.5\n")
+    asked += ("--formula", f"sphere={tmp_path / 'mine.py'}:nearest_hit", "--diagnose", "off", "--no-cache")
     pool = ran(*asked, "--out", tmp_path / "pool", "--jobs", 2, code=COUNTED)
     cluster = ran(*asked, "--out", tmp_path / "cluster", "--scheduler", "local:2")
 
