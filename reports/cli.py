@@ -34,6 +34,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "rayproof.reports.commands.new:new",
         "Write a starter for a formula of your own, with its slot's contract in it.",
     ),
+    "merge": ("rayproof.reports.commands.merge:merge", "Put the parts together that several machines ran."),
     "report": ("rayproof.reports.commands.report:report", "Publish a results folder again, without rendering."),
     "view": ("rayproof.reports.commands.view:view", "Show any two images in the report's viewer."),
     "list": (

@@ -10,6 +10,7 @@ from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 USUAL = (100, 1000)
+REPLAYED = (1000, 10_000)
 NOT_MEASURED = 3
 COSTS = ("time [s]", "processor [s]", "largest process [MB]", "folder [MB]")
 
@@ -19,6 +20,7 @@ def growth(
     suite: bool = False,
     against: Path | None = None,
     rounds: int = 5,
+    replay: Path | None = None,
     select: Annotated[list[str] | None, Parameter(negative=())] = None,
     json: Path | None = None,
 ) -> int:
@@ -41,6 +43,10 @@ def growth(
         environment.
     rounds
         How often both suites are run, an odd number. A round takes some four minutes on two processors.
+    replay
+        Render nothing: take the records of this results folder, up to 1000, again and again under new names,
+        through the journal and publishing, and show what the process that keeps a run takes. Default of cases: 1000 and
+        10000.
     select
         Only these cases of the suite (`shadows`, `transforms/*`); may be given more than once.
     json
@@ -51,6 +57,8 @@ def growth(
         raise UsageError("--suite and --against CHECKOUT go together: they run the default suite of two checkouts")
     if suite and cases:
         raise UsageError(f"--suite runs the default suite; it takes no number of cases, got {cases[0]}")
+    if replay is not None and suite:
+        raise UsageError("--replay and --suite are two measurements; ask for one")
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
@@ -59,6 +67,8 @@ def growth(
     try:
         if against is not None:
             _compare(against, tuple(select or ()), rounds, json)
+        elif replay is not None:
+            _replay(replay, sorted(set(cases or REPLAYED)), json)
         else:
             _grow(sorted(set(cases or USUAL)), json)
     except GrowthError as error:
@@ -83,6 +93,38 @@ def _grow(counts: list[int], json: Path | None) -> None:
     further = [[f"{one['from']} to {one['to']} {one['when']}", *_cells(one, 1000)] for one in marginal(rows)]
     if further:
         show_table("A thousand further cases", head, further)
+
+
+def _replay(source: Path, counts: list[int], json: Path | None) -> None:
+    if counts[0] < 1:
+        raise UsageError(f"a suite has at least 1 case, got {counts[0]}")
+    from rayproof.reports.results.document import load_results
+    from rayproof.reports.run.replaying import ReplayError, ratios, replayed
+    from rayproof.reports.studies.growth.measuring import GrowthError
+
+    with told_in_one_line():
+        if not load_results(source)["cases"]:
+            raise ValueError(f"{source} has no cases to replay")
+    rows: list[dict[str, Any]] = []
+    try:
+        for row in replayed(source, counts):
+            rows.append(row)
+            say(f"{row['cases']} cases: {row['seconds']:.1f} s, {1000 * row['seconds'] / row['cases']:.2f} ms a case")
+            write_json(json, {"replay": rows, "ratios": ratios(rows)})
+    except ReplayError as error:
+        raise GrowthError(str(error)) from error
+    head = ["cases", "time [s]", "processor [s]", "memory of the parent [MB]", "index.html [MB]"]
+    cells = [
+        [
+            str(row["cases"]),
+            *(f"{row[name]:.1f}" for name in ("seconds", "processor_seconds")),
+            *(f"{row[name] / 1e6:.2f}" for name in ("parent_peak_bytes", "index_bytes")),
+        ]
+        for row in rows
+    ]
+    show_table("Replayed", head, cells)
+    if len(rows) > 1:
+        show_table("Longest over shortest", ["what", "ratio"], [[k, f"{v:.3f}"] for k, v in ratios(rows).items()])
 
 
 def _compare(against: Path, selectors: tuple[str, ...], count: int, json: Path | None) -> None:

@@ -17,6 +17,7 @@ def report(
     *,
     out: Path | None = None,
     single_file: bool = False,
+    draw: str | None = None,
     pictures: Path | None = None,
     case: str | None = None,
     figures: bool = False,
@@ -34,6 +35,9 @@ def report(
         Of two runs: the folder for the report of what changed. Default: only the table in the terminal.
     single_file
         Also write report.html: the whole report in one file.
+    draw
+        Draw the pictures and 3-D views of these cases first: a case's name, worst:N for the N worst, or all. A run of
+        more than 1000 cases draws the 100 worst.
     pictures
         Also take pictures of the report, for documents, into this folder; needs Chromium and Playwright.
     case
@@ -45,8 +49,8 @@ def report(
 
     """
     if other is not None:
-        if pictures is not None or figures:
-            raise UsageError("--pictures and --figures are of one report; name its folder")
+        if pictures is not None or figures or draw is not None:
+            raise UsageError("--draw, --pictures and --figures are of one report; name its folder")
         return report_between(folder, other, out, single_file=single_file, json=json)
     if out is not None or json is not None:
         raise UsageError("--out and --json are for the report of two runs; name both folders")
@@ -61,12 +65,30 @@ def report(
             writable_folder(pictures)
     for line in shouts(results):
         say(line)
+    if draw is not None:
+        draw_cases(folder, results, draw)
     publish_all(folder, results)
     say(f"report: {folder / 'index.html'}")
     write_one_file(folder, results, asked=single_file)
     if pictures is not None or figures:
         look(folder, results, pictures, case, figures=figures)
     return 0
+
+
+def draw_cases(folder: Path, results: RunRecord, which: str) -> None:
+    """Draw pictures and views of some cases of a results folder, and write where they are into the results."""
+    from rayproof.reports.publish.scene3d.pictures import Drawing, chosen
+    from rayproof.reports.results.document import save_results
+
+    with told_in_one_line():
+        cases = chosen(results["cases"], which)
+    with Drawing(folder) as drawing:
+        for case in cases:
+            drawing.submit(case)
+    drawing.tell(results["cases"])
+    results.setdefault("environment", {})["pictures"] = drawing.reason or "drawn"
+    save_results(folder, results)
+    say(f"drawn: {drawing.count} of {len(cases)} cases{f'; {drawing.reason}' if drawing.reason else ''}")
 
 
 def look(folder: Path, results: RunRecord, pictures: Path | None, case: str | None, *, figures: bool) -> None:

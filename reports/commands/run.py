@@ -26,6 +26,7 @@ def run(
     *selectors: str,
     out: Path = Path("report"),
     resume: bool = False,
+    shard: str | None = None,
     require: Repeated = (),
     jobs: int | None = None,
     timeout: float | None = None,
@@ -69,6 +70,9 @@ def run(
         Folder for results and report.
     resume
         Go on with the run that OUT holds; finished cases are not done again.
+    shard
+        Do one part of the cases only, such as 3/8: the third of eight, by a digest of each case's name. `rayproof
+        merge` puts the parts' folders together.
     require
         A reference that must have a say, or several with commas: a case about which it can say nothing at all fails
         (of an optional program: a run); one that answers on request only is asked; one that is not installed ends the
@@ -159,9 +163,19 @@ def run(
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
     if not 0 < memory < MOST_MEMORY:
         raise UsageError(f"--memory must be positive and below {MOST_MEMORY:g}, got {memory} GiB")
+    piece = None
+    if shard is not None:
+        from rayproof.reports.run.shards import shard_of
+
+        with told_in_one_line():
+            piece = shard_of(shard)
+    if piece is not None and not all(one is None for one in (expect, against, least_coverage, history)):
+        raise UsageError("--expect, --against, --least-coverage and --history are for the whole: give them to merge")
     numbers = drawn(selectors, count, seed)
     if scenes is not None and selectors:
         raise UsageError(f"--scenes says what is run, and so does {selectors[0]}")
+    if piece is not None and numbers is not None:
+        raise UsageError("--shard is a part of named cases; of random scenes each machine draws its own --seed")
     if numbers is None:  # before anything is started for them
         check_names(selectors)
     if subject != TRACER and paths == "all":
@@ -216,6 +230,7 @@ def run(
             scenes=stream,
             out=out,
             resume=resume,
+            shard=piece,
             require=required,
             subject=tested,
             cached=cache,

@@ -95,8 +95,8 @@ class CaseTable:
             self._connection.execute("UPDATE cases SET place = NULL, added = NULL")
             self._connection.execute("DELETE FROM run")
 
-    def keep(self, key: str, record: CaseRecord) -> None:
-        """Write a finished case under its key, in the place of what was there."""
+    def keep(self, key: str, record: CaseRecord, *, place: int | None = None) -> None:
+        """Write a finished case under its key, in the place of what was there; with a `place`, as one of the run's."""
         text = as_json(record).encode()
         brief = {name: value for name, value in record.items() if name not in HEAVY}
         ratio = worst_ratio(record)
@@ -115,13 +115,14 @@ class CaseTable:
             as_json(brief),
             len(text),
             zlib.compress(text, LEVEL),
+            place,
         )
         with self._told():
             # A lone surrogate, from a file's name, is no UTF-8; JSON has escaped it.
             row = tuple(value.encode(errors="replace").decode() if isinstance(value, str) else value for value in row)
             cursor = self._connection.execute(
                 "INSERT OR REPLACE INTO cases (key, name, family, verdict, badness, stage, item, ratio, seconds, brief,"
-                " size, record) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                " size, record, place) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                 row,
             )
         self._hold(int(cursor.lastrowid or 0), record, len(text))
@@ -152,9 +153,31 @@ class CaseTable:
         with self.writing(), self._told():
             self._connection.execute("UPDATE cases SET place = NULL WHERE place IS NOT NULL")
             self._connection.executemany(
-                "UPDATE cases SET place = ? WHERE key = ?", ((place, key) for place, key in enumerate(keys))
+                "UPDATE cases SET place = ? WHERE key = ?",
+                ((place, key) for place, key in enumerate(keys)),
             )
         return self.cases()
+
+    def put_places(self, places: Iterable[tuple[str, int]]) -> None:
+        """Say of the run's cases by name where in a larger plan, of the same order, they are."""
+        with self.writing(), self._told():
+            self._connection.executemany(
+                "UPDATE cases SET place = ? WHERE name = ? AND place IS NOT NULL",
+                ((place, _storable(name)) for name, place in places),
+            )
+
+    def entries(self) -> Iterator[tuple[int, str, CaseRecord]]:
+        """Yield place, key and record of each case of the run; of what was found out later its pictures alone."""
+        for number in self._ids("SELECT id FROM cases WHERE place IS NOT NULL ORDER BY place"):
+            with self._told():
+                place, key, record, added = self._connection.execute(
+                    "SELECT place, key, record, added FROM cases WHERE id = ?", (number,)
+                ).fetchone()
+                later = _object(added) if added else {}
+                case = _object(_inflated(record)) | {name: later[name] for name in ("picture", "view") if name in later}
+            if wrong := problem_of_case(case):
+                raise DamagedTableError(f"{self.path}: {wrong}")
+            yield int(place), str(key), cast(CaseRecord, case)
 
     def cases(self) -> "Cases":
         """Return the cases of the run in its order."""

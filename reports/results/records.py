@@ -383,6 +383,8 @@ class RunRecord(TypedDict, total=False):
     wrong_factors: list[str]
     gate: GateRecord
     engine: EngineRecord
+    shard: dict[str, Any]  # of a part of a run: which, and what the whole is
+    shards: list[dict[str, Any]]  # of a run that was put together: its parts
     diagnosis: list[CauseRecord]
     comparison: dict[str, Any]  # of a run beside an earlier one
     history: dict[str, Any]  # put in when the run is published beside those before it

@@ -5,7 +5,7 @@ import json
 import sqlite3
 import zlib
 from collections.abc import Iterable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 
 from rayproof.reports.results.atomic import replacing
@@ -48,6 +48,10 @@ class Journal:
     def append(self, key: str, record: CaseRecord) -> None:
         """Write one finished case and make sure that it reached the disk."""
         self._table.keep(key, record)
+
+    def together(self) -> AbstractContextManager[None]:
+        """Keep what is appended in the body all at once: as sure as one by one, and quicker."""
+        return self._table.writing()
 
     def cases(self, keys: Iterable[str]) -> Cases:
         """Return the cases under these keys as those of the run, in this order; of keys that are missing there is none.

@@ -44,6 +44,7 @@ class RunRequest:
     history: Path | None = None  # where to keep what was found, for `rayproof history`
     demanded: "Demanded | None" = None  # what is known to fail, and how much must be measured
     diagnose: bool = True  # say which known mistake explains the failures
+    shard: tuple[int, int] | None = None  # the number of a part of the plan, and of how many
     full: bool = False  # keep every renderer's images of every case, as EXR
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     certified: bool = False  # hold the verdicts themselves against certified arithmetic

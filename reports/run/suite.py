@@ -17,7 +17,7 @@ from rayproof.reports.cache.guards import ask_once, passed
 from rayproof.reports.cache.store import usual_store
 from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.publish.scene3d.pictures import Drawing
+from rayproof.reports.publish.scene3d.pictures import ALL_OF, Drawing, drawn_usually
 from rayproof.reports.results.atomic import remove_drafts
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import amend, briefs, named
@@ -37,11 +37,11 @@ from rayproof.reports.run.progress import worst_first
 from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.document import results_document
 from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.shards import part, told
 from rayproof.reports.run.tasks.kinds import JUDGE
 from rayproof.reports.run.worker_settings import RELIEF, sleeping
 from rayproof.reports.run.worker_settings import workers as pool_of
 from rayproof.reports.run.workload import render_and_judge
-from rayproof.reports.subjects import PROGRAM
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 from rayproof.reports.subjects.keeping import TOLD
 from rayproof.reports.terminal import console as terminal
@@ -85,9 +85,13 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     subject = request.subject
     planned = planned_cases(request)
     heard = panel(request.require, subject)
+    shard, whole = None, planned
+    if request.shard is not None:
+        shard = told(request, planned, heard.names)
+        planned = part(planned, request.shard)
     request.out.mkdir(parents=True, exist_ok=True)
     if not request.resume:
-        _clear(request.out)
+        clear(request.out)
     remove_drafts(request.out)
     faults = _faults(planned) if subject.is_tracer else []
     if faults:
@@ -108,17 +112,40 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
         results["finished"] = not interrupted and stopped is None
         if not isinstance(workers, Pool):
             results["engine"] = workers.record()
+        if len(planned) > ALL_OF:
+            for case in drawn_usually(records):
+                drawing.submit(case)
+        if shard is not None:
+            records.table.put_places((one.case.name, place) for place, one in enumerate(whole))
+            results["shard"] = shard
+            results["configurations"] = shard["configurations"]
         if drawing.pending:
             save_results(request.out, results)  # before anybody waits for a picture
             shown.enter_context(console.status("drawing"))
     drawing.tell(results["cases"])
-    if subject.name == PROGRAM:
-        _link_calls(request.out, results)
-    _blame(results, tracer=subject.is_tracer)
-    if request.diagnose and not interrupted and results["summary"][Outcome.FAIL.value]:
+    find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
+    results["seconds"] = round(time.perf_counter() - start, 3)
+    conclude(request, results, drawing.reason, console)
+    if stopped is not None:
+        console.print(legible(f"stopped: {stopped}"), style="bold red", soft_wrap=True, markup=False)
+        return NOT_MEASURED
+    if interrupted:
+        console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
+        return INTERRUPTED
+    return code_of(request, results, found, console, tracer=subject.is_tracer)
+
+
+def find_out(request: RunRequest, results: RunRecord, console: Console, *, tracer: bool, whole: bool) -> None:
+    """Write into the records of a run where calls are kept and what may be to blame; of a `whole` run, the causes."""
+    _link_calls(request.out, results)
+    _blame(results, tracer=tracer)
+    if request.diagnose and whole and results["summary"][Outcome.FAIL.value]:
         save_results(request.out, results)  # before anybody waits for a cause
         _diagnose(request, results, console)
-    results["seconds"] = round(time.perf_counter() - start, 3)
+
+
+def conclude(request: RunRequest, results: RunRecord, why: str | None, console: Console) -> None:
+    """Hold a run against what is demanded, keep it in its history, publish it; `why` says why pictures are left out."""
     demanded = request.demanded
     if demanded is not None:
         from rayproof.reports.gate.gating import held
@@ -126,19 +153,18 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
         # Before the run is in its history: it may be held against what that held so far.
         results["gate"] = held(results, demanded).record()
     worse = _remember(request, results, console)
-    _publish(request, results, drawing.reason, console)
+    _publish(request, results, why, console)
     for sentence in worse:
         console.print(legible(f"worse than its history: {sentence}"), style="yellow", soft_wrap=True, markup=False)
-    if stopped is not None:
-        console.print(legible(f"stopped: {stopped}"), style="bold red", soft_wrap=True, markup=False)
-        return NOT_MEASURED
-    if interrupted:
-        console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
-        return INTERRUPTED
-    silent = found.silent(request.require)
+
+
+def code_of(request: RunRequest, results: RunRecord, found: totals.Totals, console: Console, *, tracer: bool) -> int:
+    """Return the exit code of a run that came to its end; say which required reference answered nothing."""
+    demanded, silent = request.demanded, found.silent(request.require)
     for name in silent:
         console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
-    code = exit_code(concerning((Outcome(record["verdict"]) for record in briefs(records)), tracer=subject.is_tracer))
+    missing = results["summary"]["planned"] - found.cases.total()
+    code = exit_code([*concerning(found.cases.elements(), tracer=tracer), *[Outcome.MISSING] * missing])
     if demanded is not None:
         if demanded.lets_through:
             return FAILED if results["gate"]["red"] or silent else 0
@@ -164,10 +190,12 @@ def _remember(request: RunRequest, results: RunRecord, console: Console) -> list
 
 def _link_calls(folder: Path, results: RunRecord) -> None:
     """Write into each record where its call is kept."""
+    if not (folder / CALLS).is_dir():
+        return
     for case in briefs(results["cases"]):
-        told = Path(CALLS, case["name"], TOLD)
-        if (folder / told).is_file():
-            amend(results["cases"], case, call=told.as_posix())
+        path = Path(CALLS, case["name"], TOLD)
+        if (folder / path).is_file():
+            amend(results["cases"], case, call=path.as_posix())
 
 
 def _blame(results: RunRecord, *, tracer: bool) -> None:
@@ -250,7 +278,7 @@ def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
     return cases
 
 
-def _clear(folder: Path) -> None:
+def clear(folder: Path) -> None:
     """Remove what an earlier run left in its own folder, so that no image outlives the run that made it.
 
     Only where there is a run's journal: what is not ours is left alone.

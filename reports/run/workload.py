@@ -10,7 +10,7 @@ from rich.console import Console
 from rayproof.reports.cache.store import Store
 from rayproof.reports.called import called
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.publish.scene3d.pictures import Drawing
+from rayproof.reports.publish.scene3d.pictures import ALL_OF, Drawing
 from rayproof.reports.results.case_table import Cases
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Terms
@@ -49,6 +49,7 @@ def render_and_judge(
     keys = {one.case.name: record_key(one, asked).digest for one in planned}
     interrupted, gone = False, None
     calls = FirstCalls(len(planned)) if subject.name == PROGRAM else None
+    draw = drawing.submit if len(planned) <= ALL_OF else drawing.leave_out
     with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
 
         def finished(one: PlannedCase, record: CaseRecord) -> None:
@@ -56,7 +57,7 @@ def render_and_judge(
             done.add(name)
             record["key"] = keys[name]
             record["reproduce"] = reproduce(request.out, one.case, one.configurations, subject)
-            drawing.submit(record)
+            draw(record)
             journal.append(keys[name], record)
             progress.finished(record, again=False)
             if calls is not None:
@@ -75,7 +76,7 @@ def render_and_judge(
                     if known.get("reproduce") != again:  # a folder that was moved
                         known["reproduce"] = again
                         journal.append(keys[one.case.name], known)
-                    drawing.submit(known)
+                    draw(known)
                     progress.finished(known, again=True)
                 else:
                     todo.append(number)

@@ -4,6 +4,7 @@ Pictures need OpenGL; views do not, and are made without, too.
 """
 
 import os
+import re
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -15,6 +16,7 @@ from rayproof.reports.cache.store import Store
 from rayproof.reports.publish.scene3d import gl
 from rayproof.reports.publish.scene3d.drawing_child import DrawingChild
 from rayproof.reports.results.case_table import amend, named
+from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.images import inside
 from rayproof.reports.results.records import CaseRecord, RunRecord
 
@@ -23,7 +25,35 @@ OURS, THEIRS = "tracer-float32", "analytic"
 # A second process takes a second and a third of a gigabyte to begin with; where this many cases wait, it pays.
 BACKLOG = 16
 MOST = min(4, os.cpu_count() or 1)  # processes
+ALL_OF = 1000  # cases of a run that are all drawn, as they come; a picture takes a fifth of a second
+WORST = 100  # cases of a longer run that are drawn when they are all known
 PATIENCE = 120.0  # s for one picture, where nobody says how long it may take
+
+
+def drawn_usually(cases: Sequence[CaseRecord]) -> Sequence[CaseRecord]:
+    """Return the cases of a run that are drawn if nobody asks for others: all, of a long run the worst."""
+    return cases if len(cases) <= ALL_OF else worst_first(cases)[:WORST]
+
+
+def chosen(cases: Sequence[CaseRecord], which: str) -> Sequence[CaseRecord]:
+    """Return the cases that `which` names: `all`, `worst:N`, or one by its name.
+
+    Raises:
+        LookupError: there is no case of this name.
+        ValueError: N is no number from 1 on.
+
+    """
+    if which == "all":
+        return cases
+    if which.startswith("worst:"):
+        count = which.removeprefix("worst:")
+        if not re.fullmatch("[0-9]{1,9}", count) or int(count) < 1:
+            raise ValueError(f"worst:N draws the N worst cases, from 1 on, got {which}")
+        return worst_first(cases)[: int(count)]
+    case = named(cases, which)
+    if case is None:
+        raise LookupError(f"there is no case called {which}; `all` and `worst:N` draw several")
+    return [case]
 
 
 def draw_pictures(folder: Path, results: RunRecord, progress: Callable[[str], None] | None = None) -> str | None:
@@ -74,11 +104,16 @@ class Drawing:
 
     def submit(self, case: CaseRecord) -> None:
         """Have a case drawn; `tell` says where its `picture` and `view` are, which the record has not before."""
-        case["picture"] = case["view"] = None
+        self.leave_out(case)
         job = _job(self._folder, case)
         if job is not None:
             self._held.append((case["name"], job))
             self._release(wait=False)
+
+    @staticmethod
+    def leave_out(case: CaseRecord) -> None:
+        """Say in the record of a case that it has no picture and no view."""
+        case["picture"] = case["view"] = None
 
     def tell(self, cases: Sequence[CaseRecord]) -> None:
         """Write into the records of a run where pictures and views of its cases are, as far as they were made."""
@@ -86,6 +121,11 @@ class Drawing:
             case = named(cases, name)
             if case is not None:
                 amend(cases, case, **paths)
+
+    @property
+    def count(self) -> int:
+        """Return how many cases were drawn, or found drawn before."""
+        return len(self._found)
 
     @property
     def pending(self) -> bool:

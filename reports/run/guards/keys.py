@@ -80,6 +80,7 @@ HOW = (
     "scenes",
     "case_timeout",
     "worker_memory",
+    "shard",
     "out",
     "resume",
     "jobs",

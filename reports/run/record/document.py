@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from datetime import datetime
 from importlib.metadata import version
-from typing import cast
+from typing import Any, cast
 
 from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.results.records import CaseRecord, RunRecord
@@ -30,16 +30,11 @@ def results_document(
 
     versions = found.versions
     environment = {"python": sys.version.split()[0], "machine": platform.machine(), "system": platform.platform()}
-    detail = found.coverage
-    pooled = found.factors.pooled
-    shared = wrong(pooled)
-    of_cases = found.verdict(planned=len(planned), tracer=subject.is_tracer)
     return {
         "schema": 1,
         "rayproof": version("rayproof"),
         "command": " ".join(["rayproof", *sys.argv[1:]]),
         "started": started.isoformat(timespec="seconds"),
-        "verdict": worst([of_cases, *(Outcome.FAIL for _ in shared)]).value,
         "subject": subject.title,
         "faults": faults,
         "environment": environment | {name: text for name, text in versions.items() if name not in heard.names},
@@ -53,8 +48,21 @@ def results_document(
             for name in heard.names
         },
         "absent": heard.absent,
+        **come_to(found, planned=len(planned), tracer=subject.is_tracer),
+        "cases": cast("list[CaseRecord]", records),
+    }
+
+
+def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
+    """Return what of a run's document its records come to: verdict, ledgers, coverage and what to look at."""
+    detail = found.coverage
+    pooled = found.factors.pooled
+    shared = wrong(pooled)
+    of_cases = found.verdict(planned=planned, tracer=tracer)
+    told: Any = {
+        "verdict": worst([of_cases, *(Outcome.FAIL for _ in shared)]).value,
         "abstained": found.abstained,
-        "summary": found.case_ledger(planned=len(planned)),
+        "summary": found.case_ledger(planned=planned),
         "checks": found.check_ledger(),
         "examined": found.examined,
         "examined_passing": found.examined_passing,
@@ -65,5 +73,5 @@ def results_document(
         "paths": dict(sorted(found.paths.items())),
         "review": found.review,
         "findings": found.findings,
-        "cases": cast("list[CaseRecord]", records),
     }
+    return told

@@ -89,5 +89,6 @@ def cost_of_run(
         "seconds": seconds,
         "processor_seconds": used.ru_utime + used.ru_stime,
         "peak_bytes": used.ru_maxrss * (1 if sys.platform == "darwin" else 1024),
+        "index_bytes": (out / "index.html").stat().st_size,
         "folder_bytes": sum(path.stat().st_size for path in out.rglob("*") if path.is_file()),
     }

@@ -12,6 +12,7 @@ from PIL import Image
 
 from rayproof.reports.publish.scene3d import gl, pictures
 from rayproof.reports.publish.scene3d.pictures import draw_pictures
+from rayproof.reports.results.headline import worst_first
 
 
 @pytest.fixture
@@ -142,3 +143,18 @@ def test_nobody_waits_for_the_answer_whether_there_is_opengl(published, results,
     drawing.tell(results["cases"])
     assert drawing.reason == "no pictures here"
     assert results["cases"][0]["view"] is not None
+
+
+def test_of_a_long_run_the_worst_are_drawn_and_others_when_they_are_asked_for(results, monkeypatch):
+    cases = results["cases"]
+    monkeypatch.setattr(pictures, "ALL_OF", len(cases) - 1)
+    monkeypatch.setattr(pictures, "WORST", 2)
+
+    assert [case["name"] for case in pictures.drawn_usually(cases)] == [case["name"] for case in worst_first(cases)[:2]]
+    assert [case["name"] for case in pictures.chosen(cases, "worst:1")] == [worst_first(cases)[0]["name"]]
+    assert len(pictures.chosen(cases, "all")) == len(cases)
+    assert [case["name"] for case in pictures.chosen(cases, cases[1]["name"])] == [cases[1]["name"]]
+    with pytest.raises(LookupError, match="no case called nobody"):
+        pictures.chosen(cases, "nobody")
+    with pytest.raises(ValueError, match="from 1 on, got worst:0"):
+        pictures.chosen(cases, "worst:0")

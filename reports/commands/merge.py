@@ -1,0 +1,75 @@
+"""`rayproof merge`: the parts of a run that several machines made, as one run."""
+
+from pathlib import Path
+
+from rayproof.reports.commands.output import say
+from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+
+
+def merge(
+    *folders: Path,
+    out: Path,
+    expect: Path | None = None,
+    against: Path | None = None,
+    least_coverage: float | None = None,
+    history: Path | None = None,
+    json: Path | None = None,
+) -> int:
+    """Put the parts of a run together that `rayproof run --shard` made, and publish them as one run.
+
+    They must be of the same code, plan, subject and demands. The cases of a part that is not there are missing, and the
+    run counts as not finished.
+
+    Parameters
+    ----------
+    folders
+        The parts' folders, in any order.
+    out
+        The folder for results and report; none of the parts'.
+    expect, against, least_coverage, history, json
+        As for `rayproof run`.
+
+    """
+    if not folders:
+        raise UsageError("name the folders of the parts: rayproof merge DIR... --out ALL")
+    from rayproof.reports.commands.run import gate_demands
+    from rayproof.reports.results.headline import THE_USUAL
+    from rayproof.reports.run import suite
+    from rayproof.reports.run.request import RunRequest
+    from rayproof.reports.run.shards import load_shards, merge
+    from rayproof.reports.terminal import console as terminal
+
+    with told_in_one_line():
+        if out.resolve() in {folder.resolve() for folder in folders}:
+            raise ValueError(f"{out} is one of the parts; the whole needs a folder of its own")
+        shards = load_shards(folders)
+        demanded = gate_demands(expect, against, least_coverage)
+        for file in filter(None, (history, json)):
+            writable_folder(file.parent)
+        own(out)
+    about, subject = shards[0].about, str(shards[0].document.get("subject", THE_USUAL))
+    tracer = subject == THE_USUAL
+    request = RunRequest(
+        selectors=(),
+        out=out,
+        resume=False,
+        require=tuple(map(str, about.get("require", ()))),
+        jobs=1,
+        timeout=0.0,
+        configurations=(),
+        json=json,
+        history=history,
+        demanded=demanded,
+        diagnose=bool(about.get("diagnose", True)),
+    )
+    suite.clear(out)
+    with told_in_one_line():
+        results, found = merge(shards, out, tracer=tracer)
+    there = {shard.about["number"] for shard in shards}
+    for number in sorted({*range(1, about["of"] + 1)} - there):
+        say(f"part {number}/{about['of']} is not here: its cases are missing")
+    console = terminal(width=suite.LOG_WIDTH)
+    suite.find_out(request, results, console, tracer=tracer, whole=True)
+    pictures = str(results["environment"]["pictures"])
+    suite.conclude(request, results, None if pictures == "drawn" else pictures, console)
+    return suite.code_of(request, results, found, console, tracer=tracer)

@@ -1,0 +1,187 @@
+"""A plan in parts for several machines, and the parts' results folders as the one that a single run would have filled.
+
+A case's part is a digest of its name, so that a case that is added or left out moves no other.
+"""
+
+import hashlib
+import re
+import shlex
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, cast
+
+from rayproof.reports.cache.digests import code, digest, exact
+from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
+from rayproof.reports.results.document import ResultsError, load_results
+from rayproof.reports.results.images import inside
+from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.run.demands import demands
+from rayproof.reports.run.plan import CODE, PlannedCase
+from rayproof.reports.run.record import totals
+from rayproof.reports.run.record.document import come_to
+from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.scene_case import FAMILY
+from rayproof.reports.subjects.keeping import FOLDER as CALLS
+
+MOST = 10_000  # parts of a plan
+FILES = ("scenes", "images", "pictures", CALLS)
+ALIKE = ("code", "plan", "subject", "demands", "of")
+
+
+def shard_of(text: str) -> tuple[int, int]:
+    """Return the number of a part and how many there are, of a text such as 3/8.
+
+    Raises:
+        ValueError: it is no such text, or there is no such part.
+
+    """
+    found = re.fullmatch("([0-9]{1,9})/([0-9]{1,9})", text)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]) <= MOST:
+        raise ValueError(f"--shard is a part's number and of how many, such as 3/8 (at most {MOST}), got {text}")
+    return int(found[1]), int(found[2])
+
+
+def number_of(name: str, parts: int) -> int:
+    """Return which of so many parts, from 1, has the case of a name."""
+    return int.from_bytes(hashlib.sha256(name.encode(errors="replace")).digest()[:8], "big") % parts + 1
+
+
+def part(planned: Sequence[PlannedCase], shard: tuple[int, int]) -> tuple[PlannedCase, ...]:
+    """Return the cases of one part, in the order of the plan."""
+    return tuple(one for one in planned if number_of(one.case.name, shard[1]) == shard[0])
+
+
+def told(request: RunRequest, planned: Sequence[PlannedCase], references: tuple[str, ...]) -> dict[str, Any]:
+    """Return what a part's results say of the whole: by which parts that belong together are known."""
+    assert request.shard is not None
+    asked = demands(request, references)
+    return {
+        "number": request.shard[0],
+        "of": request.shard[1],
+        "planned": len(planned),
+        "configurations": sorted({name for one in planned for name in one.configurations}),
+        "code": code(CODE),
+        "plan": digest([[exact(one.case), one.configurations, one.routes] for one in planned]),
+        "subject": digest([asked.subject, asked.identity]),
+        "demands": digest(exact(asked)),
+        "out": str(request.out),
+        "require": list(request.require),
+        "diagnose": request.diagnose,
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shard:
+    """A part's results folder."""
+
+    folder: Path
+    document: RunRecord
+    about: Mapping[str, Any]
+
+
+def load_shards(folders: Sequence[Path]) -> list[Shard]:
+    """Return the parts of a plan that lie in these folders, in the order of their numbers.
+
+    Raises:
+        ResultsError: a folder holds no part's results, the parts are not of one plan, or one of them is there twice.
+
+    """
+    found: list[Shard] = []
+    for folder in folders:
+        document = load_results(folder)
+        about = cast("dict[str, Any]", document).get("shard")
+        if (
+            not isinstance(about, Mapping)
+            or not {"number", "planned", "out", *ALIKE} <= about.keys()
+            or not all(isinstance(about[key], int) and about[key] >= 0 for key in ("number", "planned", "of"))
+        ):
+            raise ResultsError(f"{folder} holds no part of a run; `rayproof run --shard 1/2 --out DIR` makes one")
+        if not (folder / NAME).is_file():
+            raise ResultsError(f"{folder / NAME}: no such file")
+        found.append(Shard(folder=folder, document=document, about=about))
+    first = found[0]
+    for other in found[1:]:
+        for key in ALIKE:
+            if other.about[key] != first.about[key]:
+                what = "number of parts" if key == "of" else key
+                raise ResultsError(f"{first.folder} and {other.folder} do not belong together: their {what} differs")
+    found.sort(key=lambda one: one.about["number"])
+    for one, other in pairwise(found):
+        if one.about["number"] == other.about["number"]:
+            name = f"{one.about['number']}/{one.about['of']}"
+            raise ResultsError(f"{one.folder} and {other.folder} are both part {name}")
+    return found
+
+
+def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecord, totals.Totals]:
+    """Fill `out` with the cases and files of the parts; return the run's document and what its records come to.
+
+    The cases of parts that are not there are missing, and the run is not finished.
+
+    Raises:
+        ResultsError: a record cannot be read.
+        OSError: a file cannot be read or written.
+
+    """
+    first = shards[0]
+    (out / NAME).unlink(missing_ok=True)
+    table = CaseTable(out / NAME)
+    for shard in shards:
+        try:
+            with table.writing():
+                for place, key, record in CaseTable(shard.folder / NAME).entries():
+                    table.keep(key, _moved(record, shard, out), place=place)
+        except DamagedTableError as error:
+            raise ResultsError(str(error)) from error
+        _copy_files(shard.folder, out)
+    cases: Cases = table.cases()
+    found = totals.of(cases)
+    document: Any = {key: value for key, value in first.document.items() if key not in ("shard", "cases", "gate")}
+    document.pop("diagnosis", None)
+    document.pop("history", None)
+    references = document.get("references") or {}
+    document["references"] = {
+        name: {**about, "version": found.versions.get(name, "not asked")} for name, about in references.items()
+    }
+    others = {name: text for name, text in found.versions.items() if name not in references}
+    pictures = next((one for shard in shards if (one := _pictures(shard)) != "drawn"), "drawn")
+    document["environment"] = {**document.get("environment", {}), **others, "pictures": pictures}
+    document |= come_to(found, planned=first.about["planned"], tracer=tracer)
+    document["command"] = shlex.join(["rayproof", *sys.argv[1:]])
+    document["started"] = min(str(shard.document.get("started")) for shard in shards)
+    document["seconds"] = max(float(shard.document.get("seconds") or 0) for shard in shards)
+    whole = len(shards) == first.about["of"] and all(shard.document.get("finished") for shard in shards)
+    document["finished"] = whole
+    document["shards"] = [
+        {"number": shard.about["number"], "of": shard.about["of"], "cases": len(shard.document["cases"])}
+        for shard in shards
+    ]
+    document["cases"] = cases
+    return document, found
+
+
+def _pictures(shard: Shard) -> str:
+    return str(shard.document.get("environment", {}).get("pictures"))
+
+
+def _moved(record: CaseRecord, shard: Shard, out: Path) -> CaseRecord:
+    """Return a record whose command names the scene file where it is now."""
+    if record["family"] == FAMILY and record.get("reproduce"):
+        file = Path("scenes", f"{record['name']}.json")
+        old, new = (shlex.quote(str(folder / file)) for folder in (Path(str(shard.about["out"])), out))
+        record["reproduce"] = str(record["reproduce"]).replace(old, new)
+    return record
+
+
+def _copy_files(folder: Path, out: Path) -> None:
+    """Copy what a part kept of its cases; links, and what lies elsewhere, are left out."""
+    for name in FILES:
+        for path in (folder / name).rglob("*"):
+            place = path.relative_to(folder)
+            if not path.is_symlink() and path.is_file() and inside(folder, str(place)):
+                (out / place).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(path, out / place)

@@ -1,0 +1,104 @@
+"""Parts of a plan, put together, are the run that was not parted; what does not belong together is refused."""
+
+import json
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rayproof.reports.results.document import load_results
+from rayproof.reports.run.shards import number_of, shard_of
+
+CASES = ("behind/sphere", "behind/cube", "behind/plane", "behind/square")
+TIMES = {"seconds", "judge_seconds", "started", "command", "cached", "remembered", "shard", "shards", "key"}
+START = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
+
+
+def rayproof(*words: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", START, *map(str, words)], capture_output=True, text=True, timeout=280, check=False
+    )
+
+
+def timeless(value: Any) -> Any:
+    """Return JSON data without what may differ between two runs of the same."""
+    if isinstance(value, dict):
+        return {key: timeless(item) for key, item in value.items() if key not in TIMES}
+    return [timeless(item) for item in value] if isinstance(value, list) else value
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a whole run, and its two parts."""
+    place = tmp_path_factory.mktemp("parts")
+    # The sphere's scene as a file of the user's own, too: its command names the folder.
+    assert rayproof("run", CASES[0], "--out", place / "first").returncode == 0
+    scene = place / "mine.json"
+    scene.write_text((place / "first" / "scenes" / f"{CASES[0]}.json").read_text())
+    for name, words in {"whole": (), "one": ("--shard", "1/2"), "two": ("--shard", "2/2")}.items():
+        done = rayproof("run", *CASES, scene, *words, "--out", place / name)
+        assert done.returncode == 0, done.stderr
+    return place
+
+
+def test_parts_put_together_are_the_whole(runs: Path) -> None:
+    parts = [load_results(runs / name)["cases"] for name in ("one", "two")]
+    assert min(map(len, parts)) > 0
+    assert sum(map(len, parts)) == len(CASES) + 1
+
+    done = rayproof("merge", runs / "two", runs / "one", "--out", runs / "all")
+
+    assert done.returncode == 0, done.stderr
+    whole, merged = (json.loads((runs / name / "results.json").read_text()) for name in ("whole", "all"))
+    assert [case["name"] for case in merged["cases"]] == [case["name"] for case in whole["cases"]]
+    text = json.dumps(timeless(merged)).replace(str(runs / "all"), str(runs / "whole"))
+    assert json.loads(text) == timeless(whole)
+    files = [
+        {path.relative_to(runs / name) for path in (runs / name).rglob("*") if path.suffix in (".js", ".json", ".png")}
+        for name in ("whole", "all")
+    ]
+    assert files[0] == files[1]
+
+
+def test_a_part_that_is_not_there_makes_its_cases_missing(runs: Path, tmp_path: Path) -> None:
+    done = rayproof("merge", runs / "one", "--out", tmp_path / "half")
+
+    assert done.returncode == 3
+    assert "part 2/2 is not here: its cases are missing" in done.stdout
+    results = load_results(tmp_path / "half")
+    assert results["finished"] is False
+    assert results["summary"]["planned"] == len(CASES) + 1
+    assert results["summary"]["missing"] == len(load_results(runs / "two")["cases"])
+
+
+def test_what_does_not_belong_together_is_refused_in_a_line(runs: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other"
+    assert rayproof("run", *CASES[:3], "--shard", "2/2", "--out", other).returncode in (0, 3)
+    for folders, said in (
+        ((runs / "one", other), "do not belong together: their plan differs"),
+        ((runs / "one", runs / "one"), "are both part 1/2"),
+        ((runs / "one", runs / "whole"), "holds no part of a run"),
+    ):
+        done = rayproof("merge", *folders, "--out", tmp_path / "all")
+
+        assert done.returncode == 2
+        assert said in done.stderr
+        assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "all").exists()
+
+
+@pytest.mark.parametrize("text", ["0/4", "5/4", "a/b", "3", "1/0", "-1/2", "1/2/3", ""])
+def test_a_part_that_there_is_not_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="--shard is a part's number"):
+        shard_of(text)
+
+
+def test_every_name_has_one_part_and_parts_are_alike_in_size() -> None:
+    count = Counter(number_of(f"family/{index}", 8) for index in range(8000))
+
+    assert sorted(count) == list(range(1, 9))
+    # Of a fair draw the standard deviation is 30; 5 of them.
+    assert all(abs(number - 1000) < 150 for number in count.values())
