@@ -5,6 +5,7 @@ share most of the shorter kernels.
 """
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -16,10 +17,10 @@ from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.kernel_constants import Numbers, Stages
 from rayproof.tracer.device.tiles import Lanes
-from rayproof.tracer.plan import Plan
+from rayproof.tracer.plan import Plan, plan
 from rayproof.tracer.shapes.representable import beyond
 from rayproof.tracer.stages.camera_frame import Frame
-from rayproof.tracer.stages.trace import Trace, images
+from rayproof.tracer.stages.trace import Trace, continued, images
 
 
 def _numbers(array: Any) -> np.ndarray:
@@ -90,3 +91,30 @@ def render(
         frame = trace.view.frame
         answers[Stage.CAMERA] = _camera(frame, configuration["corners"](frame), answers[Stage.CAMERA])
     return answers
+
+
+def continue_from(scene: Scene, stage: Stage, given: Answers, configuration: Configuration) -> np.ndarray:
+    """Return an image stage computed from the `given` earlier ones, (height, width, channels).
+
+    `given` holds (height, width, channels) arrays: the earlier stages that it has are taken as they are, the others are
+    traced. Where another triangle of a mesh was given than the tracer finds along the ray, the normal is of that one.
+
+    Raises:
+        ValueError: a scene beyond what the precision can hold.
+        LookupError: a shape that the tracer has no formula for.
+
+    """
+    refusal = beyond(scene, configuration.precision)
+    if refusal is not None:
+        raise ValueError(refusal)
+    alone = replace(plan(scene, configuration), columns=1, rows=1, split=False, pipelined=False)
+    trace = Trace.of(scene, configuration, per_side=1, chosen=alone, parameters=Stages())
+    order, Float = list(Stage), trace.world.types.Float
+    before = {
+        one: [Float(channel) for channel in np.asarray(image, dtype=np.float64).reshape(-1, image.shape[-1]).T]
+        for one, image in given.items()
+        if one is not Stage.CAMERA and order.index(one) < order.index(stage)
+    }
+    channels = tuple(continued(trace, stage, before))
+    dr.eval(channels)
+    return _image(trace.view.lanes, [channels])

@@ -10,7 +10,7 @@ from rayproof.cases.scene import IDENTITY, Shape, Triangle
 from rayproof.cases.stages import FACTS, IMAGE_STAGES, Stage, exr_channels
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.render import render
+from rayproof.tracer.render import continue_from, render
 from tests.tracer.scenes import ALBEDO, FLOOR, SHAPES, camera, everything, octahedron, scene
 
 GEOMETRY = (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
@@ -153,3 +153,26 @@ def test_a_shape_without_a_formula_is_named() -> None:
 
     with pytest.raises(LookupError, match="no formula intersects a Shape; known: Sphere"):
         render(scene(strange), (Stage.OBJECT,), Configuration())
+
+
+@pytest.mark.parametrize("formulas", [{}, {"cube": "entry_only"}, {"world_normal": "fault_model_matrix"}])
+def test_each_stage_continues_from_those_before_it(formulas: dict[str, str]) -> None:
+    asked = everything()
+    configuration = Configuration(precision="float64", formulas=formulas)
+    whole = render(asked, IMAGE_STAGES, configuration)
+
+    for index, stage in enumerate(IMAGE_STAGES):
+        before = {one: whole[one] for one in IMAGE_STAGES[:index]}
+        found = continue_from(asked, stage, before, configuration)
+
+        assert np.allclose(found, whole[stage], rtol=1e-9, atol=1e-12), stage
+
+
+def test_a_stage_continues_from_another_renderers_wrong_one() -> None:
+    asked, configuration = everything(), Configuration(precision="float64")
+    whole = render(asked, IMAGE_STAGES, configuration)
+    mirrored = np.flip(whole[Stage.RAY], axis=1)
+
+    found = continue_from(asked, Stage.OBJECT, {Stage.RAY: mirrored}, configuration)
+
+    assert np.array_equal(found, np.flip(whole[Stage.OBJECT], axis=1))

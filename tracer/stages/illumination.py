@@ -105,11 +105,15 @@ def _of_light(world: World, index: int, what: str, value: Vector) -> Any:
     return world.parameters(f"light {index} {what}", world.types.Vector(*value))
 
 
-def illumination(world: World, surfaces: Sequence[Surface], *, visibility: bool) -> tuple[list[list[Any]], list[Any]]:
+def illumination(
+    world: World, surfaces: Sequence[Surface], *, visibility: bool, known: Sequence[list[Any]] | None = None
+) -> tuple[list[list[Any]], list[Any]]:
     """Return where each light is above the horizon and unblocked, per light and ray, and E [W/m^2], 0 on a miss.
 
-    There are lights and shapes. Without `visibility` the first may be missing.
+    There are lights and shapes. Without `visibility` the first may be missing. What is `known` of it is not asked.
     """
+    if known is not None:
+        return _unrolled(world, surfaces, known)
     # Only a sum can be taken two by two; another formula for it sees all lights at once.
     if len(world.scene.lights) > MANY and world.configuration.formula("sum_lights").default:
         return _by_loop(world, surfaces, visibility=visibility)
@@ -130,7 +134,9 @@ def _by_loop(world: World, surfaces: Sequence[Surface], *, visibility: bool) -> 
     return light_loop(world, surfaces, one_light, visibility=visibility)
 
 
-def _unrolled(world: World, surfaces: Sequence[Surface]) -> tuple[list[list[Any]], list[Any]]:
+def _unrolled(
+    world: World, surfaces: Sequence[Surface], known: Sequence[list[Any]] | None = None
+) -> tuple[list[list[Any]], list[Any]]:
     lights = world.scene.lights
     positions = [_of_light(world, k, "position", light.position) for k, light in enumerate(lights)]
     towards = [
@@ -139,8 +145,11 @@ def _unrolled(world: World, surfaces: Sequence[Surface]) -> tuple[list[list[Any]
     above = [_above_horizon(world, surfaces, ways) for ways in towards]
     # Then what follows is the same code for each light.
     world.parameters.store(above)
-    origins = feeler_origins(world, surfaces)
-    free = [_unblocked(origins, surfaces, *one) for one in zip(towards, above, strict=True)]
+    if known is None:
+        origins = feeler_origins(world, surfaces)
+        free = [_unblocked(origins, surfaces, *one) for one in zip(towards, above, strict=True)]
+    else:
+        free = known
     lit = [[a & f for a, f in zip(*one, strict=True)] for one in zip(above, free, strict=True)]
     fluxes = [_of_light(world, k, "flux", light.flux) for k, light in enumerate(lights)]
     irradiance = []

@@ -5,7 +5,7 @@ where `KernelConstants.store` ends a kernel.
 """
 
 import operator
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -187,6 +187,63 @@ def _shading(
     exitance = [_exitance(*one) for one in zip(surfaces, irradiance, strict=True)]
     yield Stage.EXITANCE, exitance
     yield Stage.RADIANCE, [_radiance(*one) for one in zip(surfaces, exitance, strict=True)]
+
+
+ROUNDED = 2.0**-20  # relative: a point that is no farther off is the same, written as float32
+
+
+def continued(trace: Trace, stage: Stage, given: Mapping[Stage, Sequence[Any]]) -> Iterable[Any]:
+    """Return the channels of an image stage, one sample per lane, from the channels of the stages `given` before it.
+
+    Those that are missing are traced.
+    """
+    view, world = trace.view, trace.world
+    types = world.types
+    if trace.dark and stage in (dark := _darkness(trace)):
+        return dark[stage][0]
+    rays = camera_rays(view, sample_ndc(view, sample_positions(view)))
+    if Stage.RAY in given:
+        rays = [Ray(origin=ray.origin, direction=types.Vector(*given[Stage.RAY])) for ray in rays]
+    if stage is Stage.RAY:
+        return rays[0].direction
+    (hit,) = _nearest_hits(trace, rays)
+    if stage in (Stage.OBJECT, Stage.DISTANCE):
+        return (hit.shape, hit.face) if stage is Stage.OBJECT else (hit.distance,)
+    traced = HitShapes(world=world, ray=rays[0], hit=hit, mask=hit.distance < dr.inf)
+    met = traced
+    if Stage.OBJECT in given and Stage.DISTANCE in given:
+        shape, face = (types.Int(channel) for channel in given[Stage.OBJECT])
+        distance = dr.select(shape >= 0, given[Stage.DISTANCE][0], dr.inf)
+        number, forest = hit.number, world.trees.forest
+        if forest is not None:
+            # Where no triangle was met but one was given, some triangle is looked up.
+            number = dr.clip(number, 0, sum(forest.host.counts) - 1)
+        known = NearestHit(distance=distance, shape=shape, face=face, number=number)
+        met = HitShapes(world=world, ray=rays[0], hit=known, mask=distance < dr.inf)
+    position = hit_point(met)
+    if Stage.POSITION in given:
+        position = types.Vector(*given[Stage.POSITION])
+        if stage is Stage.VISIBILITY:
+            # Rounding has moved them off the surface that their feelers start from: what is traced stands on it.
+            on_it = hit_point(traced)
+            moved = dr.norm(position - on_it) > ROUNDED * (dr.norm(on_it) + dr.norm(rays[0].origin))
+            position = dr.select(moved | ~traced.mask, position, on_it)
+    if stage is Stage.POSITION:
+        return dr.select(met.mask, position, 0)
+    normal = types.Vector(*given[Stage.NORMAL]) if Stage.NORMAL in given else shading_normal(met, position)
+    if stage is Stage.NORMAL:
+        return normal
+    seen = surface(met, position, normal)
+    known_light = [[channel > 0] for channel in given[Stage.VISIBILITY]] if Stage.VISIBILITY in given else None
+    lit, (irradiance,) = illumination(world, [seen], visibility=stage is Stage.VISIBILITY, known=known_light)
+    if stage is Stage.VISIBILITY:
+        return [dr.select(light, types.Float(1), 0) for (light,) in lit]
+    if Stage.IRRADIANCE in given:
+        irradiance = types.Vector(*given[Stage.IRRADIANCE])
+    if stage is Stage.IRRADIANCE:
+        return irradiance
+    exitance = types.Vector(*given[Stage.EXITANCE]) if Stage.EXITANCE in given else _exitance(seen, irradiance)
+    return exitance if stage is Stage.EXITANCE else _radiance(seen, exitance)
 
 
 def _exitance(surface: Surface, irradiance: Any) -> Any:
