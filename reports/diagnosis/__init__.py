@@ -34,9 +34,9 @@ class Given:
     parameter: float  # the estimated parameter of a mistake that has one, else 0
 
 
-Wrong = Callable[[Given], np.ndarray]  # NaN where rounding alone says what such a renderer answers
-# A renderer's image laid over the asked one's pixels, and the answers that fill what it does not cover.
-Laid = Callable[[Answers, Answers], Answers]
+# NaN where rounding alone says what such a renderer answers. One that has a parameter may say itself what it is `at`
+# one, one that others of its kind change the same sum or rays what both are: `followed_by`.
+Wrong = Callable[[Given], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,10 +44,10 @@ class Way:
     """One way in which a renderer with the mistake may answer."""
 
     asked: Callable[[Scene], Scene] | None = None  # the question that it answers instead
-    laid: Laid | None = None  # how its image lies in that question's
     stages: Mapping[Stage, Wrong] = field(default_factory=dict)  # stages that it computes wrongly
     formulas: Mapping[str, str] = field(default_factory=dict)  # the tracer's, slot to variant, where they answer
     shading: str | None = None  # the one model of light that it computes wrongly; None is whichever a scene has
+    parts: "tuple[Way, ...]" = ()  # of two mistakes at once: each alone
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,6 +25,7 @@ PRECISION = "float32"  # what results keep, whatever a renderer computes in
 # Relative: what a renderer in float32 may lose beyond the counted roundings, and what files of other steps lose.
 LEAST = 1e-5
 TURNED = 16  # roundings of a ray's direction
+TURNS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 PLAINLY = 4.0  # limits: an answer so far from the right one would not have passed for it
 
 
@@ -36,8 +37,6 @@ class Answered:
     answers: Answers
     limits: Mapping[Stage, np.ndarray]  # (height, width) or (height, width, 3)
     edge: np.ndarray  # (height, width): something else begins within a pixel
-    # (height, width): which pixel of the question's image each one is; None: the same one
-    place: np.ndarray | None = None
 
 
 class Unanswerable(Exception):  # noqa: N818  an answer, not a mishap
@@ -57,30 +56,6 @@ def answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
         Unanswerable: it has none.
 
     """
-    found = _answer(way, right, oracle)
-    if way.laid is None:
-        return found
-    height, width = right.edge.shape
-    numbers = np.arange(1.0, height * width + 1).reshape(height, width, 1)
-    laid = np.ravel(way.laid({Stage.RAY: numbers}, {Stage.RAY: found.answers[Stage.RAY][..., :1]})[Stage.RAY])
-    place = np.zeros(height * width, dtype=int)
-    mine = ~np.isnan(laid)
-    place[laid[mine].astype(int) - 1] = np.flatnonzero(mine)
-
-    def moved(image: np.ndarray) -> np.ndarray:
-        return image.reshape(laid.size, *image.shape[2:])[place].reshape(height, width, *image.shape[2:])
-
-    return Answered(
-        scene=found.scene,
-        answers={stage: moved(image) for stage, image in found.answers.items()},
-        limits={stage: moved(limit) for stage, limit in found.limits.items()},
-        edge=moved(found.edge),
-        place=place.reshape(height, width),
-    )
-
-
-def _answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
-    """Return a way's answer as it lies in the image of its own question."""
     scene, answers, plain = _plain_answer(way, right, oracle)
     if answers is right.answers:
         return Answered(scene=scene, answers=answers, limits=right.limits, edge=right.edge)
@@ -131,20 +106,25 @@ def unsteady(way: Way, right: Answered, oracle: FullOracle) -> np.ndarray:
     scene, steady, _ = _plain_answer(way, right, oracle)
     if way.formulas:
         return _apart(steady, _traced(scene, list(steady), way.formulas, precision=PRECISION))
-    found = _equally_far(scene, steady[Stage.RAY])
-    turn = gamma(TURNED, precision=PRECISION)
-    for aside in (-1, 1):
-        for along in (-1, 1):
+    found = equally_far(scene, steady[Stage.RAY])
+    for aside, along in TURNS:
 
-            def turned(given: Given, aside: float = turn * aside, along: float = turn * along) -> np.ndarray:
-                rays = given.right if Stage.RAY not in way.stages else way.stages[Stage.RAY](given)
-                one = np.cross(rays, np.eye(3)[np.argmin(np.abs(rays), axis=-1)])
-                other = np.cross(one, rays) / np.linalg.norm(rays, axis=-1, keepdims=True)
-                return rays + aside * one + along * other
+        def turned(given: Given, aside: int = aside, along: int = along) -> np.ndarray:
+            return turned_rays(
+                given.right if Stage.RAY not in way.stages else way.stages[Stage.RAY](given), aside, along
+            )
 
-            answers = _plain_answer(replace(way, stages={**way.stages, Stage.RAY: turned}), right, oracle)[1]
-            found |= _apart(steady, answers)
+        answers = _plain_answer(replace(way, stages={**way.stages, Stage.RAY: turned}), right, oracle)[1]
+        found |= _apart(steady, answers)
     return found
+
+
+def turned_rays(rays: np.ndarray, aside: int, along: int) -> np.ndarray:
+    """Return rays that are turned by a rounding to either side, -1 or 1, in both directions across them."""
+    turn = gamma(TURNED, precision=PRECISION)
+    one = np.cross(rays, np.eye(3)[np.argmin(np.abs(rays), axis=-1)])
+    other = np.cross(one, rays) / np.linalg.norm(rays, axis=-1, keepdims=True)
+    return rays + turn * (aside * one + along * other)
 
 
 def _apart(one: Answers, other: Answers) -> np.ndarray:
@@ -153,7 +133,7 @@ def _apart(one: Answers, other: Answers) -> np.ndarray:
     return np.any(np.concatenate([one[stage] != other[stage] for stage in stages], axis=-1), axis=-1)
 
 
-def _equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
+def equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
     """Return the pixels (height, width) whose ray meets a second shape no farther than the first, within rounding."""
     from rayproof.reference.analytic.nearest import clip_interval
     from rayproof.reference.analytic.surfaces import surface_of
@@ -178,10 +158,7 @@ def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.nda
         Unanswerable: the way has no answer.
 
     """
-    if way.laid is not None:
-        answers = answer(way, right, oracle).answers
-    else:
-        _, answers, _ = _plain_answer(way, right, oracle)
+    _, answers, _ = _plain_answer(way, right, oracle)
     found = {}
     for stage, image in right.answers.items():
         if stage in IMAGE_STAGES and answers[stage] is not image:
@@ -199,7 +176,7 @@ def _spoilt(scene: Scene, answers: Answers, way: Way, first: Stage, oracle: Full
             if stage not in answers:
                 continue
             before = any(IMAGE_STAGES.index(one) < IMAGE_STAGES.index(stage) for one in way.stages)
-            value = oracle.continue_from(scene, stage, found) if before else np.asarray(answers[stage])
+            value = follows(way, scene, stage, found, oracle) if before else np.asarray(answers[stage])
             if stage in LIGHT:
                 plain[stage] = (
                     oracle.continue_from(scene, stage, found | plain) if stage is not Stage.RADIANCE else value
@@ -211,6 +188,24 @@ def _spoilt(scene: Scene, answers: Answers, way: Way, first: Stage, oracle: Full
         if Stage.IRRADIANCE in found and Stage.RADIANCE not in way.stages:
             plain = _continued(scene, found, Stage.IRRADIANCE, oracle)
     return found, plain
+
+
+def follows(way: Way, scene: Scene, stage: Stage, before: Answers, oracle: FullOracle) -> np.ndarray:
+    """Return a stage as it follows from those before by a way's formulas, else rightly; of what it spoils, the base.
+
+    Raises:
+        Unanswerable: the scene is beyond the tracer.
+
+    """
+    if not way.formulas:
+        return oracle.continue_from(scene, stage, before)
+    from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.render import continue_from
+    from rayproof.tracer.shapes.representable import beyond
+
+    if (why := beyond(scene, "float64")) is not None:
+        raise Unanswerable(why)
+    return continue_from(scene, stage, before, Configuration(precision="float64", formulas=way.formulas))
 
 
 def _continued(scene: Scene, answers: Answers, first: Stage, oracle: FullOracle) -> Answers:
@@ -269,6 +264,18 @@ def _by_a_light_on_a_surface(scene: Scene, answers: Answers, right: Answers) -> 
     return np.any((answers[Stage.VISIBILITY] != right[Stage.VISIBILITY]) & np.array(held, dtype=bool), axis=-1)
 
 
+def seen_from_a_surface(scene: Scene, answers: Answers) -> np.ndarray:
+    """Return the pixels (height, width) in which rounding decides what a feeler meets.
+
+    That is where another shape is at the same place, and where a light that lies on a surface is above the horizon.
+    """
+    held = [_on_a_surface(scene, np.asarray(light.position, dtype=np.float64)) for light in scene.lights]
+    found = np.zeros(answers[Stage.OBJECT].shape[:2], dtype=bool)
+    if any(held):
+        found |= answers[Stage.OBJECT][..., 0] >= 0
+    return found | equally_far(scene, answers[Stage.RAY])
+
+
 def _on_a_surface(scene: Scene, point: np.ndarray) -> bool:
     """Say whether a surface passes a point [m] within the rounding of float32: some axis then crosses it that near."""
     from rayproof.reference.analytic.surfaces import surface_of
@@ -302,6 +309,11 @@ def _over_its_limit(scene: Scene, found: Answered, plain: Answers, way: Way) -> 
         ]
         moved = np.max([np.abs(end - value) for end in ends], axis=0)
     return {Stage.RADIANCE: np.where(np.isfinite(moved), moved, 0.0) + LEAST * np.abs(value)}
+
+
+def own_limits(scene: Scene, answers: Answers) -> Answered:
+    """Return a renderer's own answers with the limits of what follows from them."""
+    return _answered(scene, answers, {})
 
 
 def _edges(answers: Answers) -> np.ndarray:

@@ -14,8 +14,8 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import MISTAKES, Way
 from rayproof.reports.diagnosis.answering import Unanswerable, changed
+from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.hypotheses import bound
-from rayproof.reports.diagnosis.search import Clock
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence
 from rayproof.reports.judge.verdict.blame import candidates
 from rayproof.reports.results.outcomes import Outcome

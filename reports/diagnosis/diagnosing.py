@@ -13,8 +13,9 @@ from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
+from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.saying import entries, what_is_left
-from rayproof.reports.diagnosis.search import Clock, search, spread
+from rayproof.reports.diagnosis.search import search, spread
 from rayproof.reports.diagnosis.trial import Evidence, undecided
 from rayproof.reports.results.float_codec import inflated
 from rayproof.reports.results.images import inside, kept_images

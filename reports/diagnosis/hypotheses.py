@@ -1,10 +1,11 @@
 """Mistakes as hypotheses about one renderer: with their parameters estimated from it, alone and two at a time."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
 from rayproof.reports.diagnosis.trial import Evidence, trial
@@ -39,41 +40,33 @@ class Hypothesis:
         return tuple(dict.fromkeys(item for name in self.mistakes for item in MISTAKES[name].items))
 
 
-def singles(evidence: Sequence[Evidence]) -> Iterator[Hypothesis]:
-    """Yield every mistake in each of its ways; those with a parameter as the evidence estimates it, if it does."""
+Estimate = Callable[[Fit, Way], float | None]
+
+
+def singles(estimate: Estimate) -> Iterator[Hypothesis]:
+    """Yield every mistake in each of its ways; those with a parameter as it is estimated, where it is."""
     for name in MISTAKES:
         mistake = MISTAKES[name]
         if mistake.seen is not None:
             continue
         parameters = {}
         if mistake.fit is not None:
-            estimate = estimated(mistake.fit, mistake.ways[0], evidence)
-            if estimate is None:
+            parameter = estimate(mistake.fit, mistake.ways[0])
+            if parameter is None:
                 continue
-            parameters = {name: estimate}
+            parameters = {name: parameter}
         for way in mistake.ways:
             yield Hypothesis(mistakes=(name,), parameters=parameters, way=bound(way, parameters.get(name, 0.0)))
 
 
-def in_one_light(
-    hypotheses: Sequence[Hypothesis], failing: Sequence[Evidence], modes: Sequence[str]
-) -> list[Hypothesis]:
-    """Return the hypotheses about light alone, each restricted to one model of light.
+def in_one_light(hypotheses: Sequence[Hypothesis], modes: Sequence[str]) -> list[Hypothesis]:
+    """Return the hypotheses about light alone, each restricted to one of several models of light.
 
-    A renderer that computes the models apart may be wrong in one of them. What does not fit the first failing case of a
-    model is left out.
+    A renderer that computes the models apart may be wrong in one of them.
     """
-    found = []
-    for mode in modes:
-        first = next((case for case in failing if case.scene.shading == mode), None)
-        for one in hypotheses:
-            about_light = bool(one.way.stages) and set(one.way.stages) <= set(LIGHT)
-            if first is None or not about_light or one.way.asked is not None or one.way.laid is not None:
-                continue
-            tally = trial(first, one.way)
-            if tally is not None and tally.fits:
-                found.append(replace(one, way=replace(one.way, shading=mode)))
-    return found
+    about_light = [one for one in hypotheses if one.way.stages and set(one.way.stages) <= set(LIGHT)]
+    about_light = [one for one in about_light if one.way.asked is None and len(modes) > 1]
+    return [replace(one, way=replace(one.way, shading=mode)) for mode in modes for one in about_light]
 
 
 def bound(way: Way, parameter: float) -> Way:
@@ -82,33 +75,36 @@ def bound(way: Way, parameter: float) -> Way:
         return way
 
     def with_it(wrong: Wrong) -> Wrong:
-        return lambda given: wrong(replace(given, parameter=parameter))
+        own = getattr(wrong, "at", None)
+        return own(parameter) if own is not None else lambda given: wrong(replace(given, parameter=parameter))
 
     return replace(way, stages={stage: with_it(wrong) for stage, wrong in way.stages.items()})
 
 
 def estimated(fit: Fit, way: Way, evidence: Sequence[Evidence]) -> float | None:
-    """Return a parameter's estimate, the middle sample; None where there are few, or they do not agree."""
+    """Return a parameter's estimate; None where there is little to go by, or the pixels do not agree."""
     if fit.grid:
-        return _sought(fit, way, evidence)
+        return _sought_end_to_end(fit, way, evidence)
     found = [
         fit.samples(one.scene, {stage: np.asarray(image) for stage, image in one.right.answers.items()}, dict(one.ours))
         for one in evidence
         if one.scene.lights and (Stage.RADIANCE in one.stages)
     ]
+    return middle(found, fit.nothing)
+
+
+def middle(found: Sequence[np.ndarray], nothing: float) -> float | None:
+    """Return the middle sample of all; None where there are few, they do not agree, or they say `nothing`."""
     samples = np.concatenate(found) if found else np.zeros(0)
     if len(samples) < LEAST_SAMPLES:
         return None
-    middle = float(np.median(samples))
-    near = abs(middle) > SPREAD and np.median(np.abs(samples - middle)) <= SPREAD * abs(middle)
-    return middle if near and abs(middle - fit.nothing) > SPREAD else None
+    value = float(np.median(samples))
+    near = abs(value) > SPREAD and np.median(np.abs(samples - value)) <= SPREAD * abs(value)
+    return value if near and abs(value - nothing) > SPREAD else None
 
 
-def _sought(fit: Fit, way: Way, evidence: Sequence[Evidence]) -> float | None:
-    """Return the value of a grid, refined, under which the fewest pixels are off; None where none is nearer."""
+def _sought_end_to_end(fit: Fit, way: Way, evidence: Sequence[Evidence]) -> float | None:
     shown = [one for one in evidence if one.scene.lights and np.count_nonzero(one.wrong) > 0][:2]
-    if not shown:
-        return None
 
     def off(value: float) -> float:
         total = 0
@@ -117,13 +113,19 @@ def _sought(fit: Fit, way: Way, evidence: Sequence[Evidence]) -> float | None:
             total += tally.off if tally is not None else one.wrong.size
         return total
 
-    counts = [off(value) for value in fit.grid]
+    return sought(fit.grid, off, sum(int(np.count_nonzero(one.wrong)) for one in shown))
+
+
+def sought(grid: Sequence[float], off: Callable[[float], float], before: int) -> float | None:
+    """Return the value of a grid, refined, under which the fewest pixels are off; None where over half of them are."""
+    if not before:
+        return None
+    counts = [off(value) for value in grid]
     best = int(np.argmin(counts))
-    before = sum(np.count_nonzero(one.wrong) for one in shown)
     if counts[best] > before / 2:
         return None
-    low, high = fit.grid[max(best - 1, 0)], fit.grid[min(best + 1, len(fit.grid) - 1)]
-    tried = dict(zip(fit.grid, counts, strict=True))
+    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    tried = dict(zip(grid, counts, strict=True))
     for value in np.linspace(low, high, 13)[1:-1]:
         tried[float(value)] = off(float(value))
     least = min(tried.values())
@@ -136,30 +138,52 @@ def _sought(fit: Fit, way: Way, evidence: Sequence[Evidence]) -> float | None:
     return float(np.median([value for value, count in tried.items() if count == least]))
 
 
-def together(first: Hypothesis, second: Hypothesis) -> Hypothesis | None:
-    """Return two mistakes as one hypothesis; None where they spoil the same."""
-    one, other = first.way, second.way
-    if set(one.stages) & set(other.stages) or set(one.formulas) & set(other.formulas):
-        return None
-    if set(first.mistakes) & set(second.mistakes) or (one.laid is not None and other.laid is not None):
-        return None
-    asked = [way.asked for way in (one, other) if way.asked is not None]
-
-    def both(scene):
-        for change in asked:
-            scene = change(scene)
-        return scene
-
-    return Hypothesis(
-        mistakes=(*first.mistakes, *second.mistakes),
-        parameters={**first.parameters, **second.parameters},
-        way=Way(
-            asked=both if asked else None,
-            laid=one.laid or other.laid,
-            stages={**one.stages, **other.stages},
-            formulas={**one.formulas, **other.formulas},
-        ),
-    )
+def together(first: Hypothesis, second: Hypothesis) -> list[Hypothesis]:
+    """Return two mistakes as one hypothesis: two where their order counts, none where one overrides the other."""
+    if set(first.mistakes) & set(second.mistakes):
+        return []
+    return [
+        Hypothesis(
+            mistakes=(*first.mistakes, *second.mistakes),
+            parameters={**first.parameters, **second.parameters},
+            way=way,
+        )
+        for way in joined(first.way, second.way)
+    ]
 
 
-__all__ = ["Given", "Hypothesis", "bound", "estimated", "singles", "together"]
+def joined(one: Way, other: Way) -> list[Way]:
+    """Return two ways as one: two where their order counts, none where one overrides the other."""
+    if one.shading is not None or other.shading is not None:
+        return []
+    if any(one.formulas[slot] != other.formulas[slot] for slot in set(one.formulas) & set(other.formulas)):
+        return []
+    shared = set(one.stages) & set(other.stages)
+    both_asked = one.asked is not None and other.asked is not None
+    orders = [(one, other), (other, one)] if shared or both_asked else [(one, other)]
+    return [
+        Way(
+            parts=(one, other),
+            asked=_asked_after(a, b),
+            stages={**a.stages, **b.stages, **{stage: _after(a.stages[stage], b.stages[stage]) for stage in shared}},
+            formulas={**a.formulas, **b.formulas},
+        )
+        for a, b in orders
+    ]
+
+
+def _asked_after(first: Way, second: Way) -> Callable[[Scene], Scene] | None:
+    one, other = first.asked, second.asked
+    if one is None or other is None:
+        return one or other
+    return lambda scene: other(one(scene))
+
+
+def _after(first: Wrong, second: Wrong) -> Wrong:
+    """Return a stage that is spoilt by two mistakes, one after the other."""
+    combine = getattr(first, "followed_by", None)
+    both = combine(second) if combine is not None else None
+    return both or (lambda given: second(replace(given, right=first(given))))
+
+
+__all__ = ["Given", "Hypothesis", "bound", "estimated", "joined", "singles", "together"]

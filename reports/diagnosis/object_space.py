@@ -17,7 +17,7 @@ from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reports.diagnosis import Given, Way
 from rayproof.reports.judge.tolerance.channels import dot, length
 
-ABOVE = 1e-9  # of a point's coordinates: so far along the normal its feelers start
+ABOVE = 1e-6  # of a point's coordinates: so far along the normal its feelers start, more than a float's rounding
 
 # From linear part, translation, origins and directions (N, 3) in the world to both in object space.
 IntoObject = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]

@@ -4,15 +4,17 @@ A mistake that fits some failing cases by chance does not fit the rest. So every
 no part in finding it: parameters are estimated from one half of the failing cases, and the other half is predicted.
 """
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import MISTAKES
-from rayproof.reports.diagnosis.hypotheses import Hypothesis, in_one_light, singles, together
+from rayproof.reports.diagnosis.clock import Clock
+from rayproof.reports.diagnosis.continued import Continued
+from rayproof.reports.diagnosis.hypotheses import Hypothesis, bound, estimated, in_one_light, joined, singles
+from rayproof.reports.diagnosis.samples import classes, pairs_of, sampled, tells
+from rayproof.reports.diagnosis.stage_by_stage import explanations
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, trial
 
 SCREENING = 3  # failing cases that every hypothesis meets
@@ -20,8 +22,10 @@ FAILING, PASSING = 10, 10  # cases that what is left meets
 LEAST_TELLING = 30  # pixels that tell a hypothesis from the right answer and agree with it
 MUTE = 1 / 3  # of the failing cases that a hypothesis explains: so many more may fail only where it says nothing
 HOLDING = 10.0  # s of processor time beyond the search's: a name that is not held against every case is none
+LEAST_LEFT = 8  # pixels that a mistake leaves: so many are asked whether they are another's
+STILL_LEFT = 0.3  # of these so many, at most, are left by both
+MOST_PAIRS = 24  # pairs that a few pixels do not contradict, which then meet whole cases
 LEAST_SEEN = 3  # failing cases that look like a mistake whose pixels roundings decide
-FIRST_MISTAKES = 4  # hypotheses of the first wrong stage that pairs begin with
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,23 +54,6 @@ class Searched:
     notes: tuple[str, ...] = field(default=())
 
 
-class Clock:
-    """Processor time [s] that is left for looking."""
-
-    def __init__(self, seconds: float) -> None:
-        self._start, self._most = time.process_time(), seconds
-
-    @property
-    def spent(self) -> float:
-        """Return what is spent [s]."""
-        return time.process_time() - self._start
-
-    @property
-    def over(self) -> bool:
-        """Say whether nothing is left."""
-        return self.spent > self._most
-
-
 def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool = True) -> Searched:
     """Return the mistakes that explain what the evidence shows, within so much processor time [s]."""
     clock = Clock(seconds)
@@ -77,9 +64,69 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
     screen = failing[:SCREENING]
     if not screen:
         return Searched(found=(), tried=0, failing=(), fitted=(), seconds=clock.spent, finished=True)
-    hypotheses = list(singles(fitted[:4]))
-    rest = [*predicted, *fitted][:FAILING]
     everything, whole = [*failing, *passing], Clock(seconds + HOLDING)
+    complete = {one.case: Continued(evidence=one) for one in everything}
+    if len(failing[0].stages) > 1 and all(one.usable for one in complete.values()):
+        left = _stage_by_stage(list(complete.values()), len(failing), clock, whole)
+    else:
+        left = _end_to_end(screen, [*predicted, *fitted][:FAILING], failing, passing, clock, whole, pairs=pairs)
+    left = left or _seen(failing)
+    return Searched(
+        found=tuple(left),
+        tried=len(MISTAKES),
+        failing=tuple(one.case for one in failing),
+        fitted=tuple(one.case for one in fitted),
+        seconds=clock.spent,
+        finished=not clock.over,
+    )
+
+
+def _stage_by_stage(cases: Sequence[Continued], failing: int, clock: Clock, whole: Clock) -> list[Found]:
+    """Return the mistakes that explain every stage of every case, of which the first so many fail."""
+    found = []
+    for one in explanations(cases[:failing], clock):
+        tallies: dict[str, Tally] = {}
+        for case in cases:
+            tally = case.trial(one.way)
+            if whole.over or (tally is not None and not tally.fits):
+                break
+            if tally is not None:
+                tallies[case.evidence.case] = tally
+        else:
+            candidate = Found(hypothesis=one, tallies=tallies)
+            explained = sum(case.evidence.case in tallies for case in cases[:failing])
+            if candidate.telling >= LEAST_TELLING and 2 * explained >= failing and _adds_up(one, cases[:failing]):
+                found.append(candidate)
+    return found
+
+
+def _adds_up(one: Hypothesis, cases: Sequence[Continued]) -> bool:
+    """Say whether enough pixels tell two mistakes from each of them alone."""
+    for alone in one.way.parts:
+        agree = 0
+        for case in cases:
+            agree += sum(case.agreeing(one.way, alone, stage) for stage in case.stages)
+            if agree >= LEAST_TELLING:
+                break
+        else:
+            return False
+    return True
+
+
+def _end_to_end(
+    screen: Sequence[Evidence],
+    rest: Sequence[Evidence],
+    failing: Sequence[Evidence],
+    passing: Sequence[Evidence],
+    clock: Clock,
+    whole: Clock,
+    *,
+    pairs: bool,
+) -> list[Found]:
+    """Return the mistakes whose answers from the camera on are the renderer's."""
+    everything = [*failing, *passing]
+    fitted = failing[::2][:4]
+    hypotheses = list(singles(lambda fit, way: estimated(fit, way, fitted)))
 
     def held(some: list[Found]) -> list[Found]:
         return _uncontradicted(_settled(some, everything, clock), everything, whole)
@@ -89,19 +136,41 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
     modes = sorted({str(one.scene.shading) for one in everything})
     if not left and len(modes) > 1:
         # A mistake in one model of light may be contradicted by the other in a case that came last.
-        single = _left(in_one_light(hypotheses, failing, modes), screen, rest, passing[:PASSING], clock) or single
-        left = held(single)
-    if not single and pairs and len(screen[0].stages) > 1:
-        left = held(_pairs(hypotheses, screen, rest, passing[:PASSING], clock))
-    left = left or _seen(failing)
-    return Searched(
-        found=tuple(left),
-        tried=len({name for one in hypotheses for name in one.mistakes}),
-        failing=tuple(one.case for one in failing),
-        fitted=tuple(one.case for one in fitted),
-        seconds=clock.spent,
-        finished=not clock.over,
-    )
+        first = {mode: [case for case in failing if case.scene.shading == mode][:1] for mode in modes}
+        restricted = [
+            one
+            for one in in_one_light(hypotheses, modes)
+            if first[str(one.way.shading)] and _fits(one, first[str(one.way.shading)], {}) is not None
+        ]
+        restricted = _left(restricted, screen, rest, passing[:PASSING], clock)
+        left = held(restricted or single)
+    if left and _leaves_another(left[0], everything):
+        return []
+    if pairs and not left:
+        plain = [one for one in hypotheses if not one.parameters]
+        shown = sampled(failing)
+        both = [one for _, one in zip(range(MOST_PAIRS), pairs_of(shown, plain, clock), strict=False)]
+        both = [one for one in both if tells(one, shown, LEAST_TELLING)]
+        for alike in classes(both, [*shown, *sampled(passing)]):
+            (one, *_) = _left(alike[:1], screen, rest, passing[:PASSING], whole) or [None]
+            if one is not None:
+                left += [Found(hypothesis=other, tallies=one.tallies) for other in alike]
+    return left
+
+
+def _leaves_another(one: Found, cases: Sequence[Evidence]) -> bool:
+    """Say whether most pixels that a mistake leaves are those of another beside it that shows in few, as offsets do."""
+    left = [case for case in cases if case.case in one.tallies and one.tallies[case.case].off]
+    before = sum(one.tallies[case.case].off for case in left)
+    if before < LEAST_LEFT:
+        return False
+    for mistake in (MISTAKES[name] for name in MISTAKES):
+        for value in mistake.fit.grid if mistake.fit is not None else ():
+            for way in joined(one.hypothesis.way, bound(mistake.ways[0], value)):
+                tallies = [trial(case, way) for case in left]
+                if sum(before if tally is None else tally.off for tally in tallies) <= before * STILL_LEFT:
+                    return True
+    return False
 
 
 def spread(evidence: Sequence[Evidence]) -> list[Evidence]:
@@ -162,35 +231,6 @@ def _fits(one: Hypothesis, cases: Sequence[Evidence], known: dict[str, Tally]) -
             return None
         known[case.case] = tally
     return known
-
-
-def _pairs(
-    hypotheses: Sequence[Hypothesis],
-    screen: Sequence[Evidence],
-    failing: Sequence[Evidence],
-    passing: Sequence[Evidence],
-    clock: Clock,
-) -> list[Found]:
-    """Return pairs: a mistake that explains the first wrong stage by itself, and another beside it."""
-    shown = [one for one in [*screen, *failing] if one.first_wrong is not None][:SCREENING]
-    firsts: list[Hypothesis] = []
-    for one in hypotheses:
-        if clock.over:
-            return []
-        tallies = [(trial(case, one.way, _upto(case.first_wrong)), case) for case in shown]
-        told = [tally for tally, _ in tallies if tally is not None]
-        if told and all(tally.fits for tally in told) and any(tally.explains for tally in told):
-            firsts.append(one)
-    for first in firsts[:FIRST_MISTAKES]:
-        both = [pair for one in hypotheses if (pair := together(first, one)) is not None]
-        left = _left(both, screen, failing, passing, clock)
-        if left or clock.over:
-            return left
-    return []
-
-
-def _upto(last: Stage | None) -> tuple[Stage, ...]:
-    return IMAGE_STAGES if last is None else IMAGE_STAGES[: IMAGE_STAGES.index(last) + 1]
 
 
 def _settled(left: list[Found], cases: Sequence[Evidence], clock: Clock) -> list[Found]:

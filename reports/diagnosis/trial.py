@@ -93,8 +93,6 @@ class Evidence:
                     found = undecided(supposed.scene, self.oracle, shadow_epsilon=0.0)
             except Unanswerable:  # beyond one of the tracer's precisions, of which then nothing can be said
                 found = np.zeros(supposed.edge.shape, dtype=bool)
-            if supposed.place is not None:
-                found = np.ravel(found)[supposed.place]
             self._kept[key] = way, found
         return self._kept[key][1]
 

@@ -2,42 +2,93 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Camera, Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.diagnosis import MISTAKES, Given, Laid, Mistake, Way
+from rayproof.cases.stages import Stage
+from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
 
 
-def _flipped(axis: int) -> Laid:
-    def laid(ours: Answers, _: Answers) -> Answers:
-        return {stage: np.flip(image, axis) for stage, image in ours.items() if stage in IMAGE_STAGES}
+@dataclass(frozen=True, kw_only=True)
+class Pinhole:
+    """A camera's axes, half its extent and where its image is sampled; a mistake changes one of them."""
 
-    return laid
+    camera: Camera
+    forward: np.ndarray
+    right: np.ndarray
+    up: np.ndarray
+    tangent: float  # of half the angle of the image's height
+    aspect: float
+    columns: np.ndarray  # px, where each column of pixels is sampled
+    rows: np.ndarray
+    unit: bool = True  # whether rays are normalised
+
+    def rays(self) -> np.ndarray:
+        """Return F + sx aspect tan R + sy tan U, (height, width, 3)."""
+        sx = (2 * self.columns / self.camera.width - 1)[np.newaxis, :, np.newaxis]
+        sy = (1 - 2 * self.rows / self.camera.height)[:, np.newaxis, np.newaxis]
+        found = self.forward + sx * (self.aspect * self.tangent) * self.right + sy * self.tangent * self.up
+        return found / np.linalg.norm(found, axis=-1, keepdims=True) if self.unit else found
 
 
-def _placed(down: int, right: int) -> Laid:
-    """Return the function that lays an image whose centres are another's corners into that larger one."""
+def _pinhole(camera: Camera) -> Pinhole:
+    forward = np.subtract(camera.target, camera.eye)
+    forward = forward / np.linalg.norm(forward)
+    right = np.cross(forward, camera.up)
+    right = right / np.linalg.norm(right)
+    return Pinhole(
+        camera=camera,
+        forward=forward,
+        right=right,
+        up=np.cross(right, forward),
+        tangent=math.tan(camera.alpha),
+        aspect=camera.aspect,
+        columns=np.arange(camera.width) + 0.5,
+        rows=np.arange(camera.height) + 0.5,
+    )
 
-    def laid(ours: Answers, whole: Answers) -> Answers:
-        found: Answers = {}
-        for stage, image in ours.items():
-            if stage in IMAGE_STAGES and stage in whole:
-                height, width = np.shape(image)[:2]
-                found[stage] = np.full(np.shape(whole[stage])[:2] + np.shape(image)[2:], np.nan)
-                found[stage][down : down + height, right : right + width] = image
-        return found
 
-    return laid
+Change = Callable[[Pinhole], Pinhole]
 
 
-def _larger(scene: Scene) -> Scene:
-    camera = scene.camera
-    fovy = math.degrees(2 * math.atan(math.tan(camera.alpha) * (camera.height + 1) / camera.height))
-    return replace(scene, camera=replace(camera, width=camera.width + 1, height=camera.height + 1, fovy=fovy))
+@dataclass(frozen=True)
+class Rays:
+    """The rays of a pinhole camera with some changes, one after the other."""
+
+    changes: tuple[Change, ...]
+
+    def __call__(self, given: Given) -> np.ndarray:
+        """Return the rays, (height, width, 3)."""
+        found = _pinhole(given.scene.camera)
+        for change in self.changes:
+            found = change(found)
+        return found.rays()
+
+    def followed_by(self, other: Wrong) -> Wrong | None:
+        """Return both mistakes at once, the other's after these; None where it is of another kind."""
+        return Rays((*self.changes, *other.changes)) if isinstance(other, Rays) else None
+
+
+def _rays(*changes: Change) -> Way:
+    return Way(stages={Stage.RAY: Rays(changes)})
+
+
+def _mirrored(pinhole: Pinhole) -> Pinhole:
+    return replace(pinhole, columns=pinhole.camera.width - pinhole.columns)
+
+
+def _upside_down(pinhole: Pinhole) -> Pinhole:
+    return replace(pinhole, rows=pinhole.camera.height - pinhole.rows)
+
+
+def _shifted(across: float, down: float) -> Change:
+    return lambda pinhole: replace(pinhole, columns=pinhole.columns + across, rows=pinhole.rows + down)
+
+
+def _angle(tangent: Callable[[Camera], float]) -> Change:
+    return lambda pinhole: replace(pinhole, tangent=tangent(pinhole.camera))
 
 
 def _camera(**changes: Callable[[Camera], object]) -> Callable[[Scene], Scene]:
@@ -46,31 +97,6 @@ def _camera(**changes: Callable[[Camera], object]) -> Callable[[Scene], Scene]:
         return replace(scene, camera=replace(scene.camera, **values))  # type: ignore[arg-type]
 
     return asked
-
-
-def _rays(
-    *,
-    tangent: Callable[[Camera], float] = lambda camera: math.tan(camera.alpha),
-    aspect: Callable[[Camera], float] = lambda camera: camera.aspect,
-    up_as_given: bool = False,
-    unit: bool = True,
-) -> dict[Stage, Callable[[Given], np.ndarray]]:
-    """Return the rays of a pinhole camera, F + sx aspect tan R + sy tan U, with one part of it wrong."""
-
-    def rays(given: Given) -> np.ndarray:
-        camera = given.scene.camera
-        forward = np.subtract(camera.target, camera.eye)
-        forward = forward / np.linalg.norm(forward)
-        right = np.cross(forward, camera.up)
-        right = right / np.linalg.norm(right)
-        up = np.asarray(camera.up) / np.linalg.norm(camera.up) if up_as_given else np.cross(right, forward)
-        sx = (2 * (np.arange(camera.width) + 0.5) / camera.width - 1)[np.newaxis, :, np.newaxis]
-        sy = (1 - 2 * (np.arange(camera.height) + 0.5) / camera.height)[:, np.newaxis, np.newaxis]
-        high = tangent(camera)
-        found = forward + sx * (aspect(camera) * high) * right + sy * high * up
-        return found / np.linalg.norm(found, axis=-1, keepdims=True) if unit else found
-
-    return {Stage.RAY: rays}
 
 
 def _depths(given: Given) -> np.ndarray:
@@ -90,70 +116,64 @@ def _right_positions(given: Given) -> np.ndarray:
 
 
 for _name, _says, _items, _way in (
-    ("left_handed", "builds a left-handed camera, so that its image is mirrored", ("CAM-1",), Way(laid=_flipped(1))),
-    ("image_mirrored", "writes each row of its image from right to left", ("CAM-3",), Way(laid=_flipped(1))),
-    ("upside_down", "writes its image upside down, the bottom row first", ("CAM-3",), Way(laid=_flipped(0))),
     (
-        "turned_half",
-        "turns its image by 180 degrees",
-        ("CAM-3",),
-        Way(laid=lambda a, b: _flipped(0)(_flipped(1)(a, b), b)),
+        "left_handed",
+        "builds a left-handed camera, so that its image is mirrored",
+        ("CAM-1",),
+        _rays(lambda pinhole: replace(pinhole, right=-pinhole.right)),
     ),
-    ("pixel_corner", "samples each pixel at its top left corner", ("CAM-3",), Way(asked=_larger, laid=_placed(0, 0))),
-    (
-        "pixel_corner_right",
-        "samples each pixel at its top right corner",
-        ("CAM-3",),
-        Way(asked=_larger, laid=_placed(0, 1)),
-    ),
-    (
-        "pixel_corner_below",
-        "samples each pixel at its bottom left corner",
-        ("CAM-3",),
-        Way(asked=_larger, laid=_placed(1, 0)),
-    ),
-    (
-        "pixel_far_corner",
-        "samples each pixel at its bottom right corner",
-        ("CAM-3",),
-        Way(asked=_larger, laid=_placed(1, 1)),
-    ),
+    ("image_mirrored", "writes each row of its image from right to left", ("CAM-3",), _rays(_mirrored)),
+    ("upside_down", "writes its image upside down, the bottom row first", ("CAM-3",), _rays(_upside_down)),
+    ("turned_half", "turns its image by 180 degrees", ("CAM-3",), _rays(_mirrored, _upside_down)),
+    ("pixel_corner", "samples each pixel at its top left corner", ("CAM-3",), _rays(_shifted(-0.5, -0.5))),
+    ("pixel_corner_right", "samples each pixel at its top right corner", ("CAM-3",), _rays(_shifted(0.5, -0.5))),
+    ("pixel_corner_below", "samples each pixel at its bottom left corner", ("CAM-3",), _rays(_shifted(-0.5, 0.5))),
+    ("pixel_far_corner", "samples each pixel at its bottom right corner", ("CAM-3",), _rays(_shifted(0.5, 0.5))),
     (
         "fovx_for_fovy",
         "takes fovy for the horizontal angle",
         ("CAM-2", "CAM-4", "CAM-5"),
-        Way(stages=_rays(tangent=lambda camera: math.tan(camera.alpha) / camera.aspect)),
+        _rays(lambda pinhole: replace(pinhole, tangent=pinhole.tangent / pinhole.camera.aspect)),
     ),
     (
         "whole_angle",
         "takes the tangent of the whole angle fovy instead of half of it",
         ("CAM-2", "CAM-4", "CAM-5"),
-        Way(stages=_rays(tangent=lambda camera: math.tan(2 * camera.alpha))),
+        _rays(_angle(lambda camera: math.tan(2 * camera.alpha))),
     ),
     (
         "half_angle_twice",
         "halves the angle fovy twice",
         ("CAM-2", "CAM-4", "CAM-5"),
-        Way(stages=_rays(tangent=lambda camera: math.tan(camera.alpha / 2))),
+        _rays(_angle(lambda camera: math.tan(camera.alpha / 2))),
     ),
     (
         "degrees_for_radians",
         "hands degrees to a tangent that expects radians",
         ("CAM-2", "CAM-4", "CAM-5"),
-        Way(stages=_rays(tangent=lambda camera: math.tan(camera.fovy / 2))),
+        _rays(_angle(lambda camera: math.tan(camera.fovy / 2))),
     ),
-    ("no_aspect", "leaves the aspect ratio out", ("CAM-2", "CAM-4", "CAM-5"), Way(stages=_rays(aspect=lambda _: 1.0))),
+    (
+        "no_aspect",
+        "leaves the aspect ratio out",
+        ("CAM-2", "CAM-4", "CAM-5"),
+        _rays(lambda pinhole: replace(pinhole, aspect=1.0)),
+    ),
     (
         "aspect_inverted",
         "takes height over width for the aspect ratio",
         ("CAM-2", "CAM-4", "CAM-5"),
-        Way(stages=_rays(aspect=lambda camera: 1 / camera.aspect)),
+        _rays(lambda pinhole: replace(pinhole, aspect=1 / pinhole.aspect)),
     ),
     (
         "up_as_given",
         "takes the given up vector as it is, without making it orthogonal to the view",
         ("CAM-1",),
-        Way(stages=_rays(up_as_given=True)),
+        _rays(
+            lambda pinhole: replace(
+                pinhole, up=np.asarray(pinhole.camera.up) / float(np.linalg.norm(pinhole.camera.up))
+            )
+        ),
     ),
     (
         "up_is_y",
@@ -174,7 +194,12 @@ for _name, _says, _items, _way in (
         ("CAM-1",),
         Way(asked=_camera(target=lambda c: tuple(float(x) for x in np.add(c.eye, c.target)))),
     ),
-    ("not_normalised", "does not normalise its rays", ("CAM-4", "CAM-5"), Way(stages=_rays(unit=False))),
+    (
+        "not_normalised",
+        "does not normalise its rays",
+        ("CAM-4", "CAM-5"),
+        _rays(lambda pinhole: replace(pinhole, unit=False)),
+    ),
     (
         "depth_for_distance",
         "writes the depth along the viewing direction as distance",

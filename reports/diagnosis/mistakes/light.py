@@ -2,44 +2,78 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rayproof.cases.answers import Answers
-from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
 from rayproof.reports.judge.tolerance.channels import dot
 
-# From the squared distance [m^2], the cosine and the parameter to what a light's flux is multiplied by.
+# From the squared distance [m^2], the cosine and the parameter to a number.
 Strength = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 
 
-def _physical(squared: np.ndarray, cosine: np.ndarray, _: float) -> np.ndarray:
-    return cosine / (4 * np.pi * squared)
+@dataclass(frozen=True, kw_only=True)
+class Share:
+    """By how much more than it ought to a mistake lets each light bring."""
+
+    physical: Strength | None = None
+    simplified: Strength | None = None
+    of: Callable[[int, int], float] | None = None  # from the light's place and how many there are
+    cosine: Callable[[np.ndarray], np.ndarray] | None = None  # instead of what is clamped to zero
+    parameter: float = 0.0
 
 
-def _sum(strength: Strength, *, simplified: Strength | None = None) -> Wrong:
-    """Return irradiance with another strength of each light; the simplified light's stays, unless it is given."""
+@dataclass(frozen=True)
+class Lights:
+    """Irradiance as a wrong sum over the lights that a point sees."""
 
-    def irradiance(given: Given) -> np.ndarray:
+    shares: tuple[Share, ...]
+
+    def __call__(self, given: Given) -> np.ndarray:
+        """Return irradiance, (height, width, 3)."""
         plain = given.scene.shading == "simplified"
-        if plain and simplified is None:
+        strengths = [
+            (strength, share.parameter or given.parameter)
+            for share in self.shares
+            if (strength := share.simplified if plain else share.physical) is not None
+        ]
+        places = [share.of for share in self.shares if share.of is not None]
+        cosines = [share.cosine for share in self.shares if share.cosine is not None]
+        if not strengths and not places and not cosines:
             return given.right
-        how = simplified if plain and simplified is not None else strength
-        total = np.zeros_like(given.right)
+        total, count = np.zeros_like(given.right), len(given.scene.lights)
         for column, light in enumerate(given.scene.lights):
             offset = np.asarray(light.position) - given.answers[Stage.POSITION]
             squared = dot(offset, offset)
             with np.errstate(all="ignore"):
-                cosine = np.clip(dot(given.answers[Stage.NORMAL], offset) / np.sqrt(squared), 0, None)
-                value = how(squared, cosine, given.parameter)
-            lit = (given.answers[Stage.VISIBILITY][..., column] > 0) & (cosine > 0)
-            total += np.where(lit, value, 0.0)[..., np.newaxis] * np.asarray(light.flux)
+                cosine = dot(given.answers[Stage.NORMAL], offset) / np.sqrt(squared)
+                cosine = cosines[0](cosine) if cosines else np.clip(cosine, 0, None)
+                value = cosine if plain else cosine / (4 * np.pi * squared)
+                for strength, parameter in strengths:
+                    value = value * strength(squared, cosine, parameter)
+            lit = given.answers[Stage.VISIBILITY][..., column] > 0
+            if not cosines:
+                lit &= cosine > 0
+            flux = math.prod(place(column, count) for place in places) * np.asarray(light.flux)
+            total += np.where(lit, value, 0.0)[..., np.newaxis] * flux
         return total
 
-    return irradiance
+    def followed_by(self, other: Wrong) -> Wrong | None:
+        """Return both mistakes at once; None where the other is of another kind."""
+        return Lights(self.shares + other.shares) if isinstance(other, Lights) else None
+
+    def at(self, parameter: float) -> "Lights":
+        """Return them with a parameter."""
+        return Lights(tuple(replace(share, parameter=parameter) for share in self.shares))
+
+
+def _sum(physical: Strength, *, simplified: Strength | None = None) -> Wrong:
+    """Return irradiance with another strength of each light; the simplified light's stays, unless it is given."""
+    return Lights((Share(physical=physical, simplified=simplified),))
 
 
 def _irradiance(name: str, says: str, items: tuple[str, ...], wrong: Wrong, fit: Fit | None = None) -> None:
@@ -91,21 +125,7 @@ def _first(scene: Scene) -> Scene:
 
 def _over_lights(change: Callable[[int, int], float]) -> Wrong:
     """Return irradiance with each light's flux times a factor that depends on its place among all."""
-
-    def irradiance(given: Given) -> np.ndarray:
-        from rayproof.reference.analytic import Analytic
-
-        count = len(given.scene.lights)
-        lights = tuple(
-            PointLight(
-                position=light.position,
-                flux=tuple(change(index, count) * flux for flux in light.flux),  # type: ignore[arg-type]
-            )
-            for index, light in enumerate(given.scene.lights)
-        )
-        return Analytic().continue_from(replace(given.scene, lights=lights), Stage.IRRADIANCE, given.answers)
-
-    return irradiance
+    return Lights((Share(of=change),))
 
 
 def _shaded(model: str) -> Callable[[Scene], Scene]:
@@ -130,72 +150,70 @@ _irradiance(
     "no_four_pi",
     "leaves out the 4 pi of a point light (takes its flux for its intensity)",
     ("RAD-1",),
-    _sum(lambda squared, cosine, _: cosine / squared),
+    _sum(lambda squared, cosine, _: np.full_like(squared, 4 * np.pi)),
 )
 _irradiance(
     "two_pi",
     "spreads a light's flux over a half sphere, 2 pi instead of 4 pi",
     ("RAD-1",),
-    _sum(lambda squared, cosine, _: cosine / (2 * np.pi * squared)),
+    _sum(lambda squared, cosine, _: np.full_like(squared, 2.0)),
 )
 _irradiance(
     "pi_for_four_pi",
     "divides a light's flux by pi instead of 4 pi",
     ("RAD-1",),
-    _sum(lambda squared, cosine, _: cosine / (np.pi * squared)),
+    _sum(lambda squared, cosine, _: np.full_like(squared, 4.0)),
 )
 _irradiance(
     "no_falloff",
     "leaves out the falloff 1/r^2",
     ("RAD-1",),
-    _sum(lambda squared, cosine, _: cosine / (4 * np.pi)),
+    _sum(lambda squared, cosine, _: squared),
 )
 _irradiance(
     "neither_falloff_nor_four_pi",
     "leaves out 1/(4 pi r^2) but not 1/pi",
     ("RAD-1",),
-    _sum(lambda squared, cosine, _: cosine),
+    _sum(lambda squared, cosine, _: 4 * np.pi * squared),
 )
 _irradiance(
     "linear_falloff",
     "lets light fall off with 1/r instead of 1/r^2",
     ("RAD-1",),
-    _sum(lambda squared, cosine, _: cosine / (4 * np.pi * np.sqrt(squared))),
+    _sum(lambda squared, cosine, _: np.sqrt(squared)),
 )
 _irradiance(
     "linear_falloff_without_four_pi",
     "lets light fall off with 1/r and leaves out 4 pi",
     ("RAD-1",),
-    _sum(lambda squared, cosine, _: cosine / np.sqrt(squared)),
+    _sum(lambda squared, cosine, _: 4 * np.pi * np.sqrt(squared)),
 )
 _irradiance(
     "falloff_exponent",
     "lets light fall off with the distance to the power of -{0} instead of -2",
     ("RAD-1",),
-    _sum(lambda squared, cosine, power: cosine / (4 * np.pi) * squared ** (-power / 2)),
+    _sum(lambda squared, cosine, power: squared ** (1 - power / 2)),
     Fit(samples=_exponents, nothing=2.0),
 )
 _irradiance(
     "no_cosine",
     "leaves out the cosine between normal and light",
     ("RAD-2",),
-    _sum(
-        lambda squared, cosine, _: 1 / (4 * np.pi * squared), simplified=lambda squared, cosine, _: np.ones_like(cosine)
-    ),
+    _sum(lambda squared, cosine, _: 1 / cosine, simplified=lambda squared, cosine, _: 1 / cosine),
 )
 _irradiance(
     "cosine_squared",
     "multiplies by the cosine twice",
     ("RAD-2",),
-    _sum(lambda squared, cosine, _: cosine**2 / (4 * np.pi * squared), simplified=lambda squared, cosine, _: cosine**2),
+    _sum(lambda squared, cosine, _: cosine, simplified=lambda squared, cosine, _: cosine),
 )
 _irradiance(
     "cosine_power",
     "takes the cosine to the power of {0}",
     ("RAD-2",),
     _sum(
-        lambda squared, cosine, power: cosine**power / (4 * np.pi * squared),
-        simplified=lambda squared, cosine, power: cosine**power,
+        lambda squared, cosine, power: cosine ** (power - 1),
+        simplified=lambda squared, cosine, power: cosine ** (power - 1),
     ),
     Fit(samples=_powers, nothing=1.0),
 )

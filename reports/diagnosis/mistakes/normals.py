@@ -6,7 +6,7 @@ So each of these mistakes has both ways.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,22 +46,48 @@ def _points(shape: Shape, positions: np.ndarray) -> np.ndarray:
     return (positions - offset) @ np.linalg.inv(_matrix(shape)).T
 
 
-def _wrong(turned: Turned, *, facing: str = "viewer") -> Wrong:
-    """Return the normals that follow from wrong outward ones, turned towards the viewer as the renderer does it."""
+@dataclass(frozen=True, kw_only=True)
+class Normals:
+    """Normals that follow from wrong outward ones, turned towards the viewer as the renderer does it."""
 
-    def normals(given: Given) -> np.ndarray:
-        objects, rays = given.answers[Stage.OBJECT][..., 0], given.answers[Stage.RAY]
+    turned: tuple[Turned, ...] = ()  # one after the other
+    facing: str = "viewer"
+    # Whether normals of triangles' faces are as long as the cross product of two edges, which is twice the area.
+    crossed: bool = False
+
+    def __call__(self, given: Given) -> np.ndarray:
+        """Return the normals, (height, width, 3)."""
+        objects, rays = given.answers[Stage.OBJECT], given.answers[Stage.RAY]
         found = np.array(given.right, dtype=np.float64)
         outwards = _outward(given)
         for index, shape in enumerate(given.scene.shapes):
-            here = objects == index
-            wrong = turned(shape, given.answers[Stage.POSITION][here], outwards[here])
+            here = objects[..., 0] == index
+            wrong = outwards[here]
+            for turned in self.turned:
+                wrong = turned(shape, given.answers[Stage.POSITION][here], wrong)
             away = dot(wrong, rays[here]) > 0
-            turns = away & (shape.two_sided if facing == "viewer" else facing == "always")
+            turns = away & (shape.two_sided if self.facing == "viewer" else self.facing == "always")
             found[here] = np.where(turns[:, np.newaxis], -wrong, wrong)
+            if self.crossed and isinstance(shape, Triangle | Mesh):
+                corners = np.asarray(shape.vertices, dtype=np.float64)
+                faces = corners[shape.faces] if isinstance(shape, Mesh) else corners[np.newaxis]
+                area = length(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]))
+                found[here] *= area[objects[here][:, 1].astype(int), np.newaxis]
         return found
 
-    return normals
+    def followed_by(self, other: Wrong) -> Wrong | None:
+        """Return both mistakes at once, the other's after these; None where it is of another kind."""
+        if not isinstance(other, Normals):
+            return None
+        return Normals(
+            turned=self.turned + other.turned,
+            facing=other.facing if other.facing != "viewer" else self.facing,
+            crossed=self.crossed or other.crossed,
+        )
+
+
+def _wrong(turned: Turned) -> Wrong:
+    return Normals(turned=(turned,))
 
 
 def _outward(given: Given) -> np.ndarray:
@@ -114,23 +140,6 @@ def _of(kind: type[Shape], turned: Turned) -> Turned:
     return lambda shape, points, outward: turned(shape, points, outward) if isinstance(shape, kind) else outward
 
 
-def _by_cross_products(wrong: Wrong) -> Wrong:
-    """Return normals that for faces of triangles were begun with the cross product of two edges, of twice its area."""
-
-    def normals(given: Given) -> np.ndarray:
-        found, objects = wrong(given), given.answers[Stage.OBJECT]
-        for index, shape in enumerate(given.scene.shapes):
-            if isinstance(shape, Triangle | Mesh):
-                here = objects[..., 0] == index
-                corners = np.asarray(shape.vertices, dtype=np.float64)
-                faces = corners[shape.faces] if isinstance(shape, Mesh) else corners[np.newaxis]
-                area = length(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]))
-                found[here] *= area[objects[here][:, 1].astype(int), np.newaxis]
-        return found
-
-    return normals
-
-
 def _without_center(shape: Shape, positions: np.ndarray, outward: np.ndarray) -> np.ndarray:
     return _unit(_world(shape, _unit(_points(shape, positions))))
 
@@ -170,19 +179,19 @@ _register(
     "does not normalise the world normal",
     ("NRM-3",),
     _wrong(lambda shape, points, outward: _world(shape, _local(shape, outward))),
-    _by_cross_products(_wrong(lambda shape, points, outward: _world(shape, _local(shape, outward)))),
+    Normals(turned=(lambda shape, points, outward: _world(shape, _local(shape, outward)),), crossed=True),
 )
 _register(
     "normal_to_viewer",
     "turns every normal towards the viewer, one-sided surfaces' too",
     ("NRM-3",),
-    _wrong(lambda shape, points, outward: outward, facing="always"),
+    Normals(facing="always"),
 )
 _register(
     "normal_never_turned",
     "never turns a normal towards the viewer, not even a two-sided surface's",
     ("NRM-3",),
-    _wrong(lambda shape, points, outward: outward, facing="never"),
+    Normals(facing="never"),
 )
 _register(
     "normal_inward",

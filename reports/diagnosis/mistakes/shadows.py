@@ -7,6 +7,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
+from rayproof.reports.diagnosis.mistakes.light import Lights, Share
 from rayproof.reports.judge.tolerance.channels import dot
 
 ORACLE = Analytic()
@@ -91,21 +92,6 @@ def _no_horizon(given: Given) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def _signed(given: Given, power: str) -> np.ndarray:
-    """Return irradiance with cosines of lights below the horizon: negative, or as if above."""
-    total = np.zeros_like(given.right)
-    for column, light in enumerate(given.scene.lights):
-        offset = np.asarray(light.position) - given.answers[Stage.POSITION]
-        squared = dot(offset, offset)
-        with np.errstate(all="ignore"):
-            cosine = dot(given.answers[Stage.NORMAL], offset) / np.sqrt(squared)
-            cosine = np.abs(cosine) if power == "absolute" else cosine
-            strength = cosine if given.scene.shading == "simplified" else cosine / (4 * np.pi * squared)
-        lit = given.answers[Stage.VISIBILITY][..., column] > 0
-        total += np.where(lit, strength, 0.0)[..., np.newaxis] * np.asarray(light.flux)
-    return total
-
-
 MISTAKES.register("no_shadows")(
     Mistake(says="casts no shadows", items=("LIT-1",), ways=(Way(stages={Stage.VISIBILITY: _never_blocked}),))
 )
@@ -136,7 +122,7 @@ MISTAKES.register("cosine_not_clamped")(
             Way(
                 stages={
                     Stage.VISIBILITY: _no_horizon,
-                    Stage.IRRADIANCE: lambda given: _signed(given, "signed"),
+                    Stage.IRRADIANCE: Lights((Share(cosine=lambda cosine: cosine),)),
                 }
             ),
             Way(formulas={"lambert": "fault_unclamped", "horizon": "fault_never", "simplified": "fault_unclamped"}),
@@ -151,7 +137,7 @@ MISTAKES.register("cosine_absolute")(
             Way(
                 stages={
                     Stage.VISIBILITY: _no_horizon,
-                    Stage.IRRADIANCE: lambda given: _signed(given, "absolute"),
+                    Stage.IRRADIANCE: Lights((Share(cosine=np.abs),)),
                 }
             ),
         ),

@@ -9,7 +9,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis import MISTAKES, measuring
+from rayproof.reports.diagnosis import MISTAKES, measuring, stage_by_stage
 from rayproof.reports.diagnosis import search as searching
 from rayproof.reports.diagnosis.hypotheses import Hypothesis
 from rayproof.reports.diagnosis.mistakes.acne import scattered
@@ -80,6 +80,17 @@ def test_a_pair_is_named_only_by_both(program: Path) -> None:
     assert not any(pair.told([names]) for names in ((one,), (two,), (one, one), (one, "fog")))
 
 
+def test_both_of_two_mistakes_are_named_and_neither_alone(program: Path, tmp_path: Path) -> None:
+    first, second = switched(program, "no_pi"), switched(program, "normal_by_model")
+    both = replace(
+        first, mistakes=(first.name, second.name), accepted=first.accepted + second.accepted, kind=measuring.TWO
+    )
+
+    for one in measuring.outcomes(both, tmp_path, CASES):
+        assert one.right, one
+        assert all("+" in name for name in one.named)
+
+
 def test_a_switch_that_another_hides_is_no_pair(program: Path, tmp_path: Path) -> None:
     of = {name: switched(program, name) for name in ("no_cosine", "cosine_squared", "no_pi")}
 
@@ -126,7 +137,8 @@ def test_a_failing_case_that_says_nothing_under_the_right_mistake_does_not_take_
     names = ("clipping/sphere_depth", "parallel_rays/flat", "walls/far", "clipping/sphere_shell", "primitives/plane")
     (way,) = MISTAKES["far_ignored"].ways
     asked = Hypothesis(mistakes=("far_ignored",), parameters={}, way=way)
-    monkeypatch.setattr(searching, "singles", lambda _: [asked])
+    for module in (searching, stage_by_stage):
+        monkeypatch.setattr(module, "singles", lambda _: [asked])
 
     for evidence in measuring.evidence_of(switched(program, "far_ignored"), tmp_path, names).values():
         flat = next(one for one in evidence if one.case == "parallel_rays/flat")
