@@ -17,7 +17,7 @@ from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.oracle_memo import Remembering
 from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.supported_stages import count_what_is_supported
+from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.llvm import choose_packaged_llvm
@@ -112,8 +112,7 @@ class Conformance:
         candidate = self._traced() if answer is None else self._given(answer)
         witnesses, versions = self._heard()
         judged = judge_case(self.case, [candidate], witnesses, Remembering(Analytic()), versions)
-        count_what_is_supported(judged, [candidate])
-        return judged
+        return of_what_is_supported(judged, [candidate])
 
     def _heard(self) -> tuple[list[Witness], dict[str, str]]:
         from rayproof.reference import REFERENCES

@@ -16,7 +16,7 @@ from rayproof.reports.cli import main
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.renderers import Witness
-from rayproof.reports.judge.supported_stages import count_what_is_supported
+from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import within_reach
@@ -92,9 +92,7 @@ def judged(subject: Subject, case: Case) -> Judged:
     given = candidate(subject, case.scene, case=case.name, samples=1)
     answers = ORACLE.render(case.scene, stages_of(case.scene))
     truth = Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
-    found = judge_case(case, [given], [truth], ORACLE, {})
-    count_what_is_supported(found, [given])
-    return found
+    return of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

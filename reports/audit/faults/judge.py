@@ -15,7 +15,15 @@ from rayproof.reference.mitsuba3.references import _Mitsuba
 from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.audit.faults.patching import altered, replaced
 from rayproof.reports.judge import judge_case, oracle, panel_record, renderers
-from rayproof.reports.judge.comparison import camera, closed_forms, copied_answers, decidable, image_shapes, measurement
+from rayproof.reports.judge.comparison import (
+    camera,
+    closed_forms,
+    copied_answers,
+    decidable,
+    image_shapes,
+    measurement,
+    pair_checks,
+)
 from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.panel import adjudicate, known_defects, outlier
 from rayproof.reports.judge.panel.conventions import Tested
@@ -648,10 +656,10 @@ def reference_never_suspect() -> Iterator[None]:
 
     Whatever differs, the tracer is blamed.
     """
-    right = adjudicate.adjudicate
+    right = adjudicate.adjudicated
 
-    def wrong(*arguments: Any) -> None:
-        return None
+    def wrong(checks: Any, *rest: Any) -> Any:
+        return list(checks)
 
     with replaced(right, wrong):
         yield
@@ -754,7 +762,7 @@ def stage_skipped() -> Iterator[None]:
 
     Exitance is silently not compared.
     """
-    right = judge_case._checks
+    right = pair_checks.pair_checks
 
     def wrong(bench: Any, stages: Any, *rest: Any) -> Any:
         return right(bench, [stage for stage in stages if stage is not Stage.EXITANCE], *rest)
@@ -770,13 +778,13 @@ def tracer_always_excused() -> Iterator[None]:
 
     Whatever differs, the reference is suspected.
     """
-    right = adjudicate.adjudicate
+    right = adjudicate.adjudicated
 
-    def wrong(checks: Any, *rest: Any) -> None:
-        right(checks, *rest)
-        for check in checks:
-            if check.outcome is Outcome.FAIL:
-                check.outcome = Outcome.REFERENCE_SUSPECT
+    def wrong(checks: Any, *rest: Any) -> Any:
+        return [
+            replace(check, outcome=Outcome.REFERENCE_SUSPECT) if check.outcome is Outcome.FAIL else check
+            for check in right(checks, *rest)
+        ]
 
     with replaced(right, wrong):
         yield

@@ -51,14 +51,7 @@ def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, sample
     rounding = samples**2 * 2.0**-24 * box_mean(truth, samples)
     bound = box_mean(limit, samples) + rounding
     nothing = np.zeros(ours.shape[:2], dtype=bool)
-    check = Check(
-        configuration=under_samples(fine.candidate.name, samples),
-        reference=fine.witness.name,
-        stage=Stage.RADIANCE,
-        outcome=Outcome.PASS,
-        why=BECAUSE,
-    )
-    check.end_to_end = measured = measure(
+    measured = measure(
         Stage.RADIANCE,
         ours,
         theirs,
@@ -69,12 +62,19 @@ def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, sample
         excused=nothing,
         precision=fine.candidate.precision,
     )
-    check.ratio = measured.worst_ratio
-    check.examined = measured.examined
-    if not check.ratio <= 1:
-        check.outcome = Outcome.FAIL
-        check.reason = f"pixel {measured.pixel} is off by {measured.worst_error:.3g}, limit {measured.limit:.3g}"
-    return check
+    good = measured.worst_ratio <= 1
+    why = f"pixel {measured.pixel} is off by {measured.worst_error:.3g}, limit {measured.limit:.3g}"
+    return Check(
+        configuration=under_samples(fine.candidate.name, samples),
+        reference=fine.witness.name,
+        stage=Stage.RADIANCE,
+        outcome=Outcome.PASS if good else Outcome.FAIL,
+        reason="" if good else why,
+        why=BECAUSE,
+        end_to_end=measured,
+        ratio=measured.worst_ratio,
+        examined=measured.examined,
+    )
 
 
 def _largest_near(image: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Checks: one candidate, one witness, one stage, judged end to end and continued from the candidate's own stages."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -34,7 +34,7 @@ class Continuing(Protocol):
         ...
 
 
-@dataclass(kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Check:
     """The result of one check. `alone` says that the stage is wrong given the candidate's own previous stages."""
 
@@ -116,48 +116,63 @@ def camera_check(bench: Bench) -> Check:
     found = bench.ground.once(
         ("camera", g.key), (mine, theirs), lambda: camera.compared(mine, theirs, bench.ground.scene.camera, g)
     )
-    check = Check(
-        configuration=bench.candidate.name,
-        reference=bench.witness.name,
-        stage=Stage.CAMERA,
-        outcome=Outcome.PASS,
-        part=camera.ITEMS[found.part],
-        ratio=found.ratio,
-        examined=found.examined,
-    )
-    check.informative = {"part": found.part, "error": found.error, "limit": found.limit}
+    outcome, reason = Outcome.PASS, ""
     if not found.ratio <= 1:
-        check.outcome = Outcome.FAIL
-        check.reason = f"{found.part} is off by {found.error:.3g}, limit {found.limit:.3g} ({found.ratio:.3g} times)"
+        outcome = Outcome.FAIL
+        reason = f"{found.part} is off by {found.error:.3g}, limit {found.limit:.3g} ({found.ratio:.3g} times)"
         ours_bad = camera.inconsistency(mine, bench.ground.scene.camera, g)
         theirs_bad = camera.inconsistency(theirs, bench.ground.scene.camera, g)
         if ours_bad <= 1 < theirs_bad:
-            check.outcome = Outcome.REFERENCE_SUSPECT
-            check.reason += f"; {bench.candidate.name}'s camera is consistent in itself, {bench.witness.name}'s is not"
-    return check
+            outcome = Outcome.REFERENCE_SUSPECT
+            reason += f"; {bench.candidate.name}'s camera is consistent in itself, {bench.witness.name}'s is not"
+    return Check(
+        configuration=bench.candidate.name,
+        reference=bench.witness.name,
+        stage=Stage.CAMERA,
+        outcome=outcome,
+        reason=reason,
+        part=camera.ITEMS[found.part],
+        ratio=found.ratio,
+        examined=found.examined,
+        informative={"part": found.part, "error": found.error, "limit": found.limit},
+    )
 
 
 def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
     """Judge one image stage end to end and, where `oracle` is given, continued from the candidate's own stages."""
-    check = Check(configuration=bench.candidate.name, reference=bench.witness.name, stage=stage, outcome=Outcome.PASS)
-    check.steps = bench.terms.because(stage)
     ours = bench.candidate.answers
     assert ours is not None
-    check.end_to_end = bench.end_to_end(stage)
+    end_to_end, continued, shared, shared_continued = bench.end_to_end(stage), None, None, None
     if oracle is not None and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
         with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
             value = oracle.continue_from(bench.ground.scene, stage, ours)
-        check.continued = bench.continued(stage, value)
+        continued = bench.continued(stage, value)
         if stage in LIGHT:
-            check.continued_bias = bias(bench.terms, stage, ours[stage], value)
-    check.examined = _together(check.end_to_end, check.continued)
+            shared_continued = bias(bench.terms, stage, ours[stage], value)
     if oracle is not None and stage in LIGHT:
-        check.bias = bias(bench.terms, stage, ours[stage], None)
-    _conclude(check)
+        shared = bias(bench.terms, stage, ours[stage], None)
+    informative: dict[str, Any] = {}
     if stage is INFORMED and bench.ground.scene.camera.rows is None:
         both = ours[stage], bench.witness.answers[stage]
-        check.informative = bench.ground.once(("informative",), both, lambda: _inform(*both))
-    return check
+        informative = bench.ground.once(("informative",), both, lambda: _inform(*both))
+    outcome, ratio, reason = _conclusion(
+        bench.witness.name, stage, end_to_end, continued, shared=shared, shared_continued=shared_continued
+    )
+    return Check(
+        configuration=bench.candidate.name,
+        reference=bench.witness.name,
+        stage=stage,
+        outcome=outcome,
+        reason=reason,
+        ratio=ratio,
+        end_to_end=end_to_end,
+        continued=continued,
+        bias=shared,
+        continued_bias=shared_continued,
+        informative=informative,
+        steps=bench.terms.because(stage),
+        examined=_together(end_to_end, continued),
+    )
 
 
 def _together(whole: Measurement, continued: Measurement | None) -> Examined:
@@ -168,36 +183,34 @@ def _together(whole: Measurement, continued: Measurement | None) -> Examined:
     return counted(np.where(wrong, continued.kinds, whole.kinds)) if wrong.any() else whole.examined
 
 
-def _conclude(check: Check) -> None:
-    """Set the outcome from the measurements."""
-    measured = [one for one in (check.end_to_end, check.continued) if one is not None]
-    check.ratio = max(one.worst_ratio for one in measured)
-    whole = measured[0]
-    worst = max(measured, key=lambda one: one.worst_ratio)
-    how = "given its own previous stages" if worst is check.continued else "end to end"
+def _conclusion(
+    reference: str,
+    stage: Stage,
+    whole: Measurement,
+    continued: Measurement | None,
+    *,
+    shared: Bias | None,
+    shared_continued: Bias | None,
+) -> tuple[Outcome, float, str]:
+    """Return what the measurements of a stage come to: the outcome, the worst error over its limit, and why.
+
+    `shared` and `shared_continued` are the factors that many pixels share, each of them within its own limit.
+    """
+    worst = whole if continued is None else max(whole, continued, key=lambda one: one.worst_ratio)
     if whole.nan or whole.inf:
-        check.outcome = Outcome.FAIL
-        check.reason = f"{whole.nan} pixels are NaN and {whole.inf} infinite where {check.reference} is finite"
-    elif not check.ratio <= 1:
-        check.outcome = Outcome.FAIL
-        check.reason = (
+        why = f"{whole.nan} pixels are NaN and {whole.inf} infinite where {reference} is finite"
+        return Outcome.FAIL, worst.worst_ratio, why
+    if not worst.worst_ratio <= 1:
+        how = "given its own previous stages" if worst is continued else "end to end"
+        why = (
             f"{how} pixel {worst.pixel} is off by {worst.worst_error:.3g}, limit {worst.limit:.3g} "
             f"({worst.worst_ratio:.3g} times)"
         )
-    else:
-        _conclude_factors(check)
-
-
-def _conclude_factors(check: Check) -> None:
-    """Fail the check for a factor that many pixels share, each of them within its own limit."""
-    both = [each for each in (check.continued_bias, check.bias) if each is not None]
-    wrong = next((each for each in both if not each.ratio <= 1), None)
-    if wrong is None or wrong.worst is None:
-        return
-    check.outcome = Outcome.FAIL
-    check.ratio = wrong.ratio
-    how = "given its own previous stages " if wrong is check.continued_bias else ""
-    check.reason = how + wrong.worst.sentence(check.stage, check.reference)
+        return Outcome.FAIL, worst.worst_ratio, why
+    for factors, how in ((shared_continued, "given its own previous stages "), (shared, "")):
+        if factors is not None and not factors.ratio <= 1 and factors.worst is not None:
+            return Outcome.FAIL, factors.ratio, how + factors.worst.sentence(stage, reference)
+    return Outcome.PASS, worst.worst_ratio, ""
 
 
 def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
@@ -212,31 +225,42 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
     return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
 
 
-def account(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> None:
-    """Give every check its ledger; one that examined nothing of some pixels, or found one wrong, is no pass.
+def accounted(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> list[Check]:
+    """Return the checks, each with its ledger; one with pixels that were not examined, or are wrong, is no pass.
 
     Too many intervals are an error of a case that was `tuned` to have fewer; any other they leave undecided.
     """
-    for check in checks:
-        if check.examined is None:
-            check.examined = unexamined(check.stage, scene.camera)
-        left, most = check.examined, most_interval(check.examined.pixels)
-        # A warning for a declared epsilon says that all others hold; one for a finding says that they do not.
-        if check.outcome is not Outcome.PASS and (check.outcome is not Outcome.WARN or check.known):
-            continue
-        if left.unexamined or left.wrong:
-            check.outcome = Outcome.ERROR
-            check.reason = f"{left.unexamined + left.wrong} of {left.pixels} pixels were held to nothing"
-        elif left.interval > most:
-            check.outcome = Outcome.ERROR if tuned else Outcome.UNDECIDED
-            check.reason = (
-                f"{left.interval} of {left.pixels} pixels are held to an interval only, which says too little of more "
-                f"than {most}"
-            )
+    return [_accounted(check, scene, tuned=tuned) for check in checks]
 
 
-def unmeasured(candidate: Candidate, witness: Witness, stage: Stage, outcome: Outcome, reason: str) -> Check:
+def _accounted(check: Check, scene: Scene, *, tuned: bool) -> Check:
+    left = unexamined(check.stage, scene.camera) if check.examined is None else check.examined
+    found, most = replace(check, examined=left), most_interval(left.pixels)
+    # A warning for a declared epsilon says that all others hold; one for a finding says that they do not.
+    if check.outcome is not Outcome.PASS and (check.outcome is not Outcome.WARN or check.known):
+        return found
+    if left.unexamined or left.wrong:
+        why = f"{left.unexamined + left.wrong} of {left.pixels} pixels were held to nothing"
+        return replace(found, outcome=Outcome.ERROR, reason=why)
+    if left.interval > most:
+        why = (
+            f"{left.interval} of {left.pixels} pixels are held to an interval only, which says too little of more "
+            f"than {most}"
+        )
+        return replace(found, outcome=Outcome.ERROR if tuned else Outcome.UNDECIDED, reason=why)
+    return found
+
+
+def unmeasured(
+    candidate: Candidate, witness: Witness, stage: Stage, outcome: Outcome, reason: str, *, abstains: bool = False
+) -> Check:
     """Return a check that ended before anything was measured."""
-    check = Check(configuration=candidate.name, reference=witness.name, stage=stage, outcome=outcome, reason=reason)
-    check.ratio = float("inf") if outcome is Outcome.FAIL else 0.0
-    return check
+    return Check(
+        configuration=candidate.name,
+        reference=witness.name,
+        stage=stage,
+        outcome=outcome,
+        reason=reason,
+        ratio=float("inf") if outcome is Outcome.FAIL else 0.0,
+        abstains=abstains,
+    )

@@ -35,41 +35,42 @@ def too_little(case: Case, candidate: Candidate, terms: Terms) -> list[str]:
     return []
 
 
-def too_little_seen(case: Case, checks: Sequence[Check], terms: Terms) -> list[str]:
-    """Return the same, but not where it is by what the candidate declares not to see.
+def with_too_little_seen(case: Case, checks: Sequence[Check], terms: Terms) -> tuple[list[Check], list[str]]:
+    """Return a candidate's checks, and the sentence of `too_little`, if any.
 
-    What it declares costs the stages of which too little is left: their checks that passed are `undecided`, and the
-    others judge the case. Whether rounding needs what it declares is asked elsewhere (`epsilons`).
+    Not where it is by what the candidate declares not to see. That costs the stages of which too little is left: their
+    checks that passed are `undecided`, and the others judge the case. Whether rounding needs what it declares is asked
+    elsewhere (`declared_epsilons`).
     """
     candidate = terms.candidate
     why = too_little(case, candidate, terms)
     if not why:
-        return []
+        return list(checks), []
     seeing = replace(candidate, ray_epsilon=0.0, shadow_epsilon=0.0, light_epsilon=0.0, edge_epsilon=0.0)
     if too_little(case, seeing, replace(terms, candidate=seeing)):
-        return why
-    for check in checks:
-        if check.configuration != candidate.name or check.outcome is not Outcome.PASS or check.stage in ALWAYS:
-            continue
+        return list(checks), why
+
+    def blind(check: Check) -> bool:
+        if check.outcome is not Outcome.PASS or check.stage in ALWAYS:
+            return False
         interior, share = _judged(terms, check.stage)
-        if interior < max(case.least_interior, 1) or share > case.most_edge:
-            check.outcome = Outcome.UNDECIDED
-            check.reason = f"{why[0]}; {candidate.name} declares that it does not see there"
-    return []
+        return interior < max(case.least_interior, 1) or share > case.most_edge
+
+    reason = f"{why[0]}; {candidate.name} declares that it does not see there"
+    return [replace(one, outcome=Outcome.UNDECIDED, reason=reason) if blind(one) else one for one in checks], []
 
 
-def leave_undecided(case: Case, check: Check, terms: Terms) -> None:
-    """Turn a check that passed into `undecided` where so little could be judged strictly that it says nothing.
+def with_enough_to_tell(case: Case, check: Check, terms: Terms) -> Check:
+    """Return the check; one that passed is `undecided` where so little could be judged strictly that it says nothing.
 
     If that is by what a candidate declares not to see, far beyond what rounding needs, it is an error: nobody chooses
     what is decidable of him. If it is by what the reference declares, the reference abstains.
     """
     if check.outcome is not Outcome.PASS or check.stage in ALWAYS:
-        return
+        return check
     why = _nothing_to_tell(case, terms, check.stage)
     if why is None:
-        return
-    check.outcome, check.reason = Outcome.UNDECIDED, why
+        return check
     candidate = terms.candidate
     blind = np.any(np.asarray(candidate.shadow_epsilon) > 0) or candidate.ray_epsilon > 0
     if blind and not case.tuned:
@@ -78,13 +79,13 @@ def leave_undecided(case: Case, check: Check, terms: Terms) -> None:
             candidate, ray_epsilon=0.0, shadow_epsilon=np.minimum(np.asarray(candidate.shadow_epsilon), needed)
         )
         if _nothing_to_tell(case, replace(terms, candidate=honest), check.stage) is None:
-            check.outcome = Outcome.ERROR
-            check.reason = f"{why}, for {candidate.name} declares that it does not see there"
-            return
+            reason = f"{why}, for {candidate.name} declares that it does not see there"
+            return replace(check, outcome=Outcome.ERROR, reason=reason)
     seeing = replace(terms.witness, ray_epsilon=0.0, shadow_epsilon=0.0, light_epsilon=0.0, edge_epsilon=0.0)
     if _nothing_to_tell(case, replace(terms, witness=seeing), check.stage) is None:
-        check.abstains = True
-        check.reason = f"{why}, for {terms.witness.name} declares that it does not see there"
+        reason = f"{why}, for {terms.witness.name} declares that it does not see there"
+        return replace(check, outcome=Outcome.UNDECIDED, reason=reason, abstains=True)
+    return replace(check, outcome=Outcome.UNDECIDED, reason=why)
 
 
 def _nothing_to_tell(case: Case, terms: Terms, stage: Stage) -> str | None:

@@ -6,7 +6,7 @@ leave unseen. An epsilon that is larger than a few times that is a choice, which
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -68,18 +68,22 @@ def excess(terms: Terms) -> Excess:
     return Excess(shadow=shadow[scene.camera.inner], near=near[scene.camera.inner])
 
 
-def hold_epsilons(checks: Sequence[Check], beyond: Mapping[str, Excess], most_edge: float) -> None:
-    """Turn what passed into a warning, and what has too many pixels left undecided so into a failure."""
-    for check in checks:
-        if check.configuration not in beyond or check.end_to_end is None or check.outcome not in HELD:
-            continue
-        pixels = beyond[check.configuration].at(check.stage)
-        count = int(np.count_nonzero(pixels))
-        why = (
-            f"{count} of {pixels.size} pixels are left undecided only by the epsilon that {check.configuration} "
-            f"declares, which is more than {ALLOWED} times what rounding needs"
-        )
-        if count > most_edge * pixels.size:
-            check.outcome, check.reason = Outcome.FAIL, f"{why}; the case allows a share of {most_edge:.3g}"
-        elif count and check.outcome is Outcome.PASS:
-            check.outcome, check.reason = Outcome.WARN, why
+def held_to_epsilons(checks: Sequence[Check], beyond: Mapping[str, Excess], most_edge: float) -> list[Check]:
+    """Return the checks: what passed is a warning, and what has too many pixels left undecided so is a failure."""
+    return [_held(check, beyond.get(check.configuration), most_edge) for check in checks]
+
+
+def _held(check: Check, beyond: Excess | None, most_edge: float) -> Check:
+    if beyond is None or check.end_to_end is None or check.outcome not in HELD:
+        return check
+    pixels = beyond.at(check.stage)
+    count = int(np.count_nonzero(pixels))
+    why = (
+        f"{count} of {pixels.size} pixels are left undecided only by the epsilon that {check.configuration} "
+        f"declares, which is more than {ALLOWED} times what rounding needs"
+    )
+    if count > most_edge * pixels.size:
+        return replace(check, outcome=Outcome.FAIL, reason=f"{why}; the case allows a share of {most_edge:.3g}")
+    if count and check.outcome is Outcome.PASS:
+        return replace(check, outcome=Outcome.WARN, reason=why)
+    return check

@@ -1,6 +1,7 @@
 """Adjudication: when candidate and reference differ, who is wrong? Never the one under test alone by default."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.check import Check
@@ -10,14 +11,14 @@ from rayproof.reports.judge.panel.matrix import Matrix
 from rayproof.reports.results.outcomes import Outcome
 
 
-def adjudicate(
+def adjudicated(
     checks: Sequence[Check],
     panel: Mapping[Stage, Matrix],
     independent: Mapping[str, bool],
     voice: Callable[[str], str],
     contradicted: Callable[[Check], Mapping[str, str]] = lambda _: {},
-) -> None:
-    """Turn a failure into `reference_suspect` where the panel's other voices say that the reference is the wrong one.
+) -> list[Check]:
+    """Return the checks; a failure is `reference_suspect` where the panel says that the reference is wrong.
 
     Every independent voice that can compare both takes a side, at the failure's stage or the next one that it can
     judge: it sides with the one under test if that passes against it while it differs from the reference, and with
@@ -27,31 +28,27 @@ def adjudicate(
     no failure from that stage on stands, against whomever: edges and limits are the suspect oracle's own.
     """
     verdicts = {(check.configuration, check.reference, check.stage): check for check in checks}
-    failed = [check for check in checks if check.outcome is Outcome.FAIL]
-    suspects: list[tuple[Check, str]] = []
-    for check in failed:
-        witnesses = [name for name, alone in independent.items() if alone]
+    witnesses = [name for name, alone in independent.items() if alone]
+
+    def heard(check: Check) -> Check:
+        if check.outcome is not Outcome.FAIL:
+            return check
         with_it, against_it = _sides(check, witnesses, verdicts, panel, voice)
         for name, side in contradicted(check).items():
             if voice(name) not in (voice(check.reference), SUBJECT):
                 (with_it if side == "with" else against_it)[name] = check.stage.value
-        check.evidence = {"with": with_it, "against": against_it}
         mine, theirs = ({voice(name) for name in side} for side in (with_it, against_it))
+        outcome, told = check.outcome, check.reason
         if len(mine) > len(theirs):
             words = ", ".join(f"{name} ({stage})" for name, stage in with_it.items())
-            suspects.append((check, f"{words} agrees with {check.configuration} and differs from {check.reference}"))
+            outcome = Outcome.REFERENCE_SUSPECT
+            told += f"; {words} agrees with {check.configuration} and differs from {check.reference}"
         elif mine:
             both = [", ".join(side) for side in (with_it, against_it)]
-            check.reason += (
-                f"; the panel is split: {both[0]} with {check.configuration}, {both[1]} with {check.reference}"
-            )
-    resting = _resting_on_the_oracle(failed, suspects)
-    suspects += resting
-    for check, _ in resting:
-        check.suspected = ORACLE
-    for check, evidence in suspects:
-        check.outcome = Outcome.REFERENCE_SUSPECT
-        check.reason = f"{check.reason}; {evidence}"
+            told += f"; the panel is split: {both[0]} with {check.configuration}, {both[1]} with {check.reference}"
+        return replace(check, outcome=outcome, reason=told, evidence={"with": with_it, "against": against_it})
+
+    return _not_resting_on_a_suspect([heard(check) for check in checks])
 
 
 def _sides(
@@ -81,17 +78,28 @@ def _sides(
     return mine, theirs
 
 
-def _resting_on_the_oracle(failed: Sequence[Check], suspects: Sequence[tuple[Check, str]]) -> list[tuple[Check, str]]:
-    """Return the failures at and after the first stage at which the oracle is suspect."""
+def _not_resting_on_a_suspect(checks: Sequence[Check]) -> list[Check]:
+    """Return the checks; no failure stands at and after the first stage at which the oracle is suspect."""
     order = list(Stage)
-    known = {id(check) for check, _ in suspects}
-    found = []
-    for configuration in {check.configuration for check in failed}:
-        doubted = [c.stage for c, _ in suspects if c.configuration == configuration and c.reference == ORACLE]
-        first = min(map(order.index, doubted), default=len(order))
-        found += [
-            (check, f"edges and limits are {ORACLE}'s, which is suspect from {order[first]} on")
-            for check in failed
-            if check.configuration == configuration and order.index(check.stage) >= first and id(check) not in known
-        ]
-    return found
+    doubted: dict[str, int] = {}  # configuration -> the first stage at which the oracle is suspect
+    for check in checks:
+        if check.outcome is Outcome.REFERENCE_SUSPECT and check.reference == ORACLE and check.evidence:
+            place = order.index(check.stage)
+            doubted[check.configuration] = min(place, doubted.get(check.configuration, place))
+
+    def rests(check: Check) -> bool:
+        first = doubted.get(check.configuration)
+        return check.outcome is Outcome.FAIL and first is not None and order.index(check.stage) >= first
+
+    return [
+        replace(
+            check,
+            outcome=Outcome.REFERENCE_SUSPECT,
+            reason=f"{check.reason}; edges and limits are {ORACLE}'s, which is suspect from "
+            f"{order[doubted[check.configuration]]} on",
+            suspected=ORACLE,
+        )
+        if rests(check)
+        else check
+        for check in checks
+    ]

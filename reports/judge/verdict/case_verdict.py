@@ -1,13 +1,13 @@
 """From a case's checks and closed forms to its verdict, the stage to blame and the specification item behind it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.box_filter import configuration_of
-from rayproof.reports.judge.comparison.check import Check, account
+from rayproof.reports.judge.comparison.check import Check, accounted
 from rayproof.reports.judge.panel.matrix import Matrix
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.judge.verdict import blame
@@ -15,7 +15,7 @@ from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.results.records import ExpectationRecord
 
 
-@dataclass(kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Judged:
     """A case's checks and what they add up to."""
 
@@ -23,57 +23,54 @@ class Judged:
     checks: list[Check]
     expectations: list[ExpectationRecord]
     outcome: Outcome
-    stage: Stage | None
-    item: str | None
-    reason: str
+    stage: Stage | None = None
+    item: str | None = None
+    reason: str = ""
     planned: int
     panel: Mapping[Stage, Matrix] = field(default_factory=dict)  # everybody against everybody
 
-    def worsen(self, outcome: Outcome, reason: str) -> None:
-        """Take a worse outcome for a reason of its own, in place of an earlier one's; a verdict that is worse stays."""
-        if outcome is not self.outcome and worst([self.outcome, outcome]) is outcome:
-            self.outcome, self.reason, self.stage, self.item = outcome, reason, None, None
+    def worsened(self, outcome: Outcome, reason: str) -> "Judged":
+        """Return it with a worse outcome for a reason of its own; a verdict that is as bad or worse stays."""
+        if outcome is self.outcome or worst([self.outcome, outcome]) is not outcome:
+            return self
+        return replace(self, outcome=outcome, reason=reason, stage=None, item=None)
 
 
 def sum_up(
     case: Case,
-    checks: list[Check],
+    checks: Sequence[Check],
     expectations: list[ExpectationRecord],
     planned: int,
     candidates: Mapping[str, Candidate] | None,
+    panel: Mapping[Stage, Matrix],
 ) -> Judged:
-    """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame."""
-    account(checks, case.scene, tuned=case.tuned)
+    """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame.
+
+    Without `candidates` no item is blamed.
+    """
+    checks = accounted(checks, case.scene, tuned=case.tuned)
     outcome = case_outcome(checks, expectations)
-    guilty = [check for check in checks if check.outcome is outcome and outcome is not Outcome.PASS]
+    judged = Judged(case=case, checks=checks, expectations=expectations, outcome=outcome, planned=planned, panel=panel)
+    if outcome is Outcome.PASS:
+        return judged
     order = list(Stage)
     # A stage that is wrong by itself comes before one that only shows what it was handed.
-    guilty.sort(key=lambda check: (not check.alone, order.index(check.stage), -check.ratio))
-    judged = Judged(
-        case=case,
-        checks=checks,
-        expectations=expectations,
-        outcome=outcome,
-        stage=None,
-        item=None,
-        reason="",
-        planned=planned,
+    guilty = min(
+        (check for check in checks if check.outcome is outcome),
+        key=lambda check: (not check.alone, order.index(check.stage), -check.ratio),
+        default=None,
     )
-    if guilty:
-        check = guilty[0]
-        judged.stage = check.stage
-        judged.reason = f"{check.configuration} against {check.reference}, {check.stage}: {check.reason}"
-        if candidates is not None and outcome is Outcome.FAIL:
-            same = [one for one in checks if one.configuration == check.configuration and one.alone]
-            phantom = any(one.stage is Stage.DISTANCE for one in same)
-            judged.item = _item(case, check, candidates[configuration_of(check.configuration)], phantom=phantom)
-    elif outcome is not Outcome.PASS:
+    if guilty is None:
         broken = next(one for one in expectations if one["verdict"] == outcome.value)
-        judged.stage = Stage(broken["stage"])
-        judged.reason = (
-            f"{broken['configuration']}: {broken['measured']} instead of {broken['expected']}: {broken['because']}"
-        )
-    return judged
+        reason = f"{broken['configuration']}: {broken['measured']} instead of {broken['expected']}: {broken['because']}"
+        return replace(judged, stage=Stage(broken["stage"]), reason=reason)
+    item = None
+    if candidates is not None and outcome is Outcome.FAIL:
+        same = [one for one in checks if one.configuration == guilty.configuration and one.alone]
+        phantom = any(one.stage is Stage.DISTANCE for one in same)
+        item = _item(case, guilty, candidates[configuration_of(guilty.configuration)], phantom=phantom)
+    reason = f"{guilty.configuration} against {guilty.reference}, {guilty.stage}: {guilty.reason}"
+    return replace(judged, stage=guilty.stage, item=item, reason=reason)
 
 
 def case_outcome(checks: Sequence[Check], expectations: Sequence[ExpectationRecord]) -> Outcome:

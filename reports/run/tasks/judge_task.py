@@ -14,7 +14,7 @@ from rayproof.reports.judge.oracle_memo import Remembering
 from rayproof.reports.judge.panel_record import adjudication
 from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.judge.self_test.stand_guard import stand_guard
-from rayproof.reports.judge.supported_stages import count_what_is_supported
+from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
@@ -48,11 +48,11 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
         return None
     oracle = Remembering(KeepingOracle(_ORACLE) if task.cached else _ORACLE)
     judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions, panel=task.panel)
-    count_what_is_supported(judged, task.candidates)
+    judged = of_what_is_supported(judged, task.candidates)
     for witness in task.witnesses:
         if witness.name in task.require and not witness.answers and not _excused(witness):
             why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
-            judged.worsen(Outcome.FAIL, f"{witness.name} is required and could not answer: {why}")
+            judged = judged.worsened(Outcome.FAIL, f"{witness.name} is required and could not answer: {why}")
     panel = adjudication(judged, task.candidates, task.witnesses, oracle)
     banded = task.case.scene.camera.rows is not None  # of whose bands the scene is the whole image's
     scene = "" if banded else write_scene(task.folder, task.case)
@@ -68,8 +68,7 @@ def _certified(task: JudgeTask, judged: Judged, oracle: Remembering) -> list[dic
     """Return what certified arithmetic says of the verdicts on those under test, and on each who is tried beside."""
     found = [certify(judged, task.candidates, task.witnesses, oracle).as_json()]
     for trial in task.trials:
-        other = judge_case(task.case, [trial], task.witnesses, oracle, task.versions)
-        count_what_is_supported(other, [trial])
+        other = of_what_is_supported(judge_case(task.case, [trial], task.witnesses, oracle, task.versions), [trial])
         about = {"tried": trial.name, "verdict": other.outcome.value, "stage": other.stage, "reason": other.reason}
         found.append(certify(other, [trial], task.witnesses, oracle).as_json() | about)
     return found

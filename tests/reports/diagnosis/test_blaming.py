@@ -16,7 +16,7 @@ from rayproof.reports.diagnosis.trial import Evidence
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.renderers import Witness
-from rayproof.reports.judge.supported_stages import count_what_is_supported
+from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import candidate
 
@@ -40,8 +40,7 @@ def shown(
         given = candidate(subject, case.scene, case=case.name, samples=1)
         answers = ORACLE.render(case.scene, stages_of(case.scene))
         truth = Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
-        found = judge_case(case, [given], [truth], ORACLE, {})
-        count_what_is_supported(found, [given])
+        found = of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])
         record = {
             "name": case.name,
             "verdict": found.outcome.value,

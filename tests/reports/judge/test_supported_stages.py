@@ -9,7 +9,7 @@ import pytest
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.renderers import Candidate
-from rayproof.reports.judge.supported_stages import concerning, count_what_is_supported
+from rayproof.reports.judge.supported_stages import concerning, of_what_is_supported
 from rayproof.reports.judge.tolerance.edge_sides import Sides, excused_anyhow
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
@@ -36,9 +36,7 @@ def subject(*stages: Stage, wrong: Stage | None = None) -> Candidate:
 
 
 def judged(one: Candidate) -> Judged:
-    found = judge_case(CASE, [one], [witness(truth())], ORACLE, {})
-    count_what_is_supported(found, [one])
-    return found
+    return of_what_is_supported(judge_case(CASE, [one], [witness(truth())], ORACLE, {}), [one])
 
 
 @pytest.mark.parametrize("stage", [stage for stage in Stage if stage is not Stage.CAMERA])
