@@ -11,13 +11,12 @@ def limit_of(scene: Scene, stage: Stage, precision: str) -> np.ndarray:
     """Return how far an image may be off against the closed forms, as `CaseResult.limit` describes it."""
     from rayproof.reference.analytic import Analytic
     from rayproof.reports.judge.oracle import stages_of
-    from rayproof.reports.judge.oracle_memo import Remembering
     from rayproof.reports.judge.renderers import Candidate, Witness
     from rayproof.reports.judge.tolerance.pair_limits import Terms
     from rayproof.reports.judge.tolerance.scene_context import ground
     from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
-    base = ground(scene, stages_of(scene), Remembering(Analytic()))
+    base = ground(scene, stages_of(scene), Analytic())
     ours = Candidate(name="ours", precision=precision, items=ITEMS_OF_OTHERS, shadow_epsilon=0.0, answers=base.truth)
     theirs = Witness(name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=base.truth)
     terms = Terms(ground=base, candidate=ours, witness=theirs)

@@ -6,6 +6,7 @@ within the limits is no lie, nor is one at an edge that some choice of sides giv
 the oracle's answers all around the pixel and each light's contribution without shadows.
 """
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -33,6 +34,7 @@ LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 ROUNDS = 12  # so often a liar asks; one that is still found out then has given up
 GRID = 7  # samples a side of the square of two pixels around a centre
 MOST_HOLES = 5  # that a report tells of
+_NUMBERS = itertools.count()  # every lie has a name of its own
 
 
 @dataclass(kw_only=True)
@@ -127,7 +129,7 @@ def _hidden(base: Ground, honest: Candidate, lies: Mapping[Stage, np.ndarray]) -
     bench = None
     for _ in range(ROUNDS):
         images = {stage: np.where(spoilt[..., np.newaxis], lie, good[stage]) for stage, lie in lies.items()}
-        bench = _bench(base, replace(honest, answers=good | images))
+        bench = _bench(base, replace(honest, name=f"liar {next(_NUMBERS)}", answers=good | images))
         checks = _checks(bench, next(iter(lies)))
         wrong = _wrong(checks, spoilt.shape)
         if not (spoilt & wrong).any():
@@ -150,7 +152,7 @@ def _checks(bench: Bench, first: Stage) -> list[Check]:
     order = list(Stage)
     after = [stage for stage in answers if stage is not Stage.CAMERA and order.index(stage) >= order.index(first)]
     with np.errstate(all="ignore"):
-        return [stage_check(bench, stage, bench.ground.oracle) for stage in after]
+        return [stage_check(bench, stage) for stage in after]
 
 
 def _wrong(checks: list[Check], shape: tuple[int, ...]) -> np.ndarray:

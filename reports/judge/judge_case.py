@@ -17,7 +17,7 @@ from rayproof.reports.judge.comparison.decidable import (
     with_too_little_seen,
 )
 from rayproof.reports.judge.comparison.declared_epsilons import Excess, excess, held_to_epsilons
-from rayproof.reports.judge.comparison.equal_answers import shared
+from rayproof.reports.judge.comparison.equal_answers import with_equal_answers_shared
 from rayproof.reports.judge.comparison.image_shapes import misshapen as misshapen_answers
 from rayproof.reports.judge.comparison.image_shapes import without
 from rayproof.reports.judge.comparison.pair import Bench
@@ -70,8 +70,8 @@ def judge_case(
         return sum_up(case, checks, [], len(planned), None, {})
     base = ground(scene, stages, oracle, known=truth.answers)
     misshapen = {party.name: misshapen_answers(scene, party.answers) for party in (*candidates, *witnesses)}
-    candidates = shared([without(candidate, misshapen[candidate.name]) for candidate in candidates])
-    witnesses = [without(witness, misshapen[witness.name]) for witness in witnesses]
+    candidates = with_equal_answers_shared([without(one, misshapen[one.name]) for one in candidates])
+    witnesses = [without(one, misshapen[one.name]) for one in witnesses]
 
     checks: list[Check] = []
     expectations: list[ExpectationRecord] = []
@@ -83,7 +83,7 @@ def judge_case(
         for witness in witnesses:
             mine = [stage for stage in stages if witness.answers_at(stage)]
             at = Bench(ground=base, candidate=candidate, witness=witness)
-            pair = pair_checks(at, mine, oracle if witness.name == ORACLE else None, misshapen)
+            pair = pair_checks(at, mine, misshapen)
             found += [one if one.end_to_end is None else with_enough_to_tell(case, one, at.terms) for one in pair]
         if candidate.answers is not None:
             at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
@@ -116,6 +116,7 @@ def judge_case(
     ]
     checks = held_to_epsilons(checks, beyond, case.most_edge)
     judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in candidates}, each)
+    judged = replace(judged, ground=base)
     return judged.worsened(Outcome.ERROR, sparse[0]) if sparse else judged
 
 

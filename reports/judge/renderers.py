@@ -30,6 +30,8 @@ class Candidate:
     light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
     edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
     chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
+    # Stage -> the first candidate with the same answer to the last bit (`equal_answers`), where that is another one.
+    authors: Mapping[Stage, str] = field(default_factory=dict)
 
     @property
     def by_matrices(self) -> bool:
@@ -58,6 +60,7 @@ class Witness:
     edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
     cached: bool = False  # its images are those of an earlier run, kept by content
     by_matrices: bool = False  # its rays come by the inverse matrices (CAM-5)
+    authors: Mapping[Stage, str] = field(default_factory=dict)  # as of a `Candidate`
 
     def answers_at(self, stage: Stage) -> bool:
         """Say whether it is asked about this stage: everything that it did not declare unsupported."""
@@ -115,4 +118,5 @@ def as_witness(candidate: Candidate) -> Witness:
         light_epsilon=candidate.light_epsilon,
         edge_epsilon=candidate.edge_epsilon,
         by_matrices=candidate.by_matrices,
+        authors=candidate.authors,
     )

@@ -15,7 +15,6 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.box_filter import box_mean, finer
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.oracle_memo import Remembering
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
@@ -111,7 +110,7 @@ class Conformance:
 
         candidate = self._traced() if answer is None else self._given(answer)
         witnesses, versions = self._heard()
-        judged = judge_case(self.case, [candidate], witnesses, Remembering(Analytic()), versions)
+        judged = judge_case(self.case, [candidate], witnesses, Analytic(), versions)
         return of_what_is_supported(judged, [candidate])
 
     def _heard(self) -> tuple[list[Witness], dict[str, str]]:

@@ -2,19 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, upto
 from rayproof.reports.judge.comparison import camera
-from rayproof.reports.judge.comparison.common_factors import Bias, bias
+from rayproof.reports.judge.comparison.common_factors import Bias
 from rayproof.reports.judge.comparison.examined import Examined, Kind, counted, most_interval, unexamined
 from rayproof.reports.judge.comparison.measurement import Measurement, jsonable
 from rayproof.reports.judge.comparison.metrics import METRICS
 from rayproof.reports.judge.comparison.pair import Bench
+from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.tolerance.calibration import calibration
 from rayproof.reports.judge.tolerance.limits import BECAUSE, Roundoff
@@ -24,14 +24,6 @@ from rayproof.reports.results.records import BiasRecord, CheckRecord, Measuremen
 
 # The stage whose images people look at: its informative metrics are worth their time.
 INFORMED = Stage.RADIANCE
-
-
-class Continuing(Protocol):
-    """An oracle that can continue from another renderer's stages."""
-
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
-        """Return the stage computed from the given previous ones."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +106,8 @@ def camera_check(bench: Bench) -> Check:
     # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
     g = max(Roundoff(bench.candidate.precision), Roundoff(bench.witness.precision), key=lambda each: each(1))
     found = bench.ground.once(
-        ("camera", g.key), (mine, theirs), lambda: camera.compared(mine, theirs, bench.ground.scene.camera, g)
+        ("camera", g.key, *bench.authors(Stage.CAMERA)),
+        lambda: camera.compared(mine, theirs, bench.ground.scene.camera, g),
     )
     outcome, reason = Outcome.PASS, ""
     if not found.ratio <= 1:
@@ -138,23 +131,22 @@ def camera_check(bench: Bench) -> Check:
     )
 
 
-def stage_check(bench: Bench, stage: Stage, oracle: Continuing | None) -> Check:
-    """Judge one image stage end to end and, where `oracle` is given, continued from the candidate's own stages."""
+def stage_check(bench: Bench, stage: Stage) -> Check:
+    """Judge one image stage end to end and, before the oracle, continued from the candidate's own stages."""
     ours = bench.candidate.answers
     assert ours is not None
     end_to_end, continued, shared, shared_continued = bench.end_to_end(stage), None, None, None
-    if oracle is not None and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
-        with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
-            value = oracle.continue_from(bench.ground.scene, stage, ours)
-        continued = bench.continued(stage, value)
+    by_oracle = bench.witness.name == ORACLE
+    if by_oracle and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
+        continued = bench.continued(stage)
         if stage in LIGHT:
-            shared_continued = bias(bench.terms, stage, ours[stage], value)
-    if oracle is not None and stage in LIGHT:
-        shared = bias(bench.terms, stage, ours[stage], None)
+            shared_continued = bench.shared_factors(stage, continued=True)
+    if by_oracle and stage in LIGHT:
+        shared = bench.shared_factors(stage, continued=False)
     informative: dict[str, Any] = {}
     if stage is INFORMED and bench.ground.scene.camera.rows is None:
         both = ours[stage], bench.witness.answers[stage]
-        informative = bench.ground.once(("informative",), both, lambda: _inform(*both))
+        informative = bench.ground.once(("informative", *bench.authors(stage)), lambda: _inform(*both))
     outcome, ratio, reason = _conclusion(
         bench.witness.name, stage, end_to_end, continued, shared=shared, shared_continued=shared_continued
     )

@@ -116,11 +116,6 @@ def bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None)
 
     `value` is what the oracle continued from the candidate's own stages.
     """
-    images = (ours,) if value is None else (ours, value)
-    return terms.ground.once(("bias", stage, terms.rules), images, lambda: _bias(terms, stage, ours, value))
-
-
-def _bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Bias:
     bounds = stage_bounds(terms, stage, continued=value is not None)
     mine = ours.reshape(-1, ours.shape[-1])
     theirs = np.asarray(terms.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)

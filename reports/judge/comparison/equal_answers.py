@@ -14,23 +14,26 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.renderers import Candidate
 
 
-def shared(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the candidates, equal answers of theirs being one object."""
-    known: dict[Stage, list[Any]] = {}
-    return [
-        candidate if candidate.answers is None else replace(candidate, answers=_shared(candidate.answers, known))
-        for candidate in candidates
-    ]
+def with_equal_answers_shared(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates, equal answers of theirs being one object that goes by the name of the first of them."""
+    known: dict[Stage, list[tuple[str, Any]]] = {}
+    return [_shared(candidate, known) for candidate in candidates]
 
 
-def _shared(answers: Answers, known: dict[Stage, list[Any]]) -> Answers:
-    found: Answers = {}
-    for stage, image in answers.items():
+def _shared(candidate: Candidate, known: dict[Stage, list[tuple[str, Any]]]) -> Candidate:
+    if candidate.answers is None:
+        return candidate
+    answers: Answers = {}
+    authors = {}
+    for stage, image in candidate.answers.items():
         seen = known.setdefault(stage, [])
-        found[stage] = next((one for one in seen if _same(stage, one, image)), image)
-        if found[stage] is image:
-            seen.append(image)
-    return found
+        name, first = next((one for one in seen if _same(stage, one[1], image)), (candidate.name, image))
+        answers[stage] = first
+        if name == candidate.name:
+            seen.append((name, image))
+        else:
+            authors[stage] = name
+    return replace(candidate, answers=answers, authors=authors)
 
 
 def _same(stage: Stage, one: Any, other: Any) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 
 from rayproof.cases.answers import Answers
 from rayproof.cases.stages import Stage, upto
+from rayproof.reports.judge.comparison.common_factors import Bias, bias
 from rayproof.reports.judge.comparison.examined import Kind
 from rayproof.reports.judge.comparison.measurement import Measurement, held_to, measure, ratios
 from rayproof.reports.judge.oracle import ORACLE
@@ -46,17 +47,16 @@ class Bench:
         assert self.candidate.answers is not None
         scene, truth, oracle, classes = self.ground.scene, self.ground.truth, self.ground.oracle, self.terms.classes
         twins = self.terms.twins
+        # Outlines do not depend on the shadows' epsilons.
+        key = self.terms.rounding, self.terms.edge_epsilon
         around = self.ground.once(
-            ("sides",),
-            (classes.outline, classes.reach),
+            ("sides", *key),
             # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
             lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, np.where(twins, 0.0, classes.reach)),
         )
         close = self.ground.edges.gap <= classes.depth
         if Stage.OBJECT not in self.candidate.answers:
-            return self.ground.once(
-                ("behind",), (around, classes.depth), lambda: with_what_is_behind(around, oracle, scene, truth, close)
-            )
+            return self.ground.once(("behind", *key), lambda: with_what_is_behind(around, oracle, scene, truth, close))
         return with_twins(around, oracle, scene, truth, self.candidate.answers, classes.depth)
 
     def _excused(
@@ -99,15 +99,16 @@ class Bench:
             good[rows, columns], interval[rows, columns] = found.good, found.interval
         return Held(good=good, interval=interval)
 
+    def authors(self, stage: Stage) -> tuple[str | None, str | None]:
+        """Return by whom the two answers to a stage are, as the memo knows them."""
+        return self.ground.author(self.candidate, stage), self.ground.author(self.witness, stage)
+
     def end_to_end(self, stage: Stage) -> Measurement:
         """Measure the candidate's stage against the witness's own; once for candidates that are equal in it."""
-        ours, theirs = self.candidate.answers, self.witness.answers[stage]
-        assert ours is not None
         # At an edge what the candidate sees there decides which sides its value may be.
-        seen = tuple(ours.get(one) for one in (Stage.RAY, *GEOMETRY))
-        return self.ground.once(
-            ("end to end", stage, self.terms.rules), (ours[stage], theirs, *seen), lambda: self._end_to_end(stage)
-        )
+        seen = tuple(self.ground.author(self.candidate, one) for one in (Stage.RAY, *GEOMETRY))
+        key = ("end to end", stage, self.terms.rules, *self.authors(stage), *seen)
+        return self.ground.once(key, lambda: self._end_to_end(stage))
 
     def _end_to_end(self, stage: Stage) -> Measurement:
         assert self.candidate.answers is not None
@@ -147,8 +148,8 @@ class Bench:
 
     def _finite(self, stage: Stage) -> bool:
         """Say whether all of the candidate's stage is finite; asked once of an image, whoever it is held against."""
-        ours = self._ours(stage)
-        return self.ground.once(("finite",), (ours,), lambda: bool(np.isfinite(ours).all()))
+        author = self.ground.author(self.candidate, stage)
+        return self.ground.once(("finite", stage, author), lambda: bool(np.isfinite(self._ours(stage)).all()))
 
     def inside(self, stage: Stage) -> np.ndarray:
         """Return error over limit end to end, (height, width), 0 at edges: what is judged strictly."""
@@ -158,15 +159,35 @@ class Bench:
         ratio = ratios(stage, self._ours(stage), theirs, limit)[0]
         return np.where(classes.edge(stage) | self.terms.near, 0.0, ratio)
 
-    def continued(self, stage: Stage, value: np.ndarray) -> Measurement:
-        """Measure the candidate's stage against `value`, which the oracle made from the candidate's own stages."""
-        assert self.candidate.answers is not None
-        ours = tuple(self.candidate.answers.get(one) for one in upto(stage) if one is not Stage.CAMERA)
-        return self.ground.once(
-            ("continued", stage, self.terms.rules), (value, *ours), lambda: self._continued(stage, value)
-        )
+    def _own(self, stage: Stage) -> tuple[str | None, ...]:
+        """Return by whom the candidate's answers up to a stage are."""
+        return tuple(self.ground.author(self.candidate, one) for one in upto(stage) if one is not Stage.CAMERA)
 
-    def _continued(self, stage: Stage, value: np.ndarray) -> Measurement:
+    def continued_value(self, stage: Stage) -> np.ndarray:
+        """Return the stage as the oracle computes it from the candidate's own previous stages."""
+        answers, scene = self.candidate.answers, self.ground.scene
+        assert answers is not None
+
+        def found() -> np.ndarray:
+            with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
+                return self.ground.oracle.continue_from(scene, stage, answers)
+
+        return self.ground.once(("continued value", stage, *self._own(stage)[:-1]), found)
+
+    def continued(self, stage: Stage) -> Measurement:
+        """Measure the candidate's stage against what the oracle makes of the candidate's own previous stages."""
+        key = ("continued", stage, self.terms.rules, *self._own(stage))
+        return self.ground.once(key, lambda: self._continued(stage))
+
+    def shared_factors(self, stage: Stage, *, continued: bool) -> Bias:
+        """Return the factors that many pixels share at a stage of light, against the truth or `continued_value`."""
+        value = self.continued_value(stage) if continued else None
+        own = self._own(stage) if continued else self._own(stage)[-1:]
+        key = ("bias", stage, self.terms.rules, *own)
+        return self.ground.once(key, lambda: bias(self.terms, stage, self._ours(stage), value))
+
+    def _continued(self, stage: Stage) -> Measurement:
+        value = self.continued_value(stage)
         limit, edge = self.terms.continued(stage, value)
         return self._against(stage, np.asarray(value, dtype=np.float64), limit, edge, continued=True)
 
@@ -178,8 +199,7 @@ class Bench:
         if self.candidate.ray_epsilon:
             bases.append(self.ground.beyond(self.candidate.ray_epsilon))
         for base in bases:
-            truth = base.once(("oracle",), (), lambda answers=base.truth: _oracle(answers))
-            kinds = Bench(ground=base, candidate=mine, witness=truth).end_to_end(stage).kinds
+            kinds = Bench(ground=base, candidate=mine, witness=_oracle(base.truth)).end_to_end(stage).kinds
             inner = base.scene.camera.inner
             good[inner] |= differ[inner] & (kinds != Kind.WRONG) & (kinds != Kind.UNEXAMINED)
         return good
@@ -200,8 +220,9 @@ class Bench:
             good = good | (self._near_or_beyond(stage, differ) if differ.any() else differ)
         # A position's error is a share of how far away it is, wherever the world's origin lies.
         size = self.ground.conditioning.distance if stage is Stage.POSITION else None
-        if limit is self.terms.limits.end_to_end.get(stage):
-            held = self.ground.once(("held", stage), (limit, theirs), lambda: held_to(stage, limit, theirs, size))
+        if limit is self.terms.limits.end_to_end.get(stage) and theirs is self.witness.answers.get(stage):
+            key = ("held", stage, self.terms.rounding, self.ground.author(self.witness, stage))
+            held = self.ground.once(key, lambda: held_to(stage, limit, theirs, size))
         else:
             held = held_to(stage, limit, theirs, size)
         camera = self.ground.scene.camera
@@ -229,4 +250,7 @@ class Bench:
 
 def _oracle(truth: Answers) -> Witness:
     """Return the oracle's answers as a witness."""
-    return Witness(name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=truth)
+    authors = dict.fromkeys(truth, "the truth")  # the witness of that name may have been asked apart
+    return Witness(
+        name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=truth, authors=authors
+    )

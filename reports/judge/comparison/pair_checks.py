@@ -7,7 +7,6 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.check import Check, camera_check, stage_check, unmeasured
 from rayproof.reports.judge.comparison.copied_answers import copied
 from rayproof.reports.judge.comparison.pair import Bench
-from rayproof.reports.judge.oracle import FullOracle
 from rayproof.reports.judge.renderers import Candidate, Witness, abstention
 from rayproof.reports.judge.tolerance.output_resolution import Coarseness
 from rayproof.reports.results.outcomes import Outcome
@@ -22,16 +21,10 @@ class Obstacle:
     abstains: bool = False
 
 
-def pair_checks(
-    bench: Bench,
-    stages: Sequence[Stage],
-    oracle: FullOracle | None,
-    misshapen: Mapping[str, Mapping[Stage, str]],
-) -> list[Check]:
+def pair_checks(bench: Bench, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]) -> list[Check]:
     """Return a check for each of the stages.
 
-    Those that can be measured are so end to end and, where `oracle` is given, continued from the candidate's own
-    stages. `misshapen` says by renderer and stage whose images have another size than was asked for.
+    `misshapen` says by renderer and stage whose images have another size than was asked for.
     """
     candidate, witness = bench.candidate, bench.witness
     repeated = _repeated(bench)
@@ -52,7 +45,7 @@ def pair_checks(
         elif stage is Stage.CAMERA:
             checks.append(camera_check(bench))
         else:
-            checks.append(stage_check(bench, stage, oracle))
+            checks.append(stage_check(bench, stage))
     return checks
 
 

@@ -42,8 +42,8 @@ class Contradictions:
             return {}
         candidate, stage = self.candidates[check.configuration], check.stage
         assert candidate.answers is not None
-        value = self.ground.oracle.continue_from(self.ground.scene, stage, candidate.answers)
         bench = Bench(ground=self.ground, candidate=candidate, witness=self.witnesses[ORACLE])
+        value = bench.continued_value(stage)
         limit, edge = bench.terms.continued(stage, value)
         ours = candidate.answers[stage]
         failing = (ratios(stage, ours, value, limit)[0] > 1) & ~edge & ~bench.terms.near

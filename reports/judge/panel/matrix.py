@@ -131,7 +131,7 @@ def _within(bench: Bench, stage: Stage) -> Cell | None:
     if stage in WHOLE:
         return Cell(ratio=0.0, differing=0) if np.array_equal(ours, theirs) else None
     worst = bench.ground.once(
-        ("within", stage, bench.terms.rounding), (ours, theirs), lambda: _worst(bench, stage, ours, theirs)
+        ("within", stage, bench.terms.rounding, *bench.authors(stage)), lambda: _worst(bench, stage, ours, theirs)
     )
     return Cell(ratio=worst, differing=0) if worst <= 1 else None
 

@@ -147,14 +147,15 @@ class _EdgesOnce:
     def __init__(self, oracle: FullOracle) -> None:
         self.render, self.at, self.continue_from = oracle.render, oracle.at, oracle.continue_from
         self._oracle = oracle
-        # The scenes are held: another one must not come to lie where one of them lay.
-        self._edges: dict[int, tuple[Scene, Edges]] = {}
+        self._known: list[tuple[Scene, Edges]] = []
 
     def edges(self, scene: Scene) -> Edges:
         """Return the edges of one of the sentinels' scenes."""
-        if id(scene) not in self._edges:
-            self._edges[id(scene)] = (scene, self._oracle.edges(scene))
-        return self._edges[id(scene)][1]
+        found = next((edges for known, edges in self._known if known is scene), None)
+        if found is None:
+            found = self._oracle.edges(scene)
+            self._known.append((scene, found))
+        return found
 
 
 def _judge(sentinel: Sentinel, oracle: FullOracle) -> tuple[Judged, Candidate, list[Witness]]:

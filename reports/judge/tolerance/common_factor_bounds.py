@@ -65,14 +65,14 @@ def floor(terms: Terms) -> float:
 def stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds:
     """Return the bounds of every group at one stage, end to end or given the candidate's own previous stages."""
     key = ("bias bounds", stage, terms.rules, continued)
-    return terms.ground.once(key, (), lambda: _stage_bounds(terms, stage, continued=continued))
+    return terms.ground.once(key, lambda: _stage_bounds(terms, stage, continued=continued))
 
 
 def _stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds:
     truth, candidate = terms.truth, terms.candidate
     constants = sum(Roundoff(party.precision)(CONSTANTS[stage]) for party in (candidate, terms.witness))
     (shared_own, whole_own), (shared, whole) = terms.ground.once(
-        ("bias light", terms.rules), (), lambda: _light_bounds(terms)
+        ("bias light", terms.rules), lambda: _light_bounds(terms)
     )
     if continued:
         # Passes of their own are each off by their own end-to-end error, and so is what they are continued from.
@@ -129,7 +129,7 @@ def _light_bounds(terms: Terms) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np
 
 def groups(terms: Terms) -> tuple[Group, ...]:
     """Return the groups of interior pixels that receive light, of `LEAST_DISTINCT` pixels at least."""
-    return terms.ground.once(("bias groups", terms.rules), (), lambda: _groups(terms))
+    return terms.ground.once(("bias groups", terms.rules), lambda: _groups(terms))
 
 
 def _groups(terms: Terms) -> tuple[Group, ...]:

@@ -58,7 +58,7 @@ class Terms:
     def rules(self) -> tuple:
         """Return what limits and classes depend on beside the ground."""
         epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
-        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon, self._edge_epsilon
+        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon, self.edge_epsilon
         return self.rounding, epsilon.tobytes(), near, self.candidate.chained
 
     @cached_property
@@ -88,7 +88,7 @@ class Terms:
         rounding = self.ground.together(*self._roundoffs, by_matrices=self._by_matrices)
         if not self._coarse:
             return rounding
-        return self.ground.once(("coarse", self.rounding), (), lambda: self._coarsened(rounding))
+        return self.ground.once(("coarse", self.rounding), lambda: self._coarsened(rounding))
 
     def _coarsened(self, rounding: Limits) -> Limits:
         """Return limits with the parties' output steps added."""
@@ -120,7 +120,8 @@ class Terms:
         return self.candidate.light_epsilon + self.witness.light_epsilon
 
     @property
-    def _edge_epsilon(self) -> float:
+    def edge_epsilon(self) -> float:
+        """Return how far [m] beyond an edge the two together may take points for inside."""
         return self.candidate.edge_epsilon + self.witness.edge_epsilon
 
     def _classes(self, shadow_epsilon: float | np.ndarray, *, blind: bool = True) -> Classes:
@@ -130,10 +131,11 @@ class Terms:
         """
         g, light_epsilon = max(self._roundoffs, key=lambda each: each(1)), self._light_epsilon if blind else 0.0
         found = self.ground.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
-        if not self._edge_epsilon:
+        if not self.edge_epsilon:
             return found
-        key = "farther", self._edge_epsilon
-        return self.ground.once(key, (found,), lambda: self.ground.outlined(found, self._edge_epsilon))
+        epsilon = np.asarray(shadow_epsilon, dtype=np.float64).tobytes()
+        key = "farther", self.rounding, epsilon, light_epsilon, self.edge_epsilon
+        return self.ground.once(key, lambda: self.ground.outlined(found, self.edge_epsilon))
 
     @cached_property
     def window(self) -> np.ndarray:
@@ -143,7 +145,7 @@ class Terms:
         if self.scene.lights and (np.any(epsilon > 0) or self._light_epsilon > 0):
             unlit = self.classes.undecided & ~self._classes(0.0, blind=False).undecided
         outline = self.classes.outline
-        if self._edge_epsilon:
+        if self.edge_epsilon:
             plain = replace(self, candidate=_sharp(self.candidate), witness=_sharp(self.witness)).classes.outline
             unlit = (unlit | outline) & ~plain
             return self.near | unlit
@@ -172,7 +174,7 @@ class Terms:
         outline = classes.outline[rows, columns][:, np.newaxis]
         relative = self.limits.relative
         # At an outline another surface may be seen, whose error is met nearby: the largest holds.
-        widest = self.ground.once(("relative",), (relative,), lambda: self._widest(relative))
+        widest = self.ground.once(("relative", self.rounding), lambda: self._widest(relative))
         r = [length(np.asarray(light.position) - truth[Stage.POSITION][rows, columns]) for light in scene.lights]
         apart = np.stack(r, axis=-1)
         other = np.where(self.twins, classes.depth, 0.0)[rows, columns][:, np.newaxis]
@@ -237,9 +239,9 @@ class Terms:
         assert ours is not None
         if not {Stage.RAY, Stage.OBJECT} <= set(ours) or np.array_equal(ours[Stage.OBJECT], self.truth[Stage.OBJECT]):
             return limit
+        authors = tuple(self.ground.author(self.candidate, one) for one in (Stage.RAY, Stage.OBJECT))
         own = self.ground.once(
-            ("where it hit", self.rounding),
-            (ours[Stage.RAY], ours[Stage.OBJECT]),
+            ("where it hit", self.rounding, *authors),
             lambda: self.ground.continued_limits(ours, self._roundoffs, by_matrices=self._by_matrices),
         )
         return np.where(any_of(ours[Stage.OBJECT] != self.truth[Stage.OBJECT]), own[stage], limit)

@@ -12,11 +12,12 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import FullOracle
+from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.tolerance.before_rounding import Unrounded
 from rayproof.reports.judge.tolerance.conditioning import Conditioning, condition
 from rayproof.reports.judge.tolerance.edges import Edges
 from rayproof.reports.judge.tolerance.limits import Limits, Roundoff, limits
-from rayproof.reports.judge.tolerance.pixel_classes import Classes, Unlit, classify, farther, unlit
+from rayproof.reports.judge.tolerance.pixel_classes import Classes, classify, farther, unlit
 
 T = TypeVar("T")
 FARTHEST = 1e30  # m: as good as no far end, and its square is finite
@@ -24,17 +25,43 @@ FARTHEST = 1e30  # m: as good as no far end, and its square is finite
 
 @dataclass(frozen=True, kw_only=True)
 class Ground:
-    """What does not depend on who is judged. Limits are kept, since few kinds of rounding meet in a case."""
+    """What does not depend on who is judged, and a memo: few kinds of rounding, and many equal answers, meet in a case.
+
+    Of one name there is one answer to each stage; the memo goes by names (`author`).
+    """
 
     scene: Scene
     truth: Answers
     edges: Edges
     conditioning: Conditioning
     oracle: FullOracle
-    _limits: dict[tuple, Limits] = field(default_factory=dict)
-    _classes: dict[tuple, Classes] = field(default_factory=dict)
-    _unlit: dict[tuple, Unlit] = field(default_factory=dict)
-    _known: dict[tuple, tuple[tuple, Any]] = field(default_factory=dict)
+    _known: dict[tuple, Any] = field(default_factory=dict)
+    _answers: dict[tuple[str, Stage], Any] = field(default_factory=dict)
+
+    def once(self, key: tuple, found: Callable[[], T]) -> T:
+        """Return what `found` returns, computed once for `key`, which holds all that it depends on beside the scene."""
+        if key not in self._known:
+            self._known[key] = found()
+        return self._known[key]
+
+    def author(self, party: Candidate | Witness, stage: Stage) -> str | None:
+        """Return the name by which the memo knows a party's answer to a stage; None where it has none.
+
+        Raises:
+            ValueError: another answer went by that name in this case, so that the memo would take one for the other.
+
+        """
+        image = (party.answers or {}).get(stage)
+        if image is None:
+            return None
+        name = party.authors.get(stage, party.name)
+        if self._answers.setdefault((name, stage), image) is not image:
+            raise ValueError(f"{name} has two answers to {stage} in one case")
+        return name
+
+    def forgetful(self) -> "Ground":
+        """Return the same with an empty memo, for parties of the same names with other answers."""
+        return replace(self, _known={}, _answers={})
 
     @cached_property
     def _unrounded(self) -> Unrounded:
@@ -42,26 +69,14 @@ class Ground:
 
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
         """Return the limits of one kind of rounding."""
-        key = (g.key, by_matrices)
-        if key not in self._limits:
-            self._limits[key] = limits(self.scene, self.truth, self.conditioning, g, by_matrices=by_matrices)
-        return self._limits[key]
+        about = self.scene, self.truth, self.conditioning, g
+        return self.once(("limits", g.key, by_matrices), lambda: limits(*about, by_matrices=by_matrices))
 
     def together(self, one: Roundoff, other: Roundoff, *, by_matrices: tuple[bool, bool]) -> Limits:
         """Return the limits of two kinds of rounding added: what a difference of two parties' answers may be."""
-        key = (one.key, other.key, by_matrices)
-        if key not in self._limits:
-            mine, theirs = (self.limits(g, by_matrices=own) for g, own in zip((one, other), by_matrices, strict=True))
-            self._limits[key] = Limits(
-                continued={stage: mine.continued[stage] + theirs.continued[stage] for stage in mine.continued},
-                end_to_end={stage: mine.end_to_end[stage] + theirs.end_to_end[stage] for stage in mine.end_to_end},
-                cosine=mine.cosine + theirs.cosine,
-                relative=mine.relative + theirs.relative,
-                position=mine.position + theirs.position,
-                aimed=mine.aimed + theirs.aimed,
-                lifted=mine.lifted + theirs.lifted,
-            )
-        return self._limits[key]
+        key = ("limits together", one.key, other.key, by_matrices)
+        each = zip((one, other), by_matrices, strict=True)
+        return self.once(key, lambda: _added(*(self.limits(g, by_matrices=own) for g, own in each)))
 
     def continued_limits(
         self, ours: Answers, roundoffs: Sequence[Roundoff], *, by_matrices: Sequence[bool]
@@ -80,21 +95,11 @@ class Ground:
         each = [limits(*about, g, by_matrices=own).continued for g, own in zip(roundoffs, by_matrices, strict=True)]
         return {stage: np.sum([one[stage] for one in each], axis=0) for stage in each[0]}
 
-    def once(self, key: tuple, objects: tuple, found: Callable[[], T]) -> T:
-        """Return what `found` returns, computed once for `key` and the same `objects`, which are told by identity.
-
-        The objects are held, so that no other can take their identity.
-        """
-        whole = (*key, *map(id, objects))
-        if whole not in self._known:
-            self._known[whole] = (objects, found())
-        return self._known[whole][1]
-
     def beyond(self, distance: float) -> "Ground":
         """Return the ground of what is seen if nothing nearer to the eye than a distance [m] is."""
         scene = _seen_beyond(self.scene, distance)
         stages = tuple(self.truth)
-        return self.once(("beyond", distance), (), lambda: ground(scene, stages, self.oracle, known={}))
+        return self.once(("beyond", distance), lambda: ground(scene, stages, self.oracle, known={}))
 
     def outlined(self, classes: Classes, edge_epsilon: float) -> Classes:
         """Return the classes for parties whose outlines may lie so much [m] farther out."""
@@ -104,15 +109,23 @@ class Ground:
         self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, light_epsilon: float = 0.0, *, key: tuple
     ) -> Classes:
         """Return the pixel classes under limits; `key` says which ones these are."""
-        whole = (*key, np.asarray(shadow_epsilon, dtype=np.float64).tobytes(), light_epsilon)
-        if whole not in self._classes:
-            if key not in self._unlit:
-                self._unlit[key] = unlit(self._unrounded, limits, g)
-            about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
-            self._classes[whole] = classify(
-                *about, shadow_epsilon=shadow_epsilon, light_epsilon=light_epsilon, before=self._unlit[key]
-            )
-        return self._classes[whole]
+        about = (self.scene, self.truth, self.edges, self.conditioning, limits, g)
+        before = self.once(("unlit", key), lambda: unlit(self._unrounded, limits, g))
+        whole = ("classes", key, np.asarray(shadow_epsilon, dtype=np.float64).tobytes(), light_epsilon)
+        epsilons = {"shadow_epsilon": shadow_epsilon, "light_epsilon": light_epsilon}
+        return self.once(whole, lambda: classify(*about, **epsilons, before=before))
+
+
+def _added(mine: Limits, theirs: Limits) -> Limits:
+    return Limits(
+        continued={stage: mine.continued[stage] + theirs.continued[stage] for stage in mine.continued},
+        end_to_end={stage: mine.end_to_end[stage] + theirs.end_to_end[stage] for stage in mine.end_to_end},
+        cosine=mine.cosine + theirs.cosine,
+        relative=mine.relative + theirs.relative,
+        position=mine.position + theirs.position,
+        aimed=mine.aimed + theirs.aimed,
+        lifted=mine.lifted + theirs.lifted,
+    )
 
 
 def _seen_beyond(scene: Scene, distance: float) -> Scene:

@@ -10,6 +10,7 @@ from rayproof.reports.judge.comparison.box_filter import configuration_of
 from rayproof.reports.judge.comparison.check import Check, accounted
 from rayproof.reports.judge.panel.matrix import Matrix
 from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.tolerance.scene_context import Ground
 from rayproof.reports.judge.verdict import blame
 from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.results.records import ExpectationRecord
@@ -28,6 +29,7 @@ class Judged:
     reason: str = ""
     planned: int
     panel: Mapping[Stage, Matrix] = field(default_factory=dict)  # everybody against everybody
+    ground: Ground | None = None  # on which it was judged; None where the oracle had no answer
 
     def worsened(self, outcome: Outcome, reason: str) -> "Judged":
         """Return it with a worse outcome for a reason of its own; a verdict that is as bad or worse stays."""

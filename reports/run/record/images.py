@@ -12,10 +12,10 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Camera
 from rayproof.cases.stages import IMAGE_STAGES
 from rayproof.reports.judge.comparison.image_shapes import well_shaped
-from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.tolerance.edge_mask import mask
 from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.exr import write_answers
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.image_script import write_pixels
@@ -55,14 +55,13 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     return {}, path.as_posix()
 
 
-def masks(task: JudgeTask, oracle: FullOracle) -> dict[str, Any] | None:
+def masks(task: JudgeTask, judged: Judged) -> dict[str, Any] | None:
     """Return which pixels may differ, for the first configuration before the oracle, as plain JSON data."""
     truth = next((witness for witness in task.witnesses if witness.name == ORACLE), None)
     candidate = next((one for one in task.candidates if one.answers is not None), None)
-    if truth is None or truth.error is not None or candidate is None:
+    scene, base = task.case.scene, judged.ground
+    if truth is None or base is None or candidate is None:
         return None
-    scene = task.case.scene
-    base = ground(scene, stages_of(scene), oracle, known=truth.answers)
     found = mask(Terms(ground=base, candidate=candidate, witness=truth).classes, base.edges)
     if scene.camera.rows is not None:
         found = lattice(found, scene.camera)

@@ -10,7 +10,7 @@ from rayproof.reports.cache.references import KeepingOracle
 from rayproof.reports.cache.store import usual_store
 from rayproof.reports.certify.verdicts import certify
 from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.oracle_memo import Remembering
+from rayproof.reports.judge.oracle import FullOracle
 from rayproof.reports.judge.panel_record import adjudication
 from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.judge.self_test.stand_guard import stand_guard
@@ -46,7 +46,7 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     _guarded(cached=task.cached)
     if isinstance(task, GuardTask):
         return None
-    oracle = Remembering(KeepingOracle(_ORACLE) if task.cached else _ORACLE)
+    oracle = KeepingOracle(_ORACLE) if task.cached else _ORACLE
     judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions, panel=task.panel)
     judged = of_what_is_supported(judged, task.candidates)
     for witness in task.witnesses:
@@ -58,13 +58,13 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     scene = "" if banded else write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
     record = _record(task, judged, scene, images)
-    record.update({"adjudication": panel, "pixels": pixels, "masks": masks(task, oracle)})
+    record.update({"adjudication": panel, "pixels": pixels, "masks": masks(task, judged)})
     if task.certified:
         record["certified"] = _certified(task, judged, oracle)
     return record
 
 
-def _certified(task: JudgeTask, judged: Judged, oracle: Remembering) -> list[dict[str, Any]]:
+def _certified(task: JudgeTask, judged: Judged, oracle: FullOracle) -> list[dict[str, Any]]:
     """Return what certified arithmetic says of the verdicts on those under test, and on each who is tried beside."""
     found = [certify(judged, task.candidates, task.witnesses, oracle).as_json()]
     for trial in task.trials:

@@ -12,7 +12,6 @@ from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.oracle_memo import Remembering
 from rayproof.reports.judge.panel_record import adjudication
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.verdict.case_verdict import Judged
@@ -33,7 +32,7 @@ def other(answers: Answers, name: str, **more) -> Witness:
 
 def heard(ours: Candidate, witnesses: list[Witness], case: Case = CASE) -> tuple:
     """Return the verdict and what the record says of the panel."""
-    oracle = Remembering(ORACLE)
+    oracle = ORACLE
     judged = judge_case(case, [ours], witnesses, oracle, {})
     return judged, adjudication(judged, [ours], witnesses, oracle)
 

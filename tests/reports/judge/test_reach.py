@@ -120,7 +120,7 @@ def test_where_two_surfaces_coincide_a_position_is_not_excused_by_its_neighbourh
     terms, (row, column) = terms_of("random/2/159"), (3, 15)
     answers = {stage: np.array(image) for stage, image in terms.truth.items()}
     answers[Stage.POSITION][row, column] *= 1.001
-    spoilt = replace(terms.candidate, answers=answers)
+    spoilt = replace(terms.candidate, name="spoilt", answers=answers)
 
     found = Bench(ground=terms.ground, candidate=spoilt, witness=terms.witness).end_to_end(Stage.POSITION)
 

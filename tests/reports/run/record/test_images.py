@@ -9,6 +9,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.results.exr import read_answers
 from rayproof.reports.results.image_script import read_pixels
@@ -75,7 +76,8 @@ def test_otherwise_everybody_leaves_an_exr(task, tmp_path, full, outcome):
 
 
 def test_the_mask_has_an_outline_and_leaves_most_alone(task):
-    found = masks(task(), Analytic())
+    asked = task()
+    found = masks(asked, judge_case(asked.case, asked.candidates, asked.witnesses, Analytic(), {}))
 
     assert found is not None
     bits = np.frombuffer(zlib.decompress(b64decode(found["data"])), np.uint8)
