@@ -111,6 +111,7 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Candidate", "mean"): _IMAGE,
     ("Candidate", "unsupported"): {Stage.NORMAL: "a guard says so"},
     ("Candidate", "lacking"): {Stage.NORMAL: "a guard says so"},
+    ("Candidate", "authors"): {Stage.NORMAL: "a guard says so"},
     ("PlannedCase", "trials"): (Trial(name="float32"),),
     ("RunRequest", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),

@@ -17,6 +17,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.self_test.known_answer import CASE
+from rayproof.reports.judge.tolerance.scene_context import Ground, ground
 from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.results.image_script import handed_over, read_pixels
 from rayproof.reports.results.outcomes import Outcome
@@ -51,12 +52,13 @@ def guard_report(oracle: Any) -> None:
         task = JudgeTask(
             case=CASE, candidates=(one, two), witnesses=witnesses, versions={}, folder=Path(name), require=()
         )
-        classes = {each.name: masks(replace(task, candidates=(each,)), oracle) for each in (one, two)}
+        base = ground(CASE.scene, stages_of(CASE.scene), oracle, known=given[ORACLE])
+        classes = {each.name: masks(replace(task, candidates=(each,)), base) for each in (one, two)}
         if len({json.dumps(found and found["data"]) for found in classes.values()}) < 2:
             raise BrokenHarnessError("the report is broken: an epsilon of 0.2 m leaves every pixel's class as it was")
         for outcome in (Outcome.FAIL, Outcome.PASS):
             kept = {name for name in shown if outcome is Outcome.FAIL or name != "tracer-float64"}
-            page = _published(task, oracle, outcome, list(shown))
+            page = _published(task, base, outcome, list(shown))
             images = read_pixels(task.folder / page["pixels"])
             radiance = {name: set(np.unique(images[name][Stage.RADIANCE]).tolist()) for name in images}
             if radiance != {name: {shown[name]} for name in kept}:
@@ -66,7 +68,7 @@ def guard_report(oracle: Any) -> None:
                 raise BrokenHarnessError("the report is broken: pixels are classed as another configuration's")
 
 
-def _published(task: JudgeTask, oracle: Any, outcome: Outcome, names: list[str]) -> dict[str, Any]:
+def _published(task: JudgeTask, base: Ground, outcome: Outcome, names: list[str]) -> dict[str, Any]:
     """Return what the page is handed of a case that ended so."""
     images, pixels = keep_images(task, outcome)
     record: CaseRecord = {
@@ -75,7 +77,7 @@ def _published(task: JudgeTask, oracle: Any, outcome: Outcome, names: list[str])
         "verdict": outcome.value,
         "renders": [{"renderer": name, "image": images.get(name)} for name in names],
         "pixels": pixels,
-        "masks": masks(task, oracle),
+        "masks": masks(task, base),
         "lights": len(CASE.scene.lights),
         "checks": [],
     }

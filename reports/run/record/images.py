@@ -15,7 +15,7 @@ from rayproof.reports.judge.comparison.image_shapes import well_shaped
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.tolerance.edge_mask import mask
 from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.tolerance.scene_context import Ground
 from rayproof.reports.results.exr import write_answers
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.image_script import write_pixels
@@ -55,16 +55,19 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     return {}, path.as_posix()
 
 
-def masks(task: JudgeTask, judged: Judged) -> dict[str, Any] | None:
-    """Return which pixels may differ, for the first configuration before the oracle, as plain JSON data."""
+def masks(task: JudgeTask, base: Ground | None) -> dict[str, Any] | None:
+    """Return which pixels may differ, for the first configuration before the oracle, as plain JSON data.
+
+    `base` is what the case was judged on; None where the oracle had no answer.
+    """
     truth = next((witness for witness in task.witnesses if witness.name == ORACLE), None)
     candidate = next((one for one in task.candidates if one.answers is not None), None)
-    scene, base = task.case.scene, judged.ground
     if truth is None or base is None or candidate is None:
         return None
     found = mask(Terms(ground=base, candidate=candidate, witness=truth).classes, base.edges)
-    if scene.camera.rows is not None:
-        found = lattice(found, scene.camera)
+    camera = task.case.scene.camera
+    if camera.rows is not None:
+        found = lattice(found, camera)
     return {
         "configuration": candidate.name,
         "height": found.shape[0],

@@ -77,7 +77,7 @@ def test_otherwise_everybody_leaves_an_exr(task, tmp_path, full, outcome):
 
 def test_the_mask_has_an_outline_and_leaves_most_alone(task):
     asked = task()
-    found = masks(asked, judge_case(asked.case, asked.candidates, asked.witnesses, Analytic(), {}))
+    found = masks(asked, judge_case(asked.case, asked.candidates, asked.witnesses, Analytic(), {}).ground)
 
     assert found is not None
     bits = np.frombuffer(zlib.decompress(b64decode(found["data"])), np.uint8)
