@@ -84,6 +84,14 @@ class DeclaredRegistry(Registry[Thing]):
             importlib.import_module(self._modules[name])
         return super().__getitem__(name)
 
+    def module(self, name: str) -> str:
+        """Return the dotted name of the module that declares `name`; raise LookupError if nothing does.
+
+        A thing that was registered where nothing is declared (by a test, say) has the module that it was made in.
+        """
+        self.load()
+        return self._modules[name] if name in self._modules else self[name].__module__
+
     def _names(self) -> Collection[str]:
         self.load()
         return {*self._modules, *self._things}

@@ -45,6 +45,7 @@ class Formula:
     kind: Kind
     stage: Stage  # the one blamed when it is wrong
     folder: str  # the extension point, such as "intersections"
+    module: str  # the dotted name of the module that declares it; of a user's own that of its slot's default
     default: bool = False
     erratum: str | None = None  # such as "E6"
     known_bad: str | None = None  # where a form that computes the right thing in exact arithmetic breaks down

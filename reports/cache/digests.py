@@ -76,8 +76,14 @@ def exact(value: Any) -> Any:
 
 
 @cache
+def content_digest(file: Path) -> str:
+    """Return the SHA-256 of a file's content, read once."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+@cache
 def _content(file: Path) -> bytes:
-    return file.relative_to(ROOT).as_posix().encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest()
+    return file.relative_to(ROOT).as_posix().encode() + b"\0" + bytes.fromhex(content_digest(file))
 
 
 @cache

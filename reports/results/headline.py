@@ -42,6 +42,7 @@ def headline(results: RunRecord) -> str:
     shared = "".join(f" But {sentence}." for sentence in results.get("wrong_factors", []))
     for name, cases in _abstained(results).items():
         shared += f" {name} had no say in {len(cases)} case{'' if len(cases) == 1 else 's'}."
+    shared += _taken_up(results)
     shared += f" {legible(results['gate']['sentence'])}" if "gate" in results else ""
     if worst_first == [Outcome.PASS]:
         every = "each passes" if results.get("wrong_factors") else "all pass"
@@ -58,6 +59,14 @@ def headline(results: RunRecord) -> str:
         short = " ".join(f"{sentence.split(AS_WELL)[0].rstrip('.')}." for sentence in causes(results))
         return f"{total}: {', '.join(parts)}. {short}{shared}"
     return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "") + shared
+
+
+def _taken_up(results: RunRecord) -> str:
+    """Return in a sentence how many cases were not rendered in this run, or nothing where all were."""
+    told = results.get("changed")
+    if not told or not told["taken_up"]:
+        return ""
+    return f" {told['taken_up']} cases were not rendered: nothing on which they depend has changed."
 
 
 def causes(results: RunRecord) -> list[str]:

@@ -244,6 +244,8 @@ class CaseRecord(TypedDict, total=False):
     remembered: bool
     worker: str
     attempts: Count
+    rendered: bool
+    depends: dict[str, str]
     key: str
     seconds: Seconds
     judge_seconds: Seconds
@@ -358,6 +360,14 @@ class ReviewRecord(TypedDict, total=False):
     why: str
 
 
+class ChangedRecord(TypedDict):
+    """Of a run that redoes only what changed: how many cases were taken up, and why others were not."""
+
+    taken_up: Count
+    rendered: Count
+    because: dict[str, Count]
+
+
 class RunRecord(TypedDict, total=False):
     """A whole run, as results.json holds it."""
 
@@ -394,6 +404,8 @@ class RunRecord(TypedDict, total=False):
     review: list[ReviewRecord]
     findings: list[dict[str, Any]]
     derivations: list[str]
+    sources: dict[str, str]
+    changed: ChangedRecord
     cases: Required[list[CaseRecord]]
 
 

@@ -15,6 +15,7 @@ from rayproof.reports.results.case_table import Cases
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Terms
 from rayproof.reports.run.demands import demands
+from rayproof.reports.run.dependencies import Dependencies, Earlier
 from rayproof.reports.run.journal import Journal
 from rayproof.reports.run.plan import PlannedCase, record_key
 from rayproof.reports.run.progress import CaseProgress
@@ -37,11 +38,13 @@ def render_and_judge(
     drawing: Drawing,
     store: Store | None,
     workers: "Pool | Dispatch",
+    dependencies: Dependencies,
+    earlier: Earlier | None,
 ) -> tuple[Cases, bool, str | None]:
     """Return the records in the plan's order, whether the user interrupted, and in words why the rest was not done.
 
     `workers` are the processes of this machine, or those of a cluster. Where the first calls of a program under test
-    all fail alike, the rest is not made.
+    all fail alike, the rest is not made. What `earlier` found of cases on which nothing has changed is taken up.
     """
     subject = request.subject
     done: set[str] = set()
@@ -50,12 +53,18 @@ def render_and_judge(
     interrupted, gone = False, None
     calls = FirstCalls(len(planned)) if subject.name == PROGRAM else None
     draw = drawing.submit if len(planned) <= ALL_OF else drawing.leave_out
-    with Journal(request.out, resume=request.resume) as journal, CaseProgress(console, total=len(planned)) as progress:
+    with (
+        Journal(request.out, resume=request.resume or earlier is not None) as journal,
+        CaseProgress(console, total=len(planned)) as progress,
+    ):
 
         def finished(one: PlannedCase, record: CaseRecord) -> None:
             name = one.case.name
             done.add(name)
             record["key"] = keys[name]
+            record["rendered"] = True
+            if dependencies.known:
+                record["depends"] = dependencies.of(one)
             record["reproduce"] = reproduce(request.out, one.case, one.configurations, subject)
             draw(record)
             journal.append(keys[name], record)
@@ -69,7 +78,8 @@ def render_and_judge(
         try:
             todo = array("Q")
             for number, one in enumerate(planned):
-                known = journal.finished(keys[one.case.name])
+                key = keys[one.case.name]
+                known = journal.finished(key) if earlier is None else unchanged(one, earlier, journal, key)
                 if known is not None:
                     done.add(one.case.name)
                     again = reproduce(request.out, one.case, one.configurations, subject)
@@ -115,6 +125,17 @@ def render_and_judge(
         said = f"the first {FIRST} calls fail alike: {calls.hopeless}; `{called()} call` makes one of them by hand"
         return found, interrupted, said
     return found, interrupted, None
+
+
+def unchanged(planned: PlannedCase, earlier: Earlier, journal: Journal, key: str) -> CaseRecord | None:
+    """Return the record of a case on which nothing has changed, now under `key`; None if it must be done."""
+    before = earlier.key(planned)
+    record = None if before is None else journal.finished(before)
+    if record is None:
+        return None
+    record["rendered"], record["key"] = False, key
+    journal.append(key, record)
+    return record
 
 
 class FirstCalls:

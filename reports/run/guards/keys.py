@@ -83,6 +83,7 @@ HOW = (
     "shard",
     "out",
     "resume",
+    "changed",
     "jobs",
     "timeout",
     "json",

@@ -2,18 +2,8 @@
 
 from collections.abc import Sequence
 
-from rayproof.cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
-
-KINDS: dict[str, tuple[type[Shape], ...]] = {
-    "sphere": (Sphere,),
-    "sphere_normal": (Sphere,),
-    "cube": (Cube,),
-    "cube_normal": (Cube,),
-    "plane": (Plane,),
-    "square": (Square,),
-    "triangle": (Triangle, Mesh),
-}
-PLACED = ("to_object", "world_normal")  # of no use where object space is world space
+from rayproof.cases.scene import IDENTITY, Scene
+from rayproof.tracer.catalogue import PLACED, SHAPES_OF
 
 
 def concerned(scene: Scene, slots: Sequence[str]) -> frozenset[int] | None:
@@ -21,11 +11,11 @@ def concerned(scene: Scene, slots: Sequence[str]) -> frozenset[int] | None:
 
     Pixels that show other shapes are equal by construction; counted, they would bury every difference.
     """
-    if not slots or any(slot not in KINDS and slot not in PLACED for slot in slots):
+    if not slots or any(slot not in SHAPES_OF and slot not in PLACED for slot in slots):
         return None
     return frozenset(
         index
         for index, shape in enumerate(scene.shapes)
         for slot in slots
-        if (shape.to_world != IDENTITY if slot in PLACED else isinstance(shape, KINDS[slot]))
+        if (shape.to_world != IDENTITY if slot in PLACED else isinstance(shape, SHAPES_OF[slot]))
     )

@@ -108,4 +108,4 @@ def test_a_reference_that_cannot_tell_its_version_ends_no_run_and_is_never_taken
 
     monkeypatch.setattr(Analytic, "version", broken)
 
-    assert verdict_memory._version("analytic") != verdict_memory._version("analytic")
+    assert verdict_memory.version("analytic") != verdict_memory.version("analytic")
