@@ -10,6 +10,8 @@ OWN = "a formula from a user's own file, which no case has"
 NOT_ASKED = "a refusal: only kinds that have it are asked"
 REFUSED = "a refusal: tests/tracer/shapes/test_representable.py and test_configuration.py"
 
+DIAGNOSIS = "continues a stage from another renderer's, for the diagnosis: tests/tracer/test_render.py"
+
 # "file:function" -> why.
 FUNCTIONS: Mapping[str, str] = {
     "device/coherent_branches.py:asked": BENCH,
@@ -38,9 +40,14 @@ FUNCTIONS: Mapping[str, str] = {
     "device/versions.py:versions": JUDGE,
     "device/llvm.py:packaged_library": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
     "device/llvm.py:select": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
+    "catalogue.py:Catalogue.asked": JUDGE,
+    "render.py:continue_from": DIAGNOSIS,
+    "stages/trace.py:continued": DIAGNOSIS,
 }
 # "file:text of the line" -> why.
 LINES: Mapping[str, str] = {
+    "stages/illumination.py:return _unrolled(world, surfaces, known)": DIAGNOSIS,
+    "stages/illumination.py:free = known": DIAGNOSIS,
     "acceleration/packet_bounds.py:return": HUGE,
     "acceleration/quantised_boxes.py:items = np.zeros((2, lower.shape[1]), dtype=np.uint16)": HUGE,
     "acceleration/quantised_boxes.py:np.minimum(": SEVERAL,

@@ -33,6 +33,7 @@ class Round:
     processor_seconds: float
     peak_bytes: int
     folder_bytes: int
+    index_bytes: int = 0  # of the front page
 
 
 def check(against: Path, rounds: int) -> None:

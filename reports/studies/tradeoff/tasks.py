@@ -8,9 +8,10 @@ from rayproof.cases.families import select
 from rayproof.cases.ladders.ladder import Ladder
 from rayproof.cases.scene import Scene
 from rayproof.cases.stresses import STRESSES
-from rayproof.reports.studies.compare.concerned import KINDS, concerned
+from rayproof.reports.studies.compare.concerned import concerned
 from rayproof.reports.studies.tradeoff.formulas import Task, variants
 from rayproof.reports.studies.tradeoff.ladders import ladders
+from rayproof.tracer.catalogue import SHAPES_OF
 from rayproof.tracer.formula import Formula
 
 DEFAULT = (
@@ -77,7 +78,7 @@ def tasks(
 def _task(family: str, slot: str, scenes: Sequence[Scene], named: tuple[Formula, ...]) -> Task | None:
     """Return the diagram of a slot on a family, or None where there is nothing to choose from or nothing to see."""
     formulas = variants(slot, named)
-    if slot not in KINDS or len(formulas) < 2:
+    if slot not in SHAPES_OF or len(formulas) < 2:
         return None
     showing = tuple(scene for scene in scenes if concerned(scene, [slot]))[:MOST_SCENES]
     return Task(diagram=f"{slot}/{family}", slot=slot, formulas=formulas, scenes=showing) if showing else None
