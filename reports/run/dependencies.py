@@ -9,7 +9,7 @@ it for the next, so that what was seen to run there would be too little.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -28,6 +28,7 @@ from rayproof.tracer.configuration import Configuration
 FAMILIES = "rayproof.cases.families"
 # The modules that a part of the code begins with, and those in which nothing that these import counts.
 Part = tuple[tuple[str, ...], tuple[str, ...]]
+NOT_KEPT = "it was not done before, or ended in an error"
 DIGITS = 16  # of a digest that is only compared with another of the same name
 # What of a case's dependencies is no code, in words.
 OF_OTHER_KINDS = {
@@ -52,9 +53,10 @@ class Dependencies:
 
     def of(self, planned: PlannedCase) -> dict[str, str]:
         """Return digests of what is asked, and of what answers; what is equal has not changed."""
+        trials = [trial.title for trial in planned.trials]
         return {
             "case": digest(exact(planned.case))[:DIGITS],
-            "demands": digest(exact([self._demands, planned.configurations, planned.routes]))[:DIGITS],
+            "demands": digest(exact([self._demands, planned.configurations, planned.routes, trials]))[:DIGITS],
             "formulas": digest(self._declared(planned.configurations))[:DIGITS],
             "machine": digest(machine())[:DIGITS],
             "code": digest([code(modules, without=without) for modules, without in self._parts(planned)])[:DIGITS],
@@ -133,20 +135,20 @@ class Earlier:
             if before is not None:
                 self._cases[record["name"]] = before
 
-    def key(self, planned: PlannedCase) -> str | None:
-        """Return the key of the record of a case on which nothing has changed; None, if it must be done again."""
+    def unchanged(self, planned: PlannedCase, kept: Callable[[str], CaseRecord | None]) -> CaseRecord | None:
+        """Return the record of a case on which nothing has changed; None, if it must be done again.
+
+        `kept` gives the record of a key, unless there is none, or it ended in an error, or a reference abstained.
+        """
         if not self._dependencies.known:
             return None
         before = self._cases.get(planned.case.name)
-        if before is None:
-            self._because["it was not done before, or ended in an error"] += 1
-            return None
-        changed = self._changed(before, planned)
-        self._because.update(changed)
-        if changed:
-            return None
-        self._taken += 1
-        return before.key
+        changed = [] if before is None else self._changed(before, planned)
+        record = None if before is None or changed else kept(before.key)
+        if record is not None:
+            self._taken += 1
+        self._because.update(changed if record is not None or changed else [NOT_KEPT])
+        return record
 
     def _changed(self, before: Before, planned: PlannedCase) -> list[str]:
         """Return what has changed, in words and by the names of files."""

@@ -129,8 +129,7 @@ def render_and_judge(
 
 def unchanged(planned: PlannedCase, earlier: Earlier, journal: Journal, key: str) -> CaseRecord | None:
     """Return the record of a case on which nothing has changed, now under `key`; None if it must be done."""
-    before = earlier.key(planned)
-    record = None if before is None else journal.finished(before)
+    record = earlier.unchanged(planned, journal.finished)
     if record is None:
         return None
     record["rendered"], record["key"] = False, key

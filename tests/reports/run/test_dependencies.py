@@ -13,12 +13,14 @@ from rayproof.cases.families import select
 from rayproof.reports.cache import digests
 from rayproof.reports.cache.closure import ROOT
 from rayproof.reports.processes.pool import Pool
+from rayproof.reports.results.document import save_results
 from rayproof.reports.run import dependencies
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.dependencies import Dependencies, Earlier
 from rayproof.reports.run.plan import PlannedCase, plan
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, Subject
 from tests.reports.commands.conftest import Rayproof, rayproof
+from tests.reports.publish.sample import results_of
 
 __all__ = ["rayproof"]  # a fixture
 
@@ -128,10 +130,24 @@ def test_a_program_and_what_is_not_known_are_done_again(tmp_path: Path) -> None:
 
     for subject in (program, THE_TRACER):
         earlier = Earlier(tmp_path, Dependencies(DEMANDS, subject), ())
-        assert earlier.key(planned) is None
+        assert earlier.unchanged(planned, lambda _: {"name": "never asked"}) is None
     assert earlier.record(planned=1) == {
         "taken_up": 0, "rendered": 1, "because": {"it was not done before, or ended in an error": 1}
     }  # fmt: skip
+
+
+def test_a_case_that_ended_in_an_error_is_done_again_and_counted_so(tmp_path: Path) -> None:
+    (planned,) = plan(select((CASES[0],)), ("float32",))
+    needs = Dependencies(DEMANDS, THE_TRACER)
+    case = {"name": CASES[0], "family": "primitives", "verdict": "error", "covers": [], "checks": [], "item": None}
+    case |= {"key": "0", "depends": needs.of(planned)}
+    save_results(tmp_path, results_of([case]))
+    earlier = Earlier(tmp_path, needs, ())
+
+    assert earlier.unchanged(planned, lambda _: None) is None
+    assert earlier.record(planned=1) == {"taken_up": 0, "rendered": 1, "because": {dependencies.NOT_KEPT: 1}}
+    assert earlier.unchanged(planned, lambda key: {**case, "key": key}) is not None
+    assert earlier.record(planned=1)["taken_up"] == 1
 
 
 def test_whatever_a_changed_formula_file_changes_is_done_again() -> None:
