@@ -14,16 +14,16 @@ are asked round by less than 12 u norm(m). ROUNDINGS is twice and more what any 
 """
 
 import math
-from collections.abc import Callable, Sequence
+import operator
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 from typing import Any
 
 import drjit as dr
 import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.tracer.acceleration.packet_bounds import larger, smaller
+from rayproof.tracer.acceleration.packet_bounds import larger, reduced, smaller
 from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.device.kernel_constants import KernelConstants
 from rayproof.tracer.shapes.shape import TracedShape
@@ -38,20 +38,22 @@ class Directions:
         """Bound `directions`, which are finite. One that is no number bounds nothing, and its ray meets nothing."""
         Float, rounded = types.Float, ROUNDINGS * UNIT_ROUNDOFF[types.precision]
 
-        def end(axis: int, choose: Callable[[Any, Any], Any], least: float) -> Any:
-            found = [direction[axis] for direction in directions]
-            if active is not None:
-                found = [dr.select(counts, one, Float(least)) for one, counts in zip(found, active, strict=True)]
-            # Two chains: one would wait for itself. What is no number is not chosen if it comes first.
-            return choose(*(reduce(lambda a, b: choose(b, a), found[first::2], Float(least)) for first in (0, 1)))
-
+        if active is not None:
+            # Those that are not take the direction of the first that is.
+            first = directions[0]
+            for one, counts in zip(directions[::-1], active[::-1], strict=True):
+                first = dr.select(counts, one, first)
+            directions = [dr.select(counts, one, first) for one, counts in zip(directions, active, strict=True)]
         middle, half = [], []
         for axis in range(3):
-            low, high = end(axis, smaller, dr.inf), end(axis, larger, -dr.inf)
-            # No number where no ray is active: then nobody meets anything.
+            low, high = Float(dr.inf), Float(-dr.inf)
+            for direction in directions:
+                low, high = smaller(direction[axis], low), larger(direction[axis], high)
             middle.append((low + high) * 0.5)
             half.append((high - low) * 0.5 + larger(abs(low), abs(high)) * rounded)
         self.middle = types.Vector(*middle)
+        if active is not None:
+            self.middle = dr.select(reduced(operator.or_, active), self.middle, dr.nan)  # nobody meets anything
         across = dr.squared_norm(types.Vector(*half))
         along = dr.squared_norm(self.middle) - across
         self.along = dr.sqrt(larger(along, 0))
