@@ -2,13 +2,17 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 from rayproof.reports.commands.lookup import Repeated
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord
+    from rayproof.reports.studies.stability.survey import Plan
 
 CLEARED = 100  # columns of an earlier, longer line
 SHOWN = 40  # rows of the table, unless formulas or ladders were named
@@ -57,7 +61,7 @@ def stability(
     if not planned.ladders:
         raise UsageError("none of the formulas named is on any of the ladders named")
     doubts: list[str] = []
-    records: list[dict[str, Any]] = []
+    records: list[ClimbRecord] = []
     for one in survey(planned, doubts=doubts.append):
         records.append(one)
         tell(len(records), planned.climbs, one)
@@ -70,7 +74,7 @@ def stability(
     return 1 if surprises else 0
 
 
-def tell(done: int, total: int, one: dict[str, Any]) -> None:
+def tell(done: int, total: int, one: "ClimbRecord") -> None:
     """Say on standard error how far the survey has come; piped, only what is surprising."""
     line = f"[{done}/{total}] {one['ladder']} {one['formula']} {one['precision']}"
     if one["surprise"]:
@@ -80,7 +84,7 @@ def tell(done: int, total: int, one: dict[str, Any]) -> None:
         sys.stderr.flush()
 
 
-def summary(planned: Any, records: list[dict[str, Any]], doubts: list[str], surprises: int) -> dict[str, Any]:
+def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
     """Return what `--json` writes."""
     from rayproof.reports.studies.stability.guards import keeps_subnormals
     from rayproof.tracer.device.versions import versions
@@ -96,7 +100,7 @@ def summary(planned: Any, records: list[dict[str, Any]], doubts: list[str], surp
     }
 
 
-def written(folder: Path, planned: Any, found: dict[str, Any]) -> None:
+def written(folder: Path, planned: "Plan", found: "SurveyRecord") -> None:
     """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
     from rayproof.reports.studies.stability.publish import publish
 
@@ -106,7 +110,7 @@ def written(folder: Path, planned: Any, found: dict[str, Any]) -> None:
     write_json(folder / "about.json", {key: value for key, value in found.items() if key != "ladders"})
 
 
-def show(records: list[dict[str, Any]], doubts: list[str], surprises: int, *, everything: bool) -> None:
+def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, everything: bool) -> None:
     """Print the table, worst first, then what was surprising."""
     from rayproof.reports.studies.stability.records import worst_first
 
@@ -130,7 +134,7 @@ def show(records: list[dict[str, Any]], doubts: list[str], surprises: int, *, ev
     )
 
 
-def row(one: dict[str, Any]) -> list[str]:
+def row(one: "ClimbRecord") -> list[str]:
     """Return one line of the table."""
     slope = "" if one["slope"] is None else f"{one['slope']:.2f}"
     if one["slope_interval"]:

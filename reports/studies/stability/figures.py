@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, NullLocator, StrMethodFormatter
 
 from rayproof.cases.ladders.ladder import Ladder
+from rayproof.reports.studies.stability.records import ClimbRecord, RungRecord
 
 MARKERS = "os^vD<>ph*Xd"
 STYLE: dict[Any, Any] = {"svg.hashsalt": "rayproof", "svg.fonttype": "none", "font.size": 8.0}
@@ -23,7 +24,7 @@ HEIGHT, PANEL, LEFT, GAP, BELOW, ABOVE = 3.6, 4.0, 0.75, 0.6, 0.5, 0.5
 KEY, CHARACTER = 0.5, 0.068  # of the legend: its line, and a letter of its text
 
 
-def figure(file: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> None:
+def figure(file: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
     """Write the figure of one ladder, a panel per precision."""
     precisions = sorted({one["precision"] for one in records})
     # Names must keep their colour from panel to panel.
@@ -65,10 +66,10 @@ def _measures(ladder: Ladder) -> bool:
     return ladder.kind == "sweep"
 
 
-def _line(panel: Any, ladder: Ladder, one: dict[str, Any], index: int) -> None:
-    points = [(rung["value"], _height(ladder, rung)) for rung in one["values"]]
+def _line(panel: Any, ladder: Ladder, climb: ClimbRecord, index: int) -> None:
+    points = [(rung["value"], _height(ladder, rung)) for rung in climb["values"]]
     kept = [(value, height) for value, height in points if height is not None and height > 0]
-    style = "--" if one["expected"] == "fail" else "-"
+    style = "--" if climb["expected"] == "fail" else "-"
     panel.plot(
         np.array([value for value, _ in kept]),
         np.array([height for _, height in kept]),
@@ -77,15 +78,15 @@ def _line(panel: Any, ladder: Ladder, one: dict[str, Any], index: int) -> None:
         color=f"C{index % 10}",
         markersize=3,
         linewidth=0.8,
-        label=_label(one),
+        label=_label(climb),
     )
 
 
-def _label(one: dict[str, Any]) -> str:
-    return one["formula"] + (" (expected to fail)" if one["expected"] == "fail" else "")
+def _label(climb: ClimbRecord) -> str:
+    return climb["formula"] + (" (expected to fail)" if climb["expected"] == "fail" else "")
 
 
-def _height(ladder: Ladder, rung: dict[str, Any]) -> float | None:
+def _height(ladder: Ladder, rung: RungRecord) -> float | None:
     if _measures(ladder):
         return rung["median"]
     wrong = rung["false_hits"] + rung["false_misses"] + rung["invalid"]

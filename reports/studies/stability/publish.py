@@ -4,20 +4,19 @@ import csv
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rayproof.cases.ladders.ladder import Ladder
 from rayproof.reports.results.json_numbers import plain
-from rayproof.reports.studies.stability.records import about
+from rayproof.reports.studies.stability.records import ClimbRecord, about
 
 FIRST_COLUMNS = ("formula", "precision")
 
 
-def publish(folder: Path, ladder: Ladder, records: Sequence[dict[str, Any]]) -> None:
+def publish(folder: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
     """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
     from rayproof.reports.studies.stability.figures import figure
 
-    content = plain(about(ladder) | {"climbs": list(records)})
+    content = plain({**about(ladder), "climbs": list(records)})
     (folder / f"{ladder.name}.json").write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     rows = [
         {"formula": one["formula"], "precision": one["precision"]} | rung for one in records for rung in one["values"]

@@ -1,7 +1,7 @@
 """Verdicts as plain data: what `--json` writes and what tables and figures are made from."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import NotRequired, TypedDict, cast
 
 from rayproof.cases.ladders.ladder import Ladder
 from rayproof.reports.studies.stability.climb import Climb, Rung
@@ -9,7 +9,105 @@ from rayproof.reports.studies.stability.judge import Verdict
 from rayproof.tracer.formula import is_own
 
 
-def record(verdict: Verdict) -> dict[str, Any]:
+class RungRecord(TypedDict):
+    """One value of a ladder's parameter: how many rays were answered wrongly, and the errors in the ladder's unit."""
+
+    value: float
+    rays: int
+    false_hits: int
+    false_misses: int
+    invalid: int
+    median: float | None
+    median_low: float | None  # of its 95 % interval
+    median_high: float | None
+    p99: float | None
+    worst: float | None
+    worst_over_Ku: float | None  # largest error over condition number and unit roundoff
+    double_hits: NotRequired[int]  # rays through a shared edge that met both triangles
+    acne: NotRequired[int]  # feelers that met the surface that they leave
+    leak: NotRequired[int]  # feelers that missed what is between point and light
+
+
+class ClimbRecord(TypedDict):
+    """One formula on one ladder in one precision."""
+
+    ladder: str
+    formula: str
+    precision: str
+    slope: float | None  # of log error over log parameter
+    slope_interval: list[float] | None
+    slope_predicted: float | None
+    breakpoint: float | None  # of the parameter
+    worst_error_over_Ku: float | None
+    false_hits: int
+    false_misses: int
+    invalid: int
+    rays: int
+    per_million: dict[str, float]  # what is counted beside hits -> per million rays
+    expected: str
+    verdict: str
+    reasons: list[str]
+    known: str  # why the catalogue expects a failure, or nothing
+    surprise: str
+    values: list[RungRecord]
+
+
+class GateRecord(TypedDict):
+    """What a formula has to reach on a ladder."""
+
+    reaches: dict[str, float]  # precision -> value of the parameter
+    misclassified: float  # share of rays
+    error_over_Ku: float | None
+
+
+class LawRecord(TypedDict):
+    """The slope that mathematics predicts for some formulas, from the value `first` on."""
+
+    formulas: list[str]
+    precisions: list[str]
+    slope: float | None
+    because: str
+    first: float
+
+
+class LadderRecord(TypedDict):
+    """What the catalogue says of a ladder; `climbs` is there where its climbs are written with it."""
+
+    ladder: str
+    group: str
+    kind: str
+    saturated: float  # median error from which on a value says nothing about the slope
+    slots: list[str]
+    parameter: str
+    values: list[float]
+    unit: str
+    condition: str
+    gate: GateRecord
+    first_to_break: str
+    survivor: str
+    measured: str
+    laws: list[LawRecord]
+    climbs: NotRequired[list[ClimbRecord]]
+
+
+class SurveyAbout(TypedDict):
+    """What is true of all climbs of a survey."""
+
+    schema: int
+    surprises: int
+    doubts: list[str]  # what makes the truth or the arithmetic itself unsure
+    quick: bool
+    environment: dict[str, str]
+    subnormals: dict[str, str]  # precision -> whether they are kept
+
+
+class SurveyRecord(SurveyAbout):
+    """What `rayproof stability --json` writes."""
+
+    ladders: list[ClimbRecord]
+
+
+def record(verdict: Verdict) -> ClimbRecord:
     """Return one formula on one ladder in one precision."""
     climb = verdict.climb
     slope = climb.slope
@@ -56,9 +154,9 @@ def per_million(climb: Climb) -> dict[str, float]:
     return {name: 1e6 * count / rays for name, count in counts.items()}
 
 
-def rung_record(rung: Rung) -> dict[str, Any]:
+def rung_record(rung: Rung) -> RungRecord:
     """Return one value of a sweep."""
-    return {
+    measured = {
         "value": rung.value,
         "rays": rung.rays,
         "false_hits": rung.false_hits,
@@ -70,11 +168,11 @@ def rung_record(rung: Rung) -> dict[str, Any]:
         "p99": rung.p99,
         "worst": rung.worst,
         "worst_over_Ku": rung.index,
-        **rung.counts,
     }
+    return cast("RungRecord", measured | rung.counts)  # a question names what it counts
 
 
-def about(ladder: Ladder) -> dict[str, Any]:
+def about(ladder: Ladder) -> LadderRecord:
     """Return what the catalogue says of a ladder."""
     return {
         "ladder": ladder.name,
@@ -107,12 +205,12 @@ def about(ladder: Ladder) -> dict[str, Any]:
     }
 
 
-def worst_first(records: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def worst_first(records: Sequence[ClimbRecord]) -> list[ClimbRecord]:
     """Return surprises first, then failures, then the largest share of wrong answers and the largest error."""
 
-    def badness(one: dict[str, Any]) -> tuple[Any, ...]:
-        wrong = (one["false_hits"] + one["false_misses"] + one["invalid"]) / max(1, one["rays"])
-        error = one["worst_error_over_Ku"] or 0.0
-        return (not one["surprise"], one["verdict"] == "pass", -wrong, -error, one["ladder"], one["formula"])
+    def badness(climb: ClimbRecord) -> tuple[bool, bool, float, float, str, str]:
+        wrong = (climb["false_hits"] + climb["false_misses"] + climb["invalid"]) / max(1, climb["rays"])
+        error = climb["worst_error_over_Ku"] or 0.0
+        return (not climb["surprise"], climb["verdict"] == "pass", -wrong, -error, climb["ladder"], climb["formula"])
 
     return sorted(records, key=badness)

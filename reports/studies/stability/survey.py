@@ -3,14 +3,13 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any
 
 from rayproof.cases.ladders import all_ladders
 from rayproof.cases.ladders.ladder import Ladder
 from rayproof.reports.studies.stability.climb import climb, drawn
 from rayproof.reports.studies.stability.guards import broken
 from rayproof.reports.studies.stability.judge import doubted, judged
-from rayproof.reports.studies.stability.records import record
+from rayproof.reports.studies.stability.records import ClimbRecord, record
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.formula import Formula, is_own
 
@@ -83,7 +82,7 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
     return Plan(ladders=chosen, precisions=tuple(precisions), quick=quick)
 
 
-def survey(planned: Plan, *, doubts: Callable[[str], None]) -> Iterator[dict[str, Any]]:
+def survey(planned: Plan, *, doubts: Callable[[str], None]) -> Iterator[ClimbRecord]:
     """Yield a record per climb; tell `doubts` what makes the truth or the arithmetic itself unsure."""
     for precision in planned.precisions:
         for guard in broken(precision):
