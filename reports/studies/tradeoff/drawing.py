@@ -11,6 +11,8 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from rayproof.reports.studies.tradeoff.points import DiagramRecord, PointRecord
+
 MARKERS = {"float32": "o", "float64": "s"}
 SETTINGS: dict[Any, Any] = {
     "svg.hashsalt": "rayproof",
@@ -22,7 +24,7 @@ SETTINGS: dict[Any, Any] = {
 COLORS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#777777", "#994455", "#004488", "#997700")
 
 
-def svg(diagram: dict[str, Any]) -> str:
+def svg(diagram: DiagramRecord) -> str:
     """Return a diagram's SVG text."""
     with mpl.rc_context(SETTINGS):
         file = io.StringIO()
@@ -30,7 +32,7 @@ def svg(diagram: dict[str, Any]) -> str:
     return file.getvalue()
 
 
-def draw(diagram: dict[str, Any]) -> Figure:
+def draw(diagram: DiagramRecord) -> Figure:
     """Return the diagram as a figure."""
     figure = Figure(figsize=(8.0, 5.0))
     # Room for the legend; working the layout out would cost a second a diagram.
@@ -63,11 +65,11 @@ def draw(diagram: dict[str, Any]) -> Figure:
     return figure
 
 
-def _hue(point: dict[str, Any]) -> str:
+def _hue(point: PointRecord) -> str:
     return point["variant"] or point["renderer"]
 
 
-def _mark(axes: Any, point: dict[str, Any], color: str) -> None:
+def _mark(axes: Any, point: PointRecord, color: str) -> None:
     """Draw a point with its intervals; filled on the front, its label with the wrong share if there is one."""
     if not math.isfinite(point["error"]):
         return  # nothing was decided rightly, so nothing has an error

@@ -7,11 +7,11 @@ import html
 import io
 import json
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.json_numbers import plain
 from rayproof.reports.studies.tradeoff.drawing import svg
+from rayproof.reports.studies.tradeoff.points import DiagramRecord, PointRecord, TradeoffRecord
 
 FOLDER = "tradeoff"
 STYLE = (
@@ -40,7 +40,7 @@ PAGE = """<!doctype html>
 """
 
 
-def write(out: Path, result: dict[str, Any]) -> list[Path]:
+def write(out: Path, result: TradeoffRecord) -> list[Path]:
     """Write everything below `out`/tradeoff and return the paths."""
     folder = out / FOLDER
     written = [
@@ -54,7 +54,7 @@ def write(out: Path, result: dict[str, Any]) -> list[Path]:
     return [*written, write_text(folder / "index.html", page(result, report=(out / "index.html").is_file()))]
 
 
-def table(result: dict[str, Any]) -> str:
+def table(result: TradeoffRecord) -> str:
     """Return all points as CSV."""
     rows = [point for diagram in result["diagrams"] for point in diagram["points"]]
     file = io.StringIO()
@@ -65,7 +65,7 @@ def table(result: dict[str, Any]) -> str:
     return file.getvalue()
 
 
-def page(result: dict[str, Any], *, report: bool) -> str:
+def page(result: TradeoffRecord, *, report: bool) -> str:
     """Return the page; it needs no script and lets in nothing but pictures of its own folder."""
     digest = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
     facts = ", ".join(f"{key} {value}" for key, value in result["environment"].items() if not key.startswith("drjit_"))
@@ -79,7 +79,7 @@ def page(result: dict[str, Any], *, report: bool) -> str:
     )
 
 
-def _section(diagram: dict[str, Any]) -> str:
+def _section(diagram: DiagramRecord) -> str:
     name, picture = html.escape(diagram["name"]), html.escape(diagram["svg"])
     heads = ("", diagram["time_axis"], "", diagram["error_axis"], "", "wrong")
     rows = "\n".join(
@@ -96,7 +96,7 @@ def _section(diagram: dict[str, Any]) -> str:
     )
 
 
-def _cells(point: dict[str, Any]) -> tuple[str, ...]:
+def _cells(point: PointRecord) -> tuple[str, ...]:
     return (
         point["label"],
         f"{point['nanoseconds']:.3g}",

@@ -2,14 +2,13 @@
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from rayproof.cases.ladders.ladder import Ladder
 from rayproof.reports.studies.tradeoff.clocks import interleave
 from rayproof.reports.studies.tradeoff.formulas import Task, entries
 from rayproof.reports.studies.tradeoff.ladders import LADDER, ladder_entries
 from rayproof.reports.studies.tradeoff.overall import overall
-from rayproof.reports.studies.tradeoff.points import Point, front, point_record
+from rayproof.reports.studies.tradeoff.points import DiagramRecord, Point, TradeoffRecord, front, point_record
 from rayproof.reports.studies.tradeoff.routes import ROUTES, route_entries
 from rayproof.reports.studies.tradeoff.sampling import sampling_entries
 from rayproof.reports.studies.tradeoff.tasks import Sampled
@@ -35,7 +34,7 @@ def measure(
     repetitions: int,
     tell: Callable[[str], None],
     named: Sequence[Formula] = (),
-) -> dict[str, Any]:
+) -> TradeoffRecord:
     """Return all points and diagrams as docs/tradeoff.md describes them; of ladders those of the formulas `named`."""
     start = time.monotonic()
     ready = [entry for task in formulas for entry in entries(task, tell)]
@@ -58,7 +57,7 @@ def measure(
     }
 
 
-def _diagram(points: Sequence[Point], name: str) -> dict[str, Any]:
+def _diagram(points: Sequence[Point], name: str) -> DiagramRecord:
     mine = [point for point in points if point.diagram == name]
     ahead = front(mine)
     kind = KINDS.get(name.split("/")[0], "formulas")

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypedDict
 
 from rayproof.reports.studies.compare.statistics import Interval
 
@@ -55,7 +55,52 @@ def front(points: Sequence[Point]) -> tuple[Point, ...]:
     return tuple(sorted(ahead, key=lambda one: (one.nanoseconds, one.label)))
 
 
-def point_record(point: Point, *, on_front: bool) -> dict[str, Any]:
+class PointRecord(TypedDict):
+    """A point as docs/tradeoff.md describes it; bounds are those of 95 % intervals."""
+
+    diagram: str
+    label: str
+    renderer: str
+    variant: str
+    precision: str
+    samples: int  # per pixel
+    kind: str
+    nanoseconds: float  # per ray or pixel, as the diagram's axis says
+    nanoseconds_low: float
+    nanoseconds_high: float
+    clock: str
+    error: float  # what the diagram's axis says
+    error_low: float
+    error_high: float
+    natural: float | None
+    unit: str
+    wrong: float  # share of pixels
+    front: bool
+
+
+class DiagramRecord(TypedDict):
+    """A work-precision diagram: which points it has, and the labels of those on its Pareto front."""
+
+    name: str
+    kind: str
+    svg: str  # file name
+    time_axis: str
+    error_axis: str
+    front: list[str]
+    points: list[PointRecord]
+
+
+class TradeoffRecord(TypedDict):
+    """What tradeoff.json holds."""
+
+    schema: int
+    environment: dict[str, str]
+    repetitions: int
+    seconds: float
+    diagrams: list[DiagramRecord]
+
+
+def point_record(point: Point, *, on_front: bool) -> PointRecord:
     """Return a point as plain data; see docs/tradeoff.md."""
     return {
         "diagram": point.diagram,
