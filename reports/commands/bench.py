@@ -2,11 +2,14 @@
 
 import json as json_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, cast
 
 from rayproof.reports.commands.lookup import Repeated, configurations
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from rayproof.reports.studies.bench.records import BenchRecord, SceneRecord
 
 BUDGET, QUICK_BUDGET = 4.0, 0.8  # s for the rounds of one scene at one size
 
@@ -116,24 +119,27 @@ HEAD = [
 ]
 
 
-def line(entry: dict[str, Any]) -> str:
+def line(entry: "SceneRecord") -> str:
     """Return a finished scene in a line."""
     return "  ".join(row(entry))
 
 
-def row(entry: dict[str, Any]) -> list[str]:
+def row(entry: "SceneRecord") -> list[str]:
     """Return a scene's cells."""
     error, differ, limit = entry["error"], entry["pixels_differ"], entry["limit_fraction"]
+    together = entry["limit_sum_fraction"]
     return [
         entry["name"],
         f"{entry['width']}x{entry['height']}",
         f"{entry['ours_ms']:.2f}",
-        *(_ratio(entry[key], entry[f"{key}_interval"]) for key in ("ratio_minimal", "ratio_direct", "control")),
+        _ratio(entry["ratio_minimal"], entry["ratio_minimal_interval"]),
+        _ratio(entry["ratio_direct"], entry["ratio_direct_interval"]),
+        _ratio(entry["control"], entry["control_interval"]),
         "-" if differ is None else f"{100 * differ:.3f} %",
         "-" if error is None else f"{error['p99']:.1e}",
         f"{entry['compile_ms']:.0f} ms",
         f"{entry['build_ms']:.0f} ms",
-        "-" if limit is None else f"{100 * limit:.0f} % (sum {100 * entry['limit_sum_fraction']:.0f} %)",
+        "-" if limit is None or together is None else f"{100 * limit:.0f} % (sum {100 * together:.0f} %)",
     ]
 
 
@@ -141,7 +147,7 @@ def _ratio(value: float | None, interval: list[float] | None) -> str:
     return "-" if value is None or interval is None else f"{value:.2f} [{interval[0]:.2f}, {interval[1]:.2f}]"
 
 
-def _earlier(file: Path | None) -> dict[str, Any] | None:
+def _earlier(file: Path | None) -> "BenchRecord | None":
     """Return an earlier benchmark.
 
     Raises:
@@ -156,4 +162,4 @@ def _earlier(file: Path | None) -> dict[str, Any] | None:
         raise UsageError(f"{file}: is not JSON: {error}") from None
     if not isinstance(document, dict) or not isinstance(document.get("scenes"), list):
         raise UsageError(f"{file}: is not a benchmark that rayproof bench --json wrote")
-    return document
+    return cast("BenchRecord", document)

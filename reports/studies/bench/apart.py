@@ -16,6 +16,7 @@ from rayproof.reports.processes.worker import Reply, serve
 from rayproof.reports.studies.bench import CONTENDERS
 from rayproof.reports.studies.bench.contenders.ours import ask_about
 from rayproof.reports.studies.bench.document import entry, measured
+from rayproof.reports.studies.bench.records import MachineRecord, SceneRecord
 from rayproof.tracer.configuration import Configuration
 
 KIND = "bench"
@@ -32,7 +33,7 @@ class Task:
     scene: str
     size: tuple[int, int]  # px
     contenders: tuple[str, ...]
-    machine: dict[str, Any]
+    machine: MachineRecord
     budget: float  # s
     formulas: str = "float32"  # by which the tracer renders: a configuration, of which the precision does not matter
 
@@ -95,7 +96,7 @@ class _Apart:
         self._answer()
         self._ask()
 
-    def entry(self) -> dict[str, Any]:
+    def entry(self) -> SceneRecord:
         """Return the scene's entry in the benchmark's document, once it is timed."""
         return self._answer()
 
@@ -104,7 +105,7 @@ class _Apart:
         self._pool.close()
 
 
-def timed_apart(tasks: Sequence[Task]) -> Generator[dict[str, Any] | BenchError]:
+def timed_apart(tasks: Sequence[Task]) -> Generator[SceneRecord | BenchError]:
     """Yield each task's entry in the benchmark's document, or why there is none.
 
     While one is timed there is no other; while the errors of its pictures are found, the next one loads.

@@ -23,12 +23,14 @@ from rayproof.reports.studies.bench.measuring import (
     ratio,
     timed,
 )
+from rayproof.reports.studies.bench.records import BenchRecord, ContenderRecord, LimitRecord, MachineRecord, SceneRecord
 from rayproof.reports.studies.bench.work import loops
 
 SCHEMA = 1
+UNKNOWN_LIMIT: LimitRecord = {"limit_fraction": None, "limit_by": None, "limit_sum_fraction": None}
 
 
-def begun(machine: dict[str, Any]) -> dict[str, Any]:
+def begun(machine: MachineRecord) -> BenchRecord:
     """Return the document of a benchmark without its scenes, on a `machine` with these peaks."""
     return {
         "schema": SCHEMA,
@@ -61,7 +63,7 @@ def _counted(kernels: tuple[Kernel, ...], ours: Prepared | None) -> tuple[Kernel
     return shared(kernels, ours.asked())
 
 
-def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: dict[str, Any]) -> dict[str, Any]:
+def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: MachineRecord) -> SceneRecord:
     """Return what is said of one scene: times, ratios and errors."""
     camera, found = scene.camera, timing.found
     pixels, truth = sampled(scene)
@@ -69,7 +71,7 @@ def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: dict[str, An
     kernels = _counted(timing.kernels, ours.prepared)
     minimal, direct, control = (ratio(found, others) for others in (MINIMAL, DIRECT, (CONTROL,)))
     default = ratio(found, (DEFAULT,))
-    return {
+    record: SceneRecord = {
         "name": bench.name,
         "about": bench.about,
         "width": camera.width,
@@ -87,23 +89,25 @@ def entry(bench: BenchScene, scene: Scene, timing: Measured, peaks: dict[str, An
         "ratio_direct_interval": direct["interval"] if direct else None,
         "control": control["ratio"] if control else None,
         "control_interval": control["interval"] if control else None,
-        **({"default": default["ratio"], "default_interval": default["interval"]} if default else {}),
         "pixels_differ": differing(found),
         "error": error(ours, pixels, truth),
         "compile_ms": 1e3 * ours.first_seconds,
         "build_ms": 1e3 * ours.build_seconds,
         "kernel_ms": 1e3 * sum(kernel.seconds for kernel in kernels),
         "operations": sum(kernel.operations for kernel in kernels),
-        **(limit(scene, kernels, peaks) or {"limit_fraction": None, "limit_by": None, "limit_sum_fraction": None}),
+        **(limit(scene, kernels, peaks) or UNKNOWN_LIMIT),
         "contenders": {name: _contender(found[name], pixels, truth) for name in found},
     }
+    if default:
+        record["default"], record["default_interval"] = default["ratio"], default["interval"]
+    return record
 
 
 def _ms(one: Timed) -> float:
     return 1e3 * one.median if one.seconds else float("nan")
 
 
-def _contender(one: Timed, pixels: Any, truth: Any) -> dict[str, Any]:
+def _contender(one: Timed, pixels: Any, truth: Any) -> ContenderRecord:
     if one.left_out is not None:
         return {"left_out": one.left_out}
     return {

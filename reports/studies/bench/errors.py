@@ -6,6 +6,7 @@ from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.studies.bench.measuring import Timed
+from rayproof.reports.studies.bench.records import ErrorRecord
 
 TESTS = 2**28  # ray-triangle tests that the oracle may make for one scene; it has no tree
 MOST = 4096  # pixels
@@ -23,7 +24,7 @@ def sampled(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return pixels, np.asarray(Analytic().at(scene, [Stage.RADIANCE], pixels + 0.5)[Stage.RADIANCE])
 
 
-def error(one: Timed, pixels: np.ndarray, truth: np.ndarray) -> dict[str, float] | None:
+def error(one: Timed, pixels: np.ndarray, truth: np.ndarray) -> ErrorRecord | None:
     """Return median and 99th percentile of the relative error where both are lit, and how many disagree on that."""
     if one.prepared is None or one.prepared.image is None:
         return None

@@ -7,17 +7,17 @@ loop of nothing else is what none exceeds.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 from rayproof.cases.scene import Scene
 from rayproof.reports.studies.bench.branches import count
 from rayproof.reports.studies.bench.kernels import Kernel
+from rayproof.reports.studies.bench.records import LimitRecord, MachineRecord
 from rayproof.reports.studies.bench.work import loops, work
 
 BYTES = 12  # a pixel's three float32 channels
 
 
-def limit(scene: Scene, kernels: Sequence[Kernel], machine: dict[str, Any]) -> dict[str, Any] | None:
+def limit(scene: Scene, kernels: Sequence[Kernel], machine: MachineRecord) -> LimitRecord | None:
     """Return `limit_fraction`, at most about 1, and `limit_by`, what sets it: "operations", "divisions" or "writes".
 
     `limit_sum_fraction` is by the sum of the three: a kernel at 1 does them one after the other, and only fewer of them
@@ -29,9 +29,10 @@ def limit(scene: Scene, kernels: Sequence[Kernel], machine: dict[str, Any]) -> d
     if not seconds > 0 or any(loops(kernel.code) or count(kernel.code) != len(kernel.shares) for kernel in kernels):
         return None
     least = {"operations": 0.0, "divisions": 0.0}
+    peaks = {"float32": machine["float32"], "float64": machine["float64"]}
     for kernel in kernels:
         for precision, of in work(kernel.code, kernel.shares).items():
-            rates = machine[precision]
+            rates = peaks[precision]
             least["operations"] += kernel.lanes * of.operations / rates["operations_per_second"]
             least["divisions"] += kernel.lanes * of.divisions / rates["divisions_per_second"]
             least["divisions"] += kernel.lanes * of.roots / rates["roots_per_second"]

@@ -6,6 +6,7 @@ from typing import Any
 import drjit as dr
 
 from rayproof.reports.studies.bench.kernels import fastest
+from rayproof.reports.studies.bench.records import MachineRecord, PeakRates
 
 WIDTH = 2**16  # lanes: enough packets for every thread, few enough to stay in the caches
 CHAIN = 64  # operations a lane, one after the other
@@ -35,26 +36,27 @@ def _root(x: Any, y: Any) -> Any:
     return dr.sqrt(x)
 
 
-def machine() -> dict[str, Any]:
+def machine() -> MachineRecord:
     """Return the peaks: operations of either precision and bytes written a second; threads; Gflop/s as often quoted."""
     import drjit.llvm as backend
 
-    kinds = {"float32": backend.Float, "float64": backend.Float64}
-    multiply_adds = {name: _rate(kind, [_multiply_add]) for name, kind in kinds.items()}
+    single, double = _rate(backend.Float, [_multiply_add]), _rate(backend.Float64, [_multiply_add])
     return {
         "threads": dr.thread_count(),
-        "fma_gflops": 2e-9 * multiply_adds["float32"],
-        "fma_float64_gflops": 2e-9 * multiply_adds["float64"],
-        **{
-            name: {
-                # Some processors add beside the units that multiply, others do not.
-                "operations_per_second": max(multiply_adds[name], _rate(kind, [_multiply_add, _add])),
-                "divisions_per_second": _rate(kind, [_divide], DIVIDING),
-                "roots_per_second": _rate(kind, [_root], DIVIDING),
-            }
-            for name, kind in kinds.items()
-        },
+        "fma_gflops": 2e-9 * single,
+        "fma_float64_gflops": 2e-9 * double,
+        "float32": _peaks(backend.Float, single),
+        "float64": _peaks(backend.Float64, double),
         "write_bytes_per_second": _write_rate(backend),
+    }
+
+
+def _peaks(kind: Any, multiply_adds: float) -> PeakRates:
+    return {
+        # Some processors add beside the units that multiply, others do not.
+        "operations_per_second": max(multiply_adds, _rate(kind, [_multiply_add, _add])),
+        "divisions_per_second": _rate(kind, [_divide], DIVIDING),
+        "roots_per_second": _rate(kind, [_root], DIVIDING),
     }
 
 

@@ -6,12 +6,12 @@ disturbs its neighbours too (Chen and Revels, "Robust benchmarking in noisy envi
 
 import time
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.reports.studies.bench import CONTENDERS, Prepared
+from rayproof.reports.studies.bench.records import RatioRecord
 from rayproof.reports.studies.compare.statistics import LEVEL, median_interval
 
 OURS = "ours"
@@ -97,7 +97,7 @@ def _once(prepared: Prepared) -> float:
     return time.perf_counter() - start
 
 
-def ratio(found: dict[str, Timed], others: tuple[str, ...], *, over: str = OURS) -> dict[str, Any] | None:
+def ratio(found: dict[str, Timed], others: tuple[str, ...], *, over: str = OURS) -> RatioRecord | None:
     """Return the faster of `others` over `over`: median of the ratios within rounds, its interval, and who it is."""
     able = [found[name] for name in others if name in found and found[name].seconds]
     if not able or not found[over].seconds:

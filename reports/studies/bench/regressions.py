@@ -5,20 +5,25 @@ slower if the intervals of its ratio to the minimal kernel do not overlap and th
 same code against itself, shows today.
 """
 
-from typing import Any
+from rayproof.reports.studies.bench.records import BenchRecord, ChangeRecord, SceneRecord
 
 
-def compared(old: dict[str, Any], new: dict[str, Any]) -> list[dict[str, Any]]:
+def compared(old: BenchRecord, new: BenchRecord) -> list[ChangeRecord]:
     """Return each scene that both have: how the time changed, and a verdict: slower, faster, or no difference shown."""
     before = {_key(entry): entry for entry in old.get("scenes", [])}
     found = []
     for entry in new["scenes"]:
         earlier = before.get(_key(entry))
-        if earlier is None or not entry.get("ratio_minimal") or not earlier.get("ratio_minimal"):
+        if earlier is None:
             continue
-        change = earlier["ratio_minimal"] / entry["ratio_minimal"]
-        (old_low, old_high), (low, high) = earlier["ratio_minimal_interval"], entry["ratio_minimal_interval"]
-        noise = max(abs(bound - 1) for bound in entry["control_interval"]) if entry.get("control_interval") else 0.0
+        then, now = earlier.get("ratio_minimal"), entry.get("ratio_minimal")
+        bounds_then, bounds_now = earlier.get("ratio_minimal_interval"), entry.get("ratio_minimal_interval")
+        if not then or not now or not bounds_then or not bounds_now:
+            continue
+        change = then / now
+        (old_low, old_high), (low, high) = bounds_then, bounds_now
+        control = entry.get("control_interval")
+        noise = max(abs(bound - 1) for bound in control) if control else 0.0
         verdict = "no difference shown"
         if high < old_low and change > 1 + noise:
             verdict = "slower"
@@ -31,12 +36,12 @@ def compared(old: dict[str, Any], new: dict[str, Any]) -> list[dict[str, Any]]:
                 "height": entry["height"],
                 "change": change,
                 "interval": [old_low / high, old_high / low],
-                "control_interval": entry.get("control_interval"),
+                "control_interval": control,
                 "verdict": verdict,
             }
         )
     return found
 
 
-def _key(entry: dict[str, Any]) -> tuple[Any, ...]:
+def _key(entry: SceneRecord) -> tuple[str | None, int | None, int | None]:
     return entry.get("name"), entry.get("width"), entry.get("height")
