@@ -1,8 +1,8 @@
 """From what each case and guard saw to what is said of each fault, and to the score."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TypedDict
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.orders import REFERENCES, GradedReport, LiarReport, Sighting
@@ -10,6 +10,84 @@ from rayproof.reports.audit.planted import PlantedFault
 from rayproof.reports.results.outcomes import Outcome
 
 NAMED = 5  # killers that an entry names
+
+
+class FamilyFinding(TypedDict):
+    """What a family's cases made of a fault."""
+
+    cases: int
+    killed: int  # cases that showed it
+    stage: str | None  # that most of them blamed
+
+
+class ReferenceFinding(TypedDict):
+    """What one reference alone made of a fault."""
+
+    sees: bool
+    killed: bool
+    missed: list[str]  # cases that it answers and in which others showed the fault
+    stage: str | None  # that it blames
+
+
+class FaultAbout(TypedDict):
+    """What a planted fault says of itself."""
+
+    name: str
+    where: str  # "tracer", or what else it is planted in
+    stage: str  # that it spoils
+    covers: list[str]  # the specification's items
+    erratum: str | None
+    equivalent: str | None  # why it changes no answer
+
+
+class BlamedItems(TypedDict):
+    """Which of the specification's items the cases blame, the most frequent first."""
+
+    blamed_items: list[str]
+    items_right: bool | None  # None of a fault that declares no items
+
+
+class FaultFinding(FaultAbout, BlamedItems):
+    """The entry of audit.json of a fault."""
+
+    killed: bool
+    blamed_stage: str | None
+    blamed: list[str]  # who
+    blamed_right: bool
+    killed_by: list[str]  # sentences
+    wrongly_blamed: list[str]  # sentences
+    families: dict[str, FamilyFinding]
+    references: dict[str, ReferenceFinding]
+
+
+class LiarFinding(TypedDict):
+    """How many of so many pixels of all stages a liar could spoil, by what the judge says of them."""
+
+    pixels: int
+    cases: int
+    spoiled_unseen: int
+    spoiled_interval: int
+    spoiled_wide: int
+    spoiled_epsilon: int
+    holes: list[str]
+
+
+class AuditScore(TypedDict):
+    """What audit.json holds of the faults."""
+
+    planted: int
+    killed: int
+    equivalent: int
+    blamed_right: int
+    items_declared: int
+    items_right: int
+    liar: LiarFinding | None
+    false_alarms: int
+    unchanged_passed: int
+    good: bool
+    problems: list[str]
+    smallest_detected: dict[str, dict[str, dict[str, float]]]  # quantity -> precision -> stage -> relative error
+    faults: list[FaultFinding]
 
 
 def kills(fault: PlantedFault, sighting: Sighting) -> bool:
@@ -27,7 +105,7 @@ def side_is_right(fault: PlantedFault, sighting: Sighting) -> bool:
     return set(sighting.blamed.split(", ")) <= guilty and fault.blames(sighting.stage)
 
 
-def by_cases(fault: PlantedFault, sightings: Sequence[Sighting], stopped: str | None = None) -> dict[str, Any]:
+def by_cases(fault: PlantedFault, sightings: Sequence[Sighting], stopped: str | None = None) -> FaultFinding:
     """Return the entry of audit.json of a fault that cases must kill.
 
     `stopped` is what a guard said that would have kept the cases from being judged at all: an oracle that contradicts
@@ -36,7 +114,8 @@ def by_cases(fault: PlantedFault, sightings: Sequence[Sighting], stopped: str | 
     killers = [one for one in sightings if kills(fault, one)]
     blamed = blamed_stage(fault, [one.stage for one in killers if one.stage])
     wrong = [one for one in sightings if not side_is_right(fault, one)]
-    return _entry(fault) | {
+    return {
+        **_entry(fault),
         "killed": bool(killers),
         "blamed_stage": blamed,
         "blamed": sorted({one.blamed for one in sightings if one.blamed}),
@@ -52,9 +131,10 @@ def by_cases(fault: PlantedFault, sightings: Sequence[Sighting], stopped: str | 
     }
 
 
-def by_guard(fault: PlantedFault, stopped: str | None) -> dict[str, Any]:
+def by_guard(fault: PlantedFault, stopped: str | None) -> FaultFinding:
     """Return the entry of audit.json of a fault that a guard must stop."""
-    return _entry(fault) | {
+    return {
+        **_entry(fault),
         "killed": stopped is not None,
         "blamed_stage": fault.where if stopped else None,
         "blamed": [fault.where] if stopped else [],
@@ -79,7 +159,7 @@ def blamed_stage(fault: PlantedFault, stages: Sequence[Stage]) -> str | None:
     return Counter(stages).most_common(1)[0][0].value if stages else None
 
 
-def _items(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, Any]:
+def _items(fault: PlantedFault, killers: Sequence[Sighting]) -> BlamedItems:
     """Return the specification items that cases blame, the most frequent first, and whether they are the fault's own.
 
     They are if every case that blames the fault's own stage names one of its items; None of a fault that declares none.
@@ -93,7 +173,7 @@ def _items(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, Any]:
     }
 
 
-def liar(reports: Sequence[LiarReport]) -> dict[str, Any]:
+def liar(reports: Sequence[LiarReport]) -> LiarFinding:
     """Return how many of so many pixels of all stages a liar could spoil, by what the judge says of them."""
     return {
         "pixels": sum(report.pixels for report in reports),
@@ -106,7 +186,7 @@ def liar(reports: Sequence[LiarReport]) -> dict[str, Any]:
     }
 
 
-def _entry(fault: PlantedFault) -> dict[str, Any]:
+def _entry(fault: PlantedFault) -> FaultAbout:
     return {
         "name": fault.name,
         "where": fault.where,
@@ -117,7 +197,7 @@ def _entry(fault: PlantedFault) -> dict[str, Any]:
     }
 
 
-def _families(fault: PlantedFault, sightings: Iterable[Sighting]) -> dict[str, Any]:
+def _families(fault: PlantedFault, sightings: Iterable[Sighting]) -> dict[str, FamilyFinding]:
     """Return, per family, how many cases met the fault, how many killed it, and the stage most of them blamed."""
     found: dict[str, list[Sighting]] = {}
     for one in sightings:
@@ -132,12 +212,12 @@ def _families(fault: PlantedFault, sightings: Iterable[Sighting]) -> dict[str, A
     }
 
 
-def _references(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, Any]:
+def _references(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, ReferenceFinding]:
     """Return, per reference, whether it can see the fault, whether it alone kills it, and the stage that it blames.
 
     A reference can see a fault if it answers the fault's stage in some case in which the fault shows at all.
     """
-    found = {}
+    found: dict[str, ReferenceFinding] = {}
     for name in REFERENCES:
         looks = [one.looks[name] for one in killers if name in one.looks]
         found[name] = {
@@ -154,12 +234,12 @@ def _references(fault: PlantedFault, killers: Sequence[Sighting]) -> dict[str, A
 
 
 def score(
-    entries: Sequence[Mapping[str, Any]],
+    entries: Sequence[FaultFinding],
     healthy: Sequence[Sighting],
     graded: Sequence[GradedReport],
     errors: Sequence[str] = (),
     lies: Sequence[LiarReport] = (),
-) -> dict[str, Any]:
+) -> AuditScore:
     """Return audit.json's content; `good` says whether the harness sees everything that was planted."""
     alarms = [one for one in healthy if one.outcome not in (Outcome.PASS, Outcome.WARN)]
     smallest: dict[str, dict[str, dict[str, float]]] = {}
@@ -169,14 +249,14 @@ def score(
     declared = [entry for entry in wanted if entry["items_right"] is not None]
     hidden = liar(lies) if lies else None
     problems = [*_problems(entries), *(f"false alarm: {one.fault} {one.case}: {one.reason}" for one in alarms), *errors]
-    problems += [f"a liar passes: {hole}" for hole in (hidden or {}).get("holes", ())]
+    problems += [f"a liar passes: {hole}" for hole in (hidden["holes"] if hidden else ())]
     return {
         "planted": len(entries),
         "killed": sum(entry["killed"] for entry in wanted),
         "equivalent": len(entries) - len(wanted),
         "blamed_right": sum(entry["blamed_right"] for entry in wanted),
         "items_declared": len(declared),
-        "items_right": sum(entry["items_right"] for entry in declared),
+        "items_right": sum(entry["items_right"] is True for entry in declared),
         "liar": hidden,
         "false_alarms": len(alarms),
         "unchanged_passed": len(healthy) - len(alarms),
@@ -187,7 +267,7 @@ def score(
     }
 
 
-def _problems(entries: Iterable[Mapping[str, Any]]) -> list[str]:
+def _problems(entries: Iterable[FaultFinding]) -> list[str]:
     """Return a sentence for everything that must not be so."""
     found = []
     for entry in entries:

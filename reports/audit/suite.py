@@ -120,7 +120,7 @@ class _Audit:
         """Stop the workers."""
         self._pool.close()
 
-    def entries(self, faults: Sequence[PlantedFault]) -> list[dict[str, Any]]:
+    def entries(self, faults: Sequence[PlantedFault]) -> list[findings.FaultFinding]:
         """Return what is to be said of each fault."""
         guarded = [fault for fault in faults if fault.on_guard or ORACLE in fault.who]
         shown = [fault for fault in faults if not fault.on_guard]
