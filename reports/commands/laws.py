@@ -4,11 +4,14 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rayproof.reports.commands.lookup import Repeated, configurations
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from rayproof.reports.laws.suite import LawsRecord
 
 CLEARED = 100  # columns of an earlier, longer line
 USUAL = ("float32", "float64")
@@ -147,7 +150,7 @@ class Progress:
         sys.stderr.flush()
 
 
-def show(content: dict[str, Any]) -> None:
+def show(content: "LawsRecord") -> None:
     """Print a row for each law, then what is broken."""
     columns = ["law", "stage", "relations", "worst / K u", "excused", "verdict"]
     rows = [

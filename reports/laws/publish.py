@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.cases.laws import LAWS
@@ -17,7 +16,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.laws.judging import Judged
 from rayproof.reports.laws.limits import K
 from rayproof.reports.laws.orders import LawReport
-from rayproof.reports.laws.suite import LawsRequest, Pair, verdict
+from rayproof.reports.laws.suite import LawsRecord, LawsRequest, Pair, verdict
 from rayproof.reports.publish import publish_all
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.document import save_results
@@ -34,7 +33,7 @@ BECAUSE = f"{K} u times the scene's condition times (the value's size + pixels p
 OUTCOMES = {"pass": Outcome.PASS, "fail": Outcome.FAIL, "error": Outcome.ERROR}
 
 
-def publish(folder: Path, content: dict[str, Any], reports: Sequence[LawReport], request: LawsRequest) -> None:
+def publish(folder: Path, content: LawsRecord, reports: Sequence[LawReport], request: LawsRequest) -> None:
     """Write laws.json, results.json with images and scenes, and every publication of them."""
     write_text(folder / NAME, as_json(content, indent=1) + "\n")
     by_pair: dict[tuple[str, str], list[LawReport]] = {}

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypedDict
 
 from rayproof.cases.case import Case
 from rayproof.cases.laws import LAWS
 from rayproof.cases.stages import Stage
+from rayproof.reports.laws.judging import Judged
 from rayproof.reports.laws.orders import LawOrder, LawReport
 from rayproof.reports.laws.work import serve_laws
 from rayproof.reports.processes.pool import Pool
@@ -16,6 +17,58 @@ from rayproof.reports.subjects import Subject
 PASS, FAIL, ERROR, UNSUPPORTED, SILENT = "pass", "fail", "error", "unsupported", "inapplicable"
 WORST_LAST = (SILENT, UNSUPPORTED, PASS, ERROR, FAIL)
 KIND = "laws"
+
+
+class LawAlarm(TypedDict):
+    """A relation that is broken on a case; expected and measured are values of its stage at the worst pixel."""
+
+    case: str
+    configuration: str
+    stage: str
+    what: str
+    pixel: list[int] | None  # column and row
+    expected: list[float]
+    measured: list[float]
+    outside: int  # pixels
+    excused: int  # pixels
+    examined: int  # pixels
+    worst_over_Ku: float
+
+
+class LawFinding(TypedDict):
+    """What the relations of one law came to, over all cases."""
+
+    law: str
+    stage: str
+    anchor: bool
+    implicates: list[str]  # the specification's items
+    cases: list[str]
+    relations: int
+    ill_conditioned: int  # relations
+    pixels: int
+    excused: int
+    worst_over_Ku: float
+    verdict: str
+    alarms: list[LawAlarm]
+    problems: list[str]
+    unsupported: list[str]  # the subject's reasons
+
+
+class LawsRecord(TypedDict):
+    """What `rayproof laws --json` writes."""
+
+    schema: int
+    finished: bool
+    subject: str
+    configurations: list[str]
+    stages: list[str]
+    pairs: int  # of a law and a case
+    laws: list[LawFinding]
+    relations: int
+    alarms: int
+    errors: int
+    scenes: int  # rendered
+    seconds: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +132,7 @@ def verdict(report: LawReport) -> str:
     return PASS if any(one.examined for one in report.judged) else SILENT
 
 
-def summary(reports: Iterable[LawReport]) -> list[dict[str, Any]]:
+def summary(reports: Iterable[LawReport]) -> list[LawFinding]:
     """Return a row for each law, in alphabetical order: what its relations came to."""
     by_law: dict[str, list[LawReport]] = {}
     for report in reports:
@@ -87,7 +140,7 @@ def summary(reports: Iterable[LawReport]) -> list[dict[str, Any]]:
     return [_row(law, some) for law, some in sorted(by_law.items())]
 
 
-def _row(law: str, reports: Sequence[LawReport]) -> dict[str, Any]:
+def _row(law: str, reports: Sequence[LawReport]) -> LawFinding:
     judged = [one for report in reports for one in report.judged]
     verdicts = [verdict(report) for report in reports]
     about = LAWS.about(law)
@@ -109,7 +162,7 @@ def _row(law: str, reports: Sequence[LawReport]) -> dict[str, Any]:
     }
 
 
-def _alarm(report: LawReport, one: Any) -> dict[str, Any]:
+def _alarm(report: LawReport, one: Judged) -> LawAlarm:
     return {
         "case": report.case,
         "configuration": report.configuration,
@@ -127,7 +180,7 @@ def _alarm(report: LawReport, one: Any) -> dict[str, Any]:
 
 def document(
     request: LawsRequest, reports: Sequence[LawReport], seconds: float, *, finished: bool = True
-) -> dict[str, Any]:
+) -> LawsRecord:
     """Return what `--json` writes."""
     rows = summary(reports)
     return {
@@ -146,7 +199,7 @@ def document(
     }
 
 
-def exit_code(content: dict[str, Any]) -> int:
+def exit_code(content: LawsRecord) -> int:
     """Return 1 if a law is broken, 3 if one could not be asked or nothing was measured, else 0."""
     if content["alarms"]:
         return 1
