@@ -6,6 +6,9 @@ from typing import Any, Literal
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
+Cell = str | int | list[str]  # of the table; yes or no is a bool
+Row = dict[str, Cell]  # column -> cell
+
 
 def catalogue(
     kind: Literal["cases", "formulas", "references", "metrics", "laws", "mistakes"],
@@ -52,14 +55,14 @@ def _write_pages(folder: Path) -> int:
     return write(folder)
 
 
-def text(value: object) -> str:
+def text(value: Cell) -> str:
     """Return a cell's text; a list is joined with commas."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def cases() -> list[dict[str, Any]]:
+def cases() -> list[Row]:
     """Describe every case."""
     from rayproof.cases.families import CASE_FAMILIES, cases_of, on_request
 
@@ -76,7 +79,7 @@ def cases() -> list[dict[str, Any]]:
     ]
 
 
-def formulas() -> list[dict[str, Any]]:
+def formulas() -> list[Row]:
     """Describe every formula of the tracer; controls and planted faults are wrong on purpose and say so."""
     from rayproof.tracer.catalogue import FORMULAS
 
@@ -92,7 +95,7 @@ def formulas() -> list[dict[str, Any]]:
     ]
 
 
-def references() -> list[dict[str, Any]]:
+def references() -> list[Row]:
     """Describe every reference."""
     from rayproof.reference import REFERENCES
 
@@ -118,14 +121,14 @@ def version_of(name: str) -> str:
     return REFERENCES[name]().version() if why is None else why
 
 
-def metrics() -> list[dict[str, Any]]:
+def metrics() -> list[Row]:
     """Describe every metric."""
     from rayproof.reports.judge.comparison.metrics import METRICS
 
     return [{"name": name, "what": first_line(METRICS[name])} for name in METRICS]
 
 
-def laws() -> list[dict[str, Any]]:
+def laws() -> list[Row]:
     """Describe every law that holds a renderer against itself, and every anchor."""
     from rayproof.cases.laws import LAWS
 
@@ -141,7 +144,7 @@ def laws() -> list[dict[str, Any]]:
     ]
 
 
-def mistakes() -> list[dict[str, Any]]:
+def mistakes() -> list[Row]:
     """Describe every known mistake: the items that it concerns, the right formulas of these, what the renderer does."""
     from rayproof.reports.diagnosis import MISTAKES
     from rayproof.reports.results.item_titles import TITLES
