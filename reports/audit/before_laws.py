@@ -6,7 +6,7 @@ its image breaks a law. Whether a survivor changes an image at all is found out 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases
@@ -28,6 +28,25 @@ from rayproof.reports.subjects import THE_TRACER
 
 KIND = "laws"
 LOOKED_AT = 6  # cases that could show a survivor, on which its image is compared with the right tracer's
+
+
+class LawKills(TypedDict):
+    """Which law kills a fault, with the case, in words."""
+
+    image: str | None  # by the radiance alone
+    staged: str | None  # by any stage
+
+
+class LawsScore(TypedDict):
+    """What laws say of the tracer's faults; equivalent faults are counted apart."""
+
+    killed_image: int
+    of_image: int  # faults that change an image
+    killed_staged: int
+    of: int
+    equivalent_killed: list[str]
+    survivors: dict[str, str]  # fault -> why the image does not show it
+    kills: dict[str, LawKills]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +120,7 @@ def _changed(fault: PlantedFault, ask: Asked, cases: Sequence[Case]) -> str | No
 
 def before_the_laws(
     faults: Sequence[PlantedFault], *, jobs: int, timeout: float, say: Callable[[str], None]
-) -> dict[str, Any] | None:
+) -> LawsScore | None:
     """Return what laws say of the tracer's faults among `faults`, as audit.json has it; None if there are none."""
     wrong = [fault for fault in faults if fault.configuration is not None]
     if not wrong:
@@ -140,7 +159,7 @@ def _why(report: FaultReport) -> str:
     return f"changes the image of {report.changes} and breaks no law there"
 
 
-def summed_up(reports: Sequence[FaultReport]) -> dict[str, Any]:
+def summed_up(reports: Sequence[FaultReport]) -> LawsScore:
     """Return the score: equivalent faults count apart, and from the image alone only faults that change one."""
     wanted = [one for one in reports if one.fault.equivalent is None]
     shown = [one for one in wanted if one.changes is not None]
@@ -155,7 +174,7 @@ def summed_up(reports: Sequence[FaultReport]) -> dict[str, Any]:
     }
 
 
-def told(score: dict[str, Any] | None) -> list[str]:
+def told(score: LawsScore | None) -> list[str]:
     """Return the score in words: which law kills each fault, and the proof or the reason beside each survivor."""
     if score is None:
         return []

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import TypedDict
 
 from rayproof.cases.stages import Stage
+from rayproof.reports.audit.before_laws import LawsScore
 from rayproof.reports.audit.orders import REFERENCES, GradedReport, LiarReport, Sighting
 from rayproof.reports.audit.planted import PlantedFault
 from rayproof.reports.results.outcomes import Outcome
@@ -88,6 +89,17 @@ class AuditScore(TypedDict):
     problems: list[str]
     smallest_detected: dict[str, dict[str, dict[str, float]]]  # quantity -> precision -> stage -> relative error
     faults: list[FaultFinding]
+
+
+class AuditRecord(AuditScore):
+    """What audit.json holds."""
+
+    schema: int
+    quick: bool
+    only: str  # pattern of the faults that were planted
+    seconds: float
+    survived_at_first: list[str]  # faults that the first round of cases did not kill
+    laws: LawsScore | None
 
 
 def kills(fault: PlantedFault, sighting: Sighting) -> bool:

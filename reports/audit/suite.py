@@ -72,7 +72,7 @@ def run(request: AuditRequest) -> int:
     finally:
         audit.close()
     laws = None if request.quick else before_the_laws(faults, jobs=request.jobs, timeout=request.timeout, say=audit.say)
-    result = {
+    result: findings.AuditRecord = {
         "schema": 1,
         "quick": request.quick,
         "only": request.only,

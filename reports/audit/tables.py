@@ -1,12 +1,12 @@
 """The kill matrix and the score, for a reader of the terminal."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from rayproof.reports.audit.findings import AuditRecord, FaultFinding
 from rayproof.reports.audit.orders import REFERENCES
 from rayproof.reports.publish.page.audit import sentence
 from rayproof.reports.terminal import console as terminal
@@ -14,7 +14,7 @@ from rayproof.reports.terminal import console as terminal
 SHORT = {name: name.removeprefix("mitsuba_") for name in REFERENCES}
 
 
-def show(console: Console, result: Mapping[str, Any]) -> None:
+def show(console: Console, result: AuditRecord) -> None:
     """Print the matrix, the graded faults, what is wrong and the score."""
     page = console if console.is_terminal else terminal()
     page.print(_matrix(result["faults"]))
@@ -27,7 +27,7 @@ def show(console: Console, result: Mapping[str, Any]) -> None:
     page.print(Text(f"{sentence(result)} {result['seconds']} s", style="bold"), soft_wrap=True)
 
 
-def _matrix(faults: list[dict[str, Any]]) -> Table:
+def _matrix(faults: list[FaultFinding]) -> Table:
     table = Table(
         title="fault x reference and family: the stage blamed; - cannot see it, . sees it not", title_justify="left"
     )
@@ -47,7 +47,7 @@ def _matrix(faults: list[dict[str, Any]]) -> Table:
     return table
 
 
-def _items(faults: list[dict[str, Any]]) -> Table:
+def _items(faults: list[FaultFinding]) -> Table:
     table = Table(title="faults that some case blames on another item of the specification", title_justify="left")
     for column in ("fault", "its items", "blamed"):
         table.add_column(column, overflow="fold")
@@ -57,7 +57,7 @@ def _items(faults: list[dict[str, Any]]) -> Table:
     return table
 
 
-def _graded(smallest: Mapping[str, Any]) -> Table:
+def _graded(smallest: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Table:
     stages = list(dict.fromkeys(s for one in smallest.values() for found in one.values() for s in found))
     table = Table(title="smallest relative error that each stage detects, 1e-2 to 1e-7", title_justify="left")
     for column in ("quantity", "precision", *stages):
