@@ -6,7 +6,7 @@ its image breaks a law. Whether a survivor changes an image at all is found out 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypedDict
+from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases
@@ -14,6 +14,7 @@ from rayproof.cases.laws import LAWS
 from rayproof.cases.relations import Relation
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.planted import PlantedFault
+from rayproof.reports.audit.records import LawsScore
 from rayproof.reports.audit.selection import candidates
 from rayproof.reports.laws.asking import Asked, renderer
 from rayproof.reports.laws.choice import default
@@ -28,25 +29,6 @@ from rayproof.reports.subjects import THE_TRACER
 
 KIND = "laws"
 LOOKED_AT = 6  # cases that could show a survivor, on which its image is compared with the right tracer's
-
-
-class LawKills(TypedDict):
-    """Which law kills a fault, with the case, in words."""
-
-    image: str | None  # by the radiance alone
-    staged: str | None  # by any stage
-
-
-class LawsScore(TypedDict):
-    """What laws say of the tracer's faults; equivalent faults are counted apart."""
-
-    killed_image: int
-    of_image: int  # faults that change an image
-    killed_staged: int
-    of: int
-    equivalent_killed: list[str]
-    survivors: dict[str, str]  # fault -> why the image does not show it
-    kills: dict[str, LawKills]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,6 +24,7 @@ from rayproof.reports.audit.orders import (
     Sighting,
 )
 from rayproof.reports.audit.planted import LIAR, PlantedFault, planted
+from rayproof.reports.audit.records import AuditRecord, FaultFinding
 from rayproof.reports.audit.request import AuditRequest
 from rayproof.reports.audit.selection import Assignment, first_round, later_round
 from rayproof.reports.audit.tables import show
@@ -72,7 +73,7 @@ def run(request: AuditRequest) -> int:
     finally:
         audit.close()
     laws = None if request.quick else before_the_laws(faults, jobs=request.jobs, timeout=request.timeout, say=audit.say)
-    result: findings.AuditRecord = {
+    result: AuditRecord = {
         "schema": 1,
         "quick": request.quick,
         "only": request.only,
@@ -120,7 +121,7 @@ class _Audit:
         """Stop the workers."""
         self._pool.close()
 
-    def entries(self, faults: Sequence[PlantedFault]) -> list[findings.FaultFinding]:
+    def entries(self, faults: Sequence[PlantedFault]) -> list[FaultFinding]:
         """Return what is to be said of each fault."""
         guarded = [fault for fault in faults if fault.on_guard or ORACLE in fault.who]
         shown = [fault for fault in faults if not fault.on_guard]

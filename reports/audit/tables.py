@@ -6,8 +6,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from rayproof.reports.audit.findings import AuditRecord, FaultFinding
 from rayproof.reports.audit.orders import REFERENCES
+from rayproof.reports.audit.records import AuditRecord, FaultFinding
 from rayproof.reports.publish.page.audit import sentence
 from rayproof.reports.terminal import console as terminal
 
