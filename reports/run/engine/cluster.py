@@ -342,6 +342,11 @@ def _why(error: BaseException) -> str:
         return "the scheduler's certificate is not of the authority that --tls-ca names"
     if "alert" in text.lower() and "ca" in text.lower():
         return "the scheduler does not take the certificate that --tls-cert names"
+    if "EOF occurred in violation of protocol" in text:
+        # The alert that says why can be lost when the other side closes at once.
+        return (
+            "the scheduler ended the connection, as it does if it does not take the certificate that --tls-cert names"
+        )
     if "refused" in text.lower():
         return "nobody listens there"
     if "timed out" in text.lower() or isinstance(error, TimeoutError):
