@@ -1,0 +1,125 @@
+"""A run on a cluster of which parts are stopped, killed, told to end, or have a full disk; the clusters are real."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from rayproof.reports.processes.process_tree import descendants
+from tests.reports.run.test_scheduler import CHECKOUT, found, scenes, site, slow_program
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals, limits and mounts of Linux")
+
+# Ctrl-C is heard also where a shell without job control started the tests.
+HEEDING = (
+    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    "from rayproof.reports.run.engine import dispatch; {settings}; "
+    "from rayproof.reports.cli import main; sys.exit(main(sys.argv[1:]))"
+)
+
+
+def started(
+    folder: Path, *words: object, settings: str = "", before: tuple[str, ...] = (), **environment: str
+) -> subprocess.Popen[str]:
+    """Start a run whose temporary files are in a folder of their own; `settings` are made before."""
+    (folder / "tmp").mkdir(exist_ok=True)
+    return subprocess.Popen(
+        [*before, sys.executable, "-c", HEEDING.format(settings=settings or "pass"), "run", *map(str, words)],
+        cwd=CHECKOUT,
+        env={**os.environ, "TMPDIR": str(folder / "tmp"), **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def engine_workers(main: subprocess.Popen[str]) -> list[psutil.Process]:
+    """Return the engine's workers below a run that have processes of ours below them."""
+    alive = descendants(main.pid)
+    parents = {one.ppid() for one in alive if one.name().startswith("rayproof-")}
+    return [one for one in alive if one.pid in parents - {main.pid}]
+
+
+def eventually(what: Any, seconds: float = 200.0) -> Any:
+    """Return the first true value of a function, or the last one after so many seconds."""
+    until = time.monotonic() + seconds
+    while not (value := what()) and time.monotonic() < until:
+        time.sleep(0.1)
+    return value
+
+
+def calls(folder: Path) -> Counter[str]:
+    """Return how often the slow program was called for each scene."""
+    log = folder / "calls.log"
+    return Counter(log.read_text().split() if log.exists() else ())
+
+
+def test_a_worker_that_is_stopped_past_its_lifetime_and_returns_is_not_heard_twice(tmp_path: Path) -> None:
+    paths = scenes(tmp_path, 15)
+    about = ("--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
+    settings = "dispatch.LIFETIME, dispatch.LARGEST = 4.0, 3"
+    process = started(tmp_path, *paths, *about, "--scheduler", "local:2", "--jobs", 2, settings=settings)
+    try:
+        stopped = eventually(lambda: engine_workers(process))[0]
+        stopped.suspend()
+        # Its first case is called again, by the other worker, once it was given up: only then does it go on.
+        assert eventually(lambda: max(calls(tmp_path).values(), default=0) > 1)
+        stopped.resume()
+        printed, complaint = process.communicate(timeout=200)
+    finally:
+        process.kill()
+
+    assert process.returncode == 1, printed + complaint
+    assert sum(count > 1 for count in calls(tmp_path).values()) == 3, "it went on with its batch, and answered"
+    cases = found(tmp_path / "out")
+    assert [one["name"] for one in cases] == [f"file/{path.stem}" for path in paths]
+    assert {one["verdict"] for one in cases} == {"fail"}
+    workers = json.loads((tmp_path / "out" / "results.json").read_text())["engine"]["workers"]
+    assert sorted((one["cases"], one["lost"]) for one in workers) == [(0, 1), (15, 0)]
+
+
+def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Path) -> None:
+    paths = scenes(tmp_path, 14)
+    about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
+    largest = 3
+    with site(tmp_path / "site") as cluster:
+        worker = cluster.worker()
+        at = ("--scheduler", cluster.address, *cluster.tls)
+        process = started(tmp_path, *about, *at, settings=f"dispatch.LARGEST = {largest}")
+        try:
+            eventually(lambda: list((tmp_path / "out").glob("scenes/file/*")))
+            cluster.scheduler.send_signal(signal.SIGKILL)
+            printed, complaint = process.communicate(timeout=100)
+        finally:
+            process.kill()
+
+        assert (process.returncode, complaint) == (3, "")
+        assert printed.count("the scheduler has gone") == 1
+        assert json.loads((tmp_path / "out" / "results.json").read_text())["finished"] is False
+        first = {one["name"] for one in found(tmp_path / "out")}
+        assert 0 < len(first) < len(paths)
+        assert eventually(lambda: not below(worker), 60.0), "the worker's processes end with it"
+
+    before = calls(tmp_path)
+    again = started(tmp_path, *about, "--resume")
+    printed, complaint = again.communicate(timeout=200)
+
+    assert (again.returncode, complaint) == (1, "")
+    assert len(found(tmp_path / "out")) == len(paths)
+    done = calls(tmp_path) - before
+    assert sum(done.values()) == len(paths) - len(first), "what was finished is not done again"
+    assert 0 < sum((before & done).values()) <= 2 * largest, "of what was begun, the batches on their way to the worker"
+
+
+def below(process: subprocess.Popen[bytes]) -> list[str]:
+    """Return the names of our processes that a worker left running."""
+    return [one.name() for one in descendants(process.pid) if one.name().startswith("rayproof-")]
