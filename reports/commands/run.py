@@ -42,6 +42,7 @@ def run(
     diagnose: Literal["auto", "off"] = "auto",
     cache: bool = True,
     full: bool = False,
+    keep_images: str | None = None,
     paths: Literal["covering", "all"] = "covering",
     single_file: bool = False,
     dry_run: bool = False,
@@ -113,8 +114,12 @@ def run(
         Take from the cache what references answered before, and what was found before of answers that are equal to
         the last bit. The renderer under test always renders.
     full
-        Keep every renderer's images of every case, as EXR. Default: of a case that passed ours and the independent
-        references' in one compact file, without loss; of any other everything.
+        Keep every renderer's images of every case, as EXR: the same as --keep-images all.
+    keep_images
+        Of which cases images are kept: `failed`, of those that did not pass; `sample:1%`, of such a share of the
+        others too; or `all`, every renderer's of every case, as EXR. Default: of a case that passed ours and the
+        independent references' in one compact file, without loss, of any other everything; of a run of more than 2000
+        cases sample:1%. What is left out the command in a case's record makes again.
     paths
         By which of its other ways the tracer renders a case too, to be held against the judged answer: each of them
         on a few cases of the default suite, or all of them on every case (`rayproof paths` lists them).
@@ -198,6 +203,8 @@ def run(
         )
     if least_coverage is not None and not 0 <= least_coverage <= 100:
         raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
+    if full and keep_images not in (None, "all"):
+        raise UsageError(f"--full keeps all images, and --keep-images {keep_images} does not; ask for one")
     if scheduler is not None and numbers is not None:
         raise UsageError("--scheduler is for cases and scene files; random scenes are run on one machine")
     place = scheduler_at(scheduler, tls_ca, tls_cert, tls_key, insecure=insecure, wait=wait)
@@ -214,6 +221,7 @@ def run(
     ):
         required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
         references_named(required)
+        from rayproof.reports.run.kept_images import images_to_keep
         from rayproof.reports.run.panel import panel
         from rayproof.reports.run.request import RunRequest
         from rayproof.reports.subjects.surroundings import Surroundings
@@ -230,6 +238,7 @@ def run(
                 stream = SceneStream(scenes, tested)
             heard = panel(required, tested)
             demanded = gate_demands(expect, against, least_coverage)
+            kept = images_to_keep("all" if full else keep_images, cases=len(selectors if stream is None else stream))
         request = RunRequest(
             selectors=selectors,
             scenes=stream,
@@ -247,7 +256,7 @@ def run(
             patient=patient,
             configurations=tuple(one.name for one in chosen),
             json=json,
-            full=full,
+            images=kept,
             all_routes=paths == "all",
             history=history,
             demanded=demanded,

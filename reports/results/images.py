@@ -34,6 +34,11 @@ def kept_images(
     return renders, notes
 
 
+def keeps_images(case: CaseRecord) -> bool:
+    """Return whether a run kept any image of a case, as its record says."""
+    return isinstance(case.get("pixels"), str) or any(render.get("image") for render in case.get("renders", []))
+
+
 def inside(folder: Path, relative: str) -> bool:
     """Return whether `relative` names a file below `folder`; results.json may come from anywhere."""
     try:

@@ -368,6 +368,13 @@ class ChangedRecord(TypedDict):
     because: dict[str, Count]
 
 
+class ImagesKeptRecord(TypedDict):
+    """Of how many cases a run kept images, and of how many that passed it kept none."""
+
+    cases: Count
+    left_out: Count
+
+
 class RunRecord(TypedDict, total=False):
     """A whole run, as results.json holds it."""
 
@@ -400,6 +407,7 @@ class RunRecord(TypedDict, total=False):
     history: dict[str, Any]  # put in when the run is published beside those before it
     coverage: Required[dict[str, Count]]
     coverage_detail: dict[str, CoverageRecord]
+    images_kept: ImagesKeptRecord
     paths: dict[str, Any]
     review: list[ReviewRecord]
     findings: list[dict[str, Any]]

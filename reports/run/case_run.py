@@ -13,6 +13,7 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, ConsistencyRecord
+from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages
 from rayproof.reports.run.messages import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record.unjudged import unjudged
@@ -68,7 +69,7 @@ class CaseRun:
         memory: Memory | None = None,
         own: tuple[str, ...] = (),
         copies: tuple[tuple[str, str], ...] = (),
-        full: bool = False,
+        images: KeptImages = EVERY_CASE,
         certified: bool = False,
         seconds: float | None = None,
         most: float | None = None,
@@ -83,7 +84,7 @@ class CaseRun:
         self._memory = memory
         self._copies = copies  # of the user's own formulas: their paths, and where they lie here
         self._own = own  # the user's own formulas, each with the SHA-256 of its file
-        self._full = full
+        self._images = images
         self._certified = certified
         self._most, self._taken = most, 0.0  # s that the case may take, and that its steps so far did
         self._limit, self._large = seconds, is_large(planned.case.scene)
@@ -168,7 +169,7 @@ class CaseRun:
             panel=self._references,
             subject=self._subject,
             notes=renders.notes,
-            full=self._full,
+            images=self._images,
             cached=self._memory is not None,
             certified=self._certified,
             trials=tuple(renders.candidates[trial.name] for trial in self.planned.trials),

@@ -109,7 +109,7 @@ class CasesUnderWay:
             memory=self._memory,
             own=demands.own,
             copies=self._terms.copies,
-            full=demands.full,
+            images=demands.images,
             certified=demands.certified,
             seconds=seconds,
             most=self._terms.most,

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from rayproof.reports.run.kept_images import KeptImages
 from rayproof.reports.run.request import RunRequest
 from rayproof.tracer.formula import is_own
 
@@ -14,7 +15,7 @@ class Demands:
     identity: tuple[str, ...]  # of a program: its files, and what it says that it can
     references: tuple[str, ...]  # the panel, in its order
     require: tuple[str, ...]  # those that must answer
-    full: bool  # every renderer's images are kept
+    images: KeptImages  # of which cases they are kept
     certified: bool  # verdicts are held against certified arithmetic
     own: tuple[str, ...]  # the user's own formulas in use, each with the SHA-256 of its file
 
@@ -26,7 +27,7 @@ def demands(request: RunRequest, references: tuple[str, ...]) -> Demands:
         identity=request.subject.identity,
         references=references,
         require=tuple(sorted(set(request.require))),
-        full=request.full,
+        images=request.images,
         certified=request.certified,
         own=_own(request.configurations),
     )

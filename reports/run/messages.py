@@ -6,6 +6,7 @@ from pathlib import Path
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.keeping import Keep
 
@@ -81,7 +82,7 @@ class JudgeTask:
     panel: tuple[str, ...] = ()  # the references that the run announced: of one that is not among `witnesses` we say so
     subject: Subject = THE_TRACER
     notes: tuple[str, ...] = ()  # what the subject says of its answers
-    full: bool = False  # keep every image of every case
+    images: KeptImages = EVERY_CASE  # of which cases they are kept
     cached: bool = False  # the oracle's edges may be taken from the cache
     certified: bool = False  # the verdict itself is held against certified arithmetic
     trials: tuple[Candidate, ...] = ()  # others that are judged on the same case, one by one, and have no images kept

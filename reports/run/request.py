@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages
 from rayproof.reports.subjects import THE_TRACER, Subject
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class RunRequest:
     demanded: "Demanded | None" = None  # what is known to fail, and how much must be measured
     diagnose: bool = True  # say which known mistake explains the failures
     shard: tuple[int, int] | None = None  # the number of a part of the plan, and of how many
-    full: bool = False  # keep every renderer's images of every case, as EXR
+    images: KeptImages = EVERY_CASE  # of which cases they are kept
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     certified: bool = False  # hold the verdicts themselves against certified arithmetic
     scenes: "SceneStream | None" = None  # instead of selectors: scenes without number

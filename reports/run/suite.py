@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -24,6 +25,7 @@ from rayproof.reports.results.case_table import amend, briefs, named
 from rayproof.reports.results.document import save_results, write_results
 from rayproof.reports.results.headline import causes, examined_line, no_say, worse_by_cause
 from rayproof.reports.results.headline import worst_first as worst_cases_first
+from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, exit_code
 from rayproof.reports.results.records import CaseRecord, RunRecord
@@ -55,6 +57,7 @@ FAILED, NOT_MEASURED, INTERRUPTED = 1, 3, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
 MOST_OF_A_GATE = 12  # lines of a kind in the terminal
 EXAMINED = 500  # cases that failed, and as many that passed, among which a long run's causes are sought
+MOST_LOOKED_AT = 10_000  # of the best cases, to find those whose images were kept
 DIAGNOSING = 20.0  # s of processor time for naming the mistake
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
@@ -247,11 +250,20 @@ def _diagnose(request: RunRequest, results: RunRecord, console: Console) -> None
 
 
 def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
-    """Return the cases that are searched for causes: all, or of a long run the worst and as many of the best."""
+    """Return the cases that are searched for causes: all, or of a long run the worst and as many of the best.
+
+    Those that passed and whose images the run did not keep say nothing, and are left out.
+    """
+
+    def tells(case: CaseRecord) -> bool:
+        return case["verdict"] != Outcome.PASS or keeps_images(case)
+
     if len(cases) <= 2 * EXAMINED:
-        return list(cases)
+        return [*filter(tells, cases)]
     ordered = worst_cases_first(cases)
-    return [*ordered[:EXAMINED], *ordered[-EXAMINED:]]
+    looked_at = range(len(ordered) - 1, max(EXAMINED, len(ordered) - MOST_LOOKED_AT) - 1, -1)
+    best = islice((case for place in looked_at if tells(case := ordered[place])), EXAMINED)
+    return [*filter(tells, ordered[:EXAMINED]), *reversed([*best])]
 
 
 def planned_cases(request: RunRequest) -> Sequence[PlannedCase]:
@@ -331,6 +343,8 @@ def _publish(request: RunRequest, results: RunRecord, why: str | None, console: 
         console.print(sentence, style="bold red", soft_wrap=True, markup=False)
     for sentence in results["wrong_factors"]:
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
+    if left_out := results["images_kept"]["left_out"]:
+        console.print(f"images of {left_out} cases that passed are not kept; see --keep-images", soft_wrap=True)
     before = sum(bool(case.get("remembered")) for case in briefs(results["cases"]))
     if before:
         console.print(f"{before} cases were answered as before, to the last bit, and not judged again", soft_wrap=True)

@@ -12,7 +12,8 @@ from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.compact import compact_case
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.image_script import script, write_pixels
-from rayproof.reports.results.images import inside, kept_images
+from rayproof.reports.results.images import inside, keeps_images, kept_images
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
 
 
@@ -33,6 +34,8 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         pixels = images.relative_to(folder).as_posix() if renders else None
         if pixels is not None:
             written.append(write_pixels(images, pixels, renders, camera_of(folder, case)))
+    if pixels is None and not keeps_images(case) and case["verdict"] == Outcome.PASS:
+        notes.append("It passed, and this run keeps no images of such a case; its command makes them again.")
     lights = case.get("lights")
     lights = lights if isinstance(lights, int) and 0 <= lights < 1000 else 0
     record = {

@@ -30,11 +30,13 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
 
     Of a case that passed the first configuration and the independent witnesses are enough to look at, in one file an
-    eighth of the size. Of any other every renderer may be the one to look at, and where it did not merely warn with
-    whatever reads EXR. `full` keeps everything of all.
+    eighth of the size; of a case that the run does not keep, none. Of any other every renderer may be the one to look
+    at, and where it did not merely warn with whatever reads EXR.
     """
     banded = task.case.scene.camera.rows is not None
-    everyone = task.full or outcome is not Outcome.PASS or banded
+    if not banded and not task.images.keeps(task.case.name, outcome):  # a band knows nothing of the whole's verdict
+        return {}, None
+    everyone = task.images.full or outcome is not Outcome.PASS or banded
     scene, candidates = task.case.scene, task.candidates if everyone else task.candidates[:1]
     witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
     parties = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in candidates]
@@ -46,7 +48,7 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     }
     if banded:
         renders = {name: thinned(images, task.case.scene.camera) for name, images in renders.items()}
-    elif task.full or outcome not in (Outcome.PASS, Outcome.WARN):
+    elif task.images.full or outcome not in (Outcome.PASS, Outcome.WARN):
         return _write_files(task, renders), None
     if not renders:
         return {}, None

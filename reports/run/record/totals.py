@@ -11,6 +11,7 @@ from rayproof.reports.judge.comparison.examined import Examined
 from rayproof.reports.judge.panel.known_defects import known_findings
 from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.paths.verdict import count_paths
+from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import MEASURED, Outcome, ledger, worst
 from rayproof.reports.results.records import CaseRecord, CheckRecord, CoverageRecord, LedgerRecord, ReviewRecord
@@ -39,6 +40,7 @@ class Totals:
         self.planned_checks = 0
         self.abstained: dict[str, dict[str, str]] = {}  # reference -> case in which it had no say -> why
         self.versions: dict[str, str] = {}
+        self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
         self.factors = CommonFactors()
         self.paths: dict[str, dict[str, int]] = {}
         self._examined, self._passing = _nothing_examined(), _nothing_examined()
@@ -54,6 +56,10 @@ class Totals:
         self.versions |= record.get("versions", {})
         for name, why in record.get("abstained", {}).items():
             self.abstained.setdefault(name, {})[record["name"]] = why
+        if keeps_images(record):
+            self.with_images += 1
+        elif record["verdict"] == Outcome.PASS:
+            self.without_images += 1
         self.factors.add(record)
         count_paths(self.paths, record)
         self._limits.add(record)

@@ -58,7 +58,8 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     scene = "" if banded else write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
     record = _record(task, judged, scene, images)
-    record.update({"adjudication": panel, "pixels": pixels, "masks": masks(task, judged.ground)})
+    marked = masks(task, judged.ground) if images or pixels is not None else None  # they lie over images
+    record.update({"adjudication": panel, "pixels": pixels, "masks": marked})
     if task.certified:
         record["certified"] = _certified(task, judged, oracle)
     return record

@@ -17,6 +17,7 @@ from rayproof.reports.results.document import save_results
 from rayproof.reports.run import dependencies
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.dependencies import Dependencies, Earlier
+from rayproof.reports.run.kept_images import EVERY_CASE
 from rayproof.reports.run.plan import PlannedCase, plan
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, Subject
 from tests.reports.commands.conftest import Rayproof, rayproof
@@ -25,7 +26,7 @@ from tests.reports.publish.sample import results_of
 __all__ = ["rayproof"]  # a fixture
 
 CASES = ("primitives/sphere", "primitives/triangle")
-DEMANDS = Demands(subject="tracer", identity=(), references=(), require=(), full=False, certified=False, own=())
+DEMANDS = Demands(subject="tracer", identity=(), references=(), require=(), images=EVERY_CASE, certified=False, own=())
 HAINES, WOOP = "tracer/intersections/sphere_haines.py", "tracer/intersections/triangle_woop_kahan.py"
 SCRIPT = Path(__file__).resolve().parents[3] / ".ci" / "changed_is_sound"
 

@@ -17,12 +17,13 @@ from rayproof.reports.run.engine.batch import Answer, Batch, Limits, packed
 from rayproof.reports.run.engine.cluster import ClusterError, Event, WorkerState
 from rayproof.reports.run.engine.dispatch import Dispatch, Vetting
 from rayproof.reports.run.engine.facts import Facts
+from rayproof.reports.run.kept_images import EVERY_CASE
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.subjects import THE_TRACER
 
 CASE = select(["primitives/sphere"])[0]
 DEMANDS = Demands(
-    subject="tracer", identity=(), references=("analytic",), require=(), full=False, certified=False, own=()
+    subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, certified=False, own=()
 )
 TERMS = Terms(demands=DEMANDS, subject=THE_TRACER, cached=False, patient=False)
 LIMITS = Limits(timeout=60.0, jobs=1)

@@ -14,6 +14,7 @@ from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.results.exr import read_answers
 from rayproof.reports.results.image_script import read_pixels
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages, images_to_keep
 from rayproof.reports.run.messages import JudgeTask
 from rayproof.reports.run.record.images import keep_images, masks
 
@@ -38,9 +39,15 @@ def task(answered, tmp_path):
         for name in ("analytic", "mitsuba_llvm")
     )
 
-    def make(*, full: bool = False) -> JudgeTask:
+    def make(images: KeptImages = EVERY_CASE) -> JudgeTask:
         return JudgeTask(
-            case=case, candidates=candidates, witnesses=witnesses, versions={}, folder=tmp_path, require=(), full=full
+            case=case,
+            candidates=candidates,
+            witnesses=witnesses,
+            versions={},
+            folder=tmp_path,
+            require=(),
+            images=images,
         )
 
     return make
@@ -65,14 +72,47 @@ def test_a_case_that_warns_keeps_everybody_in_one_file(task, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("full", "outcome"), [(True, Outcome.PASS), (False, Outcome.FAIL)], ids=["full", "did not pass"]
+    ("kept", "outcome"),
+    [(KeptImages(full=True), Outcome.PASS), (EVERY_CASE, Outcome.FAIL), (KeptImages(0.0), Outcome.FAIL)],
+    ids=["all", "did not pass", "failed alone"],
 )
-def test_otherwise_everybody_leaves_an_exr(task, tmp_path, full, outcome):
-    images, pixels = keep_images(task(full=full), outcome)
+def test_otherwise_everybody_leaves_an_exr(task, tmp_path, kept, outcome):
+    images, pixels = keep_images(task(kept), outcome)
 
     assert pixels is None
     assert set(images) == {"tracer-float32", "tracer-float64", "analytic", "mitsuba_llvm"}
     assert Stage.RAY in read_answers(tmp_path / images["mitsuba_llvm"])
+
+
+def test_a_case_that_passed_and_is_in_no_sample_keeps_none(task, tmp_path):
+    assert keep_images(task(KeptImages(0.0)), Outcome.PASS) == ({}, None)
+    assert not (tmp_path / "images").exists()
+
+
+def test_a_sample_is_drawn_by_names_alone():
+    tenth, third = KeptImages(0.1), KeptImages(1 / 3)
+    names = [f"file/{number}" for number in range(10_000)]
+    kept = {name for name in names if tenth.keeps(name, Outcome.PASS)}
+
+    assert abs(len(kept) - 1000) < 5 * np.sqrt(900)  # five standard deviations of as many independent draws
+    assert kept <= {name for name in names if third.keeps(name, Outcome.PASS)}
+    assert all(KeptImages(0.0).keeps(name, Outcome.WARN) for name in names[:10])
+
+
+@pytest.mark.parametrize("text", ["failed", "sample:1%", "sample:0.5%", "all"])
+def test_what_is_kept_is_told_as_it_is_asked(text):
+    assert str(images_to_keep(text, cases=1)) == text
+
+
+def test_a_long_run_keeps_a_sample():
+    assert images_to_keep(None, cases=2000) == EVERY_CASE
+    assert str(images_to_keep(None, cases=2001)) == "sample:1%"
+
+
+@pytest.mark.parametrize("text", ["none", "sample:0%", "sample:101%", "sample:1", "sample:-1%", ""])
+def test_what_can_not_be_kept_is_refused(text):
+    with pytest.raises(ValueError, match=f"sample:1% .*got {text}"):
+        images_to_keep(text, cases=1)
 
 
 def test_the_mask_has_an_outline_and_leaves_most_alone(task):
