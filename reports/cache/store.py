@@ -1,5 +1,9 @@
 """The store of all that is kept: a folder of signed entries by key, checked on every read, the least used go first.
 
+What the run before this one used, and what this one did, does not go: a suite that is a little larger than the store
+would otherwise find nothing at all, since each entry would go just before it is asked for again. Where there is no room
+without that, a new entry is left out, and its bytes are counted beside the entries, so that a run can tell.
+
 A store that has no secret of the user's own, or whose folder others may write, knows and keeps nothing: `unused` says
 why. What a reader makes of an entry is its own; whatever it cannot read is a miss.
 
@@ -7,6 +11,7 @@ Many processes may use it at once: an entry is written beside its place and rena
 nothing, and a file that another process removed meanwhile is simply not there.
 """
 
+import json
 import os
 import stat
 import time
@@ -22,14 +27,15 @@ import numpy as np
 import platformdirs
 
 from rayproof.reports.cache.entries import DamagedEntryError, about, decode, encode
+from rayproof.reports.cache.limit import LIMIT, usual_limit
 from rayproof.reports.cache.signing import NoSecretError, usual_secret
 
 VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
-LIMIT = 2 * 2**30  # bytes: three default suites
 LEAVE = 0.9  # of the limit, after the least recently used entries went
 UNSEEN = 1 / 64  # of the limit: what a process may write until it looks again at what others wrote
 SUFFIX, DRAFT = ".entry", ".draft"
 HEAD = 2**16  # bytes of an entry that a listing reads
+RUNS, LEFT_OUT = "runs", "left_out"  # files: when the last two runs began [s]; bytes of entries without room
 FORGOTTEN = 3600.0  # s after which a draft is one of a process that was killed
 
 Entry = tuple[dict[str, Any], dict[str, np.ndarray]]  # what it says, and its arrays
@@ -54,12 +60,12 @@ def usual_folder() -> Path:
 
 def usual_store() -> "Store":
     """Return this process's store in the usual folder."""
-    return _store(usual_folder())
+    return _store(usual_folder(), usual_limit())
 
 
 @cache
-def _store(folder: Path) -> "Store":
-    return Store(folder)
+def _store(folder: Path, limit: int) -> "Store":
+    return Store(folder, limit=limit)
 
 
 class Store:
@@ -70,6 +76,7 @@ class Store:
         self._limit = limit
         self._size: int | None = None  # bytes, when they were counted last
         self._written = 0  # bytes since then
+        self._full = False  # nothing of what was there could go
         self.unused = _anybodys(folder)
         self._secret = secret or b""
         if secret is None and self.unused is None:
@@ -120,19 +127,63 @@ class Store:
         return decode(data, question=key, secret=self._secret)
 
     def put(self, key: str, told: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Write an entry, and let the least recently used go if that is too much; raise OSError if it cannot."""
+        """Write an entry, and let others go or leave it out if that is too much; raise OSError if it cannot."""
         if self.unused is not None:
             return
         data = encode({**told, "key": key}, arrays, question=key, secret=self._secret)
-        if len(data) > self._limit:
-            return
-        self._write(self.path(key), data)
-        self._written += len(data)
+        if self._has_room(len(data)):
+            self._write(self.path(key), data)
+            self._written += len(data)
+        else:
+            self._note_left_out(len(data))
+
+    def _has_room(self, more: int) -> bool:
+        """Say whether so many more bytes fit, after others went if they must."""
+        if more > self._limit or self._full:
+            return False
         if self._size is None or self._written > UNSEEN * self._limit:
             self._remove_old_drafts()
             self._size, self._written = sum(size for _, size, _ in self._files()), 0
-        if self._size + self._written > self._limit:
-            self._evict()
+        if self._size + self._written + more > self._limit:
+            self._evict(more)
+            self._full = self._size + more > self._limit
+        return not self._full
+
+    def begin(self) -> None:
+        """Note that a run begins, and forget what runs before it left out; a store that cannot be written does not."""
+        if self.unused is not None:
+            return
+        with suppress(OSError):
+            self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            (self.folder / LEFT_OUT).unlink(missing_ok=True)
+            draft = self.folder / f"{RUNS}.{uuid.uuid4().hex}{DRAFT}"
+            draft.write_text(json.dumps([self._begun()[-1], time.time()]), encoding="utf-8")
+            draft.replace(self.folder / RUNS)
+
+    def _begun(self) -> list[float]:
+        """Return when the last two runs began [s since the epoch]; 0 where there was none."""
+        try:
+            begun = json.loads((self.folder / RUNS).read_text(encoding="utf-8"))
+            return [float(begun[0]), float(begun[1])]
+        except (OSError, ValueError, TypeError, LookupError):
+            return [0.0, 0.0]
+
+    def _note_left_out(self, size: int) -> None:
+        with suppress(OSError), (self.folder / LEFT_OUT).open("a", encoding="utf-8") as file:
+            file.write(f"{size}\n")
+
+    @property
+    def left_out(self) -> int:
+        """Return how many bytes of entries found no room since the last run began, in all processes."""
+        try:
+            return sum(int(line) for line in (self.folder / LEFT_OUT).read_text(encoding="utf-8").split())
+        except (OSError, ValueError):
+            return 0
+
+    @property
+    def limit(self) -> int:
+        """Return how large the store may become [bytes]."""
+        return self._limit
 
     @staticmethod
     def _write(path: Path, data: bytes) -> None:
@@ -171,6 +222,8 @@ class Store:
             path.unlink(missing_ok=True)
             count, size = count + 1, size + length
         self._remove_old_drafts(0.0)
+        for name in (RUNS, LEFT_OUT):
+            (self.folder / name).unlink(missing_ok=True)
         return count, size
 
     def _remove_old_drafts(self, age: float = FORGOTTEN) -> None:
@@ -192,12 +245,13 @@ class Store:
     def _by_use(self) -> list[tuple[Path, int, float]]:
         return sorted(self._files(), key=lambda file: (file[2], file[0]))
 
-    def _evict(self) -> None:
-        """Remove the least recently used entries until there is room again."""
+    def _evict(self, more: int) -> None:
+        """Remove the least recently used entries until there is room for more, but none that a late run used."""
         files = self._by_use()
         left = sum(size for _, size, _ in files)
-        for path, size, _ in files:
-            if left <= LEAVE * self._limit:
+        before, now = self._begun()
+        for path, size, used in files:
+            if left + more <= LEAVE * self._limit or (now and used >= before):
                 break
             left -= size if self._remove(path) else 0
         self._size, self._written = left, 0

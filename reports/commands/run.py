@@ -7,6 +7,7 @@ from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from rayproof.reports.cache.limit import LIMIT_VARIABLE, limit_of, usual_limit
 from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
@@ -41,6 +42,7 @@ def run(
     confine: bool = False,
     diagnose: Literal["auto", "off"] = "auto",
     cache: bool = True,
+    cache_limit: float | None = None,
     full: bool = False,
     keep_images: str | None = None,
     paths: Literal["covering", "all"] = "covering",
@@ -113,6 +115,9 @@ def run(
     cache
         Take from the cache what references answered before, and what was found before of answers that are equal to
         the last bit. The renderer under test always renders.
+    cache_limit
+        GiB that the cache may take; what the last two runs used does not go, and what has no room is not kept. Default:
+        RAYPROOF_CACHE_LIMIT, or 2. On a cluster every worker's machine has its own.
     full
         Keep every renderer's images of every case, as EXR: the same as --keep-images all.
     keep_images
@@ -203,6 +208,11 @@ def run(
         )
     if least_coverage is not None and not 0 <= least_coverage <= 100:
         raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
+    with told_in_one_line():
+        if cache_limit is not None:
+            limit_of(str(cache_limit), said_by="--cache-limit")
+            os.environ[LIMIT_VARIABLE] = str(cache_limit)  # for the workers, too
+        usual_limit()
     if full and keep_images not in (None, "all"):
         raise UsageError(f"--full keeps all images, and --keep-images {keep_images} does not; ask for one")
     if scheduler is not None and numbers is not None:

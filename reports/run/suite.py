@@ -74,6 +74,8 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     choose_packaged_llvm()
     store = usual_store() if request.cached else None
     unused = store.unused if store is not None else None
+    if store is not None:
+        store.begin()
     if unused is not None:
         store, request = None, replace(request, cached=False)
     if isinstance(workers, Pool) and not (store is not None and passed("judge", store)):
@@ -136,6 +138,9 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
     results["seconds"] = round(time.perf_counter() - start, 3)
     conclude(request, results, drawing.reason, console)
+    if store is not None and (left_out := store.left_out):
+        full = f"the cache is full, at {store.limit / 2**30:.3g} GiB: {left_out / 2**30:.3g} GiB found no room"
+        console.print(f"{full}; --cache-limit gives it more", soft_wrap=True)
     if stopped is not None:
         console.print(legible(f"stopped: {stopped}"), style="bold red", soft_wrap=True, markup=False)
         return NOT_MEASURED

@@ -10,6 +10,7 @@ import pytest
 
 from rayproof.reports.cache import entries
 from rayproof.reports.cache.entries import DamagedEntryError, encode
+from rayproof.reports.cache.limit import limit_of
 from rayproof.reports.cache.signing import VARIABLE, usual_secret
 from rayproof.reports.cache.store import Store
 
@@ -42,6 +43,54 @@ def test_the_least_recently_used_go_first(tmp_path):
     assert store.get(keys[1]) is None
     assert store.get(keys[0]) is not None
     assert sum(item.size for item in store.items()) <= 4 * size
+
+
+def test_a_suite_larger_than_the_store_finds_what_has_room(tmp_path):
+    keys = [f"{index:064x}" for index in range(110)]
+    found = []
+    for _ in range(4):
+        store = Store(tmp_path, limit=100 * SIZE + SIZE // 2)
+        store.begin()
+        missed = [key for key in keys if store.get(key) is None and store.put(key, {}, ARRAY) is None]
+        found.append(len(keys) - len(missed))
+
+        assert store.left_out == sum(len(encode({"key": key}, ARRAY, question=key, secret=b"s")) for key in keys[100:])
+
+    assert found == [0, 100, 100, 100]
+
+
+def test_what_the_last_two_runs_did_not_use_goes_first(tmp_path):
+    old, kept, new = ("a" * 64, "b" * 64, "c" * 64)
+    store = Store(tmp_path, limit=2 * SIZE + SIZE // 2)
+    store.begin()
+    store.put(old, {}, ARRAY)
+    store.put(kept, {}, ARRAY)
+    store.begin()
+    assert store.get(kept) is not None
+    store.begin()
+
+    store.put(new, {}, ARRAY)
+
+    assert [store.get(key) is not None for key in (old, kept, new)] == [False, True, True]
+    assert store.left_out == 0
+
+
+def test_what_all_processes_left_out_is_added_up(tmp_path):
+    Store(tmp_path, limit=SIZE).begin()
+    Store(tmp_path, limit=SIZE).put("a" * 64, {}, ARRAY)
+
+    for key in ("b" * 64, "c" * 64):
+        Store(tmp_path, limit=SIZE).put(key, {}, ARRAY)
+
+    assert Store(tmp_path).left_out == 2 * SIZE
+    assert Store(tmp_path).clear()[0] == 1
+    assert Store(tmp_path).left_out == 0
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "much"])
+def test_a_limit_that_is_none_is_refused(text):
+    with pytest.raises(ValueError, match=f"--cache-limit must be positive and at most 8.58993e[+]09 GiB, got {text}"):
+        limit_of(text, said_by="--cache-limit")
 
 
 def test_what_another_store_wrote_is_counted_before_a_64th_of_the_limit_is_added(tmp_path):
