@@ -2,12 +2,17 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from rayproof.reports.studies.growth.checkouts import Round
+    from rayproof.reports.studies.growth.marginal import Further
+    from rayproof.reports.studies.growth.measuring import Cost, SuiteCost
 
 USUAL = (100, 1000)
 REPLAYED = (1000, 10_000)
@@ -21,6 +26,7 @@ def growth(
     against: Path | None = None,
     rounds: int = 5,
     replay: Path | None = None,
+    scheduler: str | None = None,
     select: Annotated[list[str] | None, Parameter(negative=())] = None,
     json: Path | None = None,
 ) -> int:
@@ -47,6 +53,9 @@ def growth(
         Render nothing: take the records of this results folder, up to 1000, again and again under new names,
         through the journal and publishing, and show what the process that keeps a run takes. Default of cases: 1000 and
         10000.
+    scheduler
+        local:N. Run each suite at first, once by N processes and once by a cluster of N workers on this machine, and
+        show what the cluster takes over what the processes take, and how much of it the process that was called takes.
     select
         Only these cases of the suite (`shadows`, `transforms/*`); may be given more than once.
     json
@@ -59,6 +68,11 @@ def growth(
         raise UsageError(f"--suite runs the default suite; it takes no number of cases, got {cases[0]}")
     if replay is not None and suite:
         raise UsageError("--replay and --suite are two measurements; ask for one")
+    if scheduler is not None and (suite or replay is not None):
+        raise UsageError("--scheduler compares a cluster with this machine's processes; ask for nothing else with it")
+    counts = sorted(set(cases or (REPLAYED if replay is not None else USUAL)))
+    if counts[0] < 1:
+        raise UsageError(f"a suite has at least 1 case, got {counts[0]}")
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
@@ -68,9 +82,11 @@ def growth(
         if against is not None:
             _compare(against, tuple(select or ()), rounds, json)
         elif replay is not None:
-            _replay(replay, sorted(set(cases or REPLAYED)), json)
+            _replay(replay, counts, json)
+        elif scheduler is not None:
+            _beside(scheduler, counts, json)
         else:
-            _grow(sorted(set(cases or USUAL)), json)
+            _grow(counts, json)
     except GrowthError as error:
         say(str(error))
         return NOT_MEASURED
@@ -78,26 +94,52 @@ def growth(
 
 
 def _grow(counts: list[int], json: Path | None) -> None:
-    if counts[0] < 1:
-        raise UsageError(f"a suite has at least 1 case, got {counts[0]}")
     from rayproof.reports.studies.growth.marginal import marginal
-    from rayproof.reports.studies.growth.measuring import measured
+    from rayproof.reports.studies.growth.measuring import SuiteCost, measured
 
-    rows: list[dict[str, Any]] = []
+    rows: list[SuiteCost] = []
     for row in measured(counts):
         rows.append(row)
-        say(f"{row['cases']} cases {row['when']}: {row['seconds']:.1f} s")
-        write_json(json, {"runs": rows, "further": marginal(rows)})
+        say(f"{row.cases} cases {row.when}: {row.cost.seconds:.1f} s")
+        further = [_renamed(asdict(one)) for one in marginal(rows)]
+        write_json(json, {"runs": [_flat(one) for one in rows], "further": further})
     head = ["suite", *COSTS]
-    show_table("Runs", head, [[f"{row['cases']} {row['when']}", *_cells(row, 1)] for row in rows])
-    further = [[f"{one['from']} to {one['to']} {one['when']}", *_cells(one, 1000)] for one in marginal(rows)]
-    if further:
-        show_table("A thousand further cases", head, further)
+    show_table("Runs", head, [[f"{row.cases} {row.when}", *_cells(row.cost, 1)] for row in rows])
+    table = [[f"{one.fewer} to {one.more} {one.when}", *_cells(one, 1000)] for one in marginal(rows)]
+    if table:
+        show_table("A thousand further cases", head, table)
+
+
+def _beside(scheduler: str, counts: list[int], json: Path | None) -> None:
+    from rayproof.reports.commands.cluster import scheduler_at
+    from rayproof.reports.studies.growth.measuring import SuiteCost, beside_a_cluster, cluster_ratios
+
+    place = scheduler_at(scheduler, None, None, None, insecure=False, wait=60.0) if "://" not in scheduler else None
+    if place is None:
+        raise UsageError(f"--scheduler is local:N here, whose processor time can be measured; got {scheduler}")
+    rows: list[SuiteCost] = []
+    for row in beside_a_cluster(counts, place.local):
+        rows.append(row)
+        cost, how = row.cost, row.engine or f"--jobs {place.local}"
+        say(f"{row.cases} cases, {how}: {cost.processor_seconds:.1f} s of processor time in {cost.seconds:.1f} s")
+        write_json(json, {"runs": [_flat(one) for one in rows], "ratios": cluster_ratios(rows)})
+    head = ["suite", *COSTS, "of it the process that was called [s]", "its memory [MB]", "index.html [MB]"]
+    table = [
+        [
+            f"{row.cases} {row.engine or f'--jobs {place.local}'}",
+            *_cells(row.cost, 1),
+            f"{row.cost.parent_processor_seconds:.1f}",
+            *(f"{size / 1e6:.2f}" for size in (row.cost.parent_peak_bytes, row.cost.index_bytes)),
+        ]
+        for row in rows
+    ]
+    show_table("Runs", head, table)
+    names = ["cases", "processor", "seconds", "parent_share", "parent_peak"]
+    ratios = [[f"{one[name]:.3g}" for name in names] for one in cluster_ratios(rows)]
+    show_table(f"{scheduler} over --jobs {place.local}", names, ratios)
 
 
 def _replay(source: Path, counts: list[int], json: Path | None) -> None:
-    if counts[0] < 1:
-        raise UsageError(f"a suite has at least 1 case, got {counts[0]}")
     from rayproof.reports.results.document import load_results
     from rayproof.reports.run.replaying import ReplayError, ratios, replayed
     from rayproof.reports.studies.growth.measuring import GrowthError
@@ -135,20 +177,34 @@ def _compare(against: Path, selectors: tuple[str, ...], count: int, json: Path |
     rows: list[Round] = []
     for row in compared(against, selectors, rounds=count):
         rows.append(row)
-        cost = f"{row.processor_seconds:.1f} s of processor time in {row.seconds:.1f} s"
+        cost = f"{row.cost.processor_seconds:.1f} s of processor time in {row.cost.seconds:.1f} s"
         say(f"round {row.number + 1} of {count}, {row.checkout} {row.when}: {cost}")
-        write_json(json, {"rounds": [asdict(one) for one in rows], "ratios": ratios(rows)})
+        found = {when: asdict(of) for when, of in ratios(rows).items()}
+        write_json(json, {"rounds": [_flat(one) for one in rows], "ratios": found})
     head = ["round", "checkout", *COSTS]
-    cells = [[f"{row.number + 1} {row.when}", row.checkout, *_cells(asdict(row), 1)] for row in rows]
+    cells = [[f"{row.number + 1} {row.when}", row.checkout, *_cells(row.cost, 1)] for row in rows]
     show_table("Rounds", head, cells)
     head = ["when", "processor time, here over against", "95 % interval", "rounds"]
     table = [
-        [when, f"{of['ratio']:.3f}", f"{of['interval'][0]:.3f} to {of['interval'][1]:.3f}", of["rounds"]]
+        [when, f"{of.ratio:.3f}", f"{of.interval[0]:.3f} to {of.interval[1]:.3f}", of.rounds]
         for when, of in ratios(rows).items()
     ]
     show_table("Ratios", head, table)
 
 
-def _cells(row: dict[str, Any], times: int) -> list[str]:
-    seconds = [f"{times * row[name]:.1f}" for name in ("seconds", "processor_seconds")]
-    return seconds + [f"{times * row[name] / 1e6:.1f}" for name in ("peak_bytes", "folder_bytes")]
+def _flat(row: "SuiteCost | Round") -> dict[str, object]:
+    """Return a row as JSON data, what it cost beside what was run."""
+    found = asdict(row)
+    return found | found.pop("cost")
+
+
+def _renamed(row: dict[str, object]) -> dict[str, object]:
+    """Return what further cases cost as it has always been written."""
+    return {"when": row["when"], "from": row["fewer"], "to": row["more"]} | {
+        name: value for name, value in row.items() if name not in ("when", "fewer", "more")
+    }
+
+
+def _cells(cost: "Cost | Further", times: int) -> list[str]:
+    seconds = [f"{times * one:.1f}" for one in (cost.seconds, cost.processor_seconds)]
+    return seconds + [f"{times * one / 1e6:.1f}" for one in (cost.peak_bytes, cost.folder_bytes)]

@@ -9,12 +9,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
 from rayproof.reports.studies.compare.statistics import LEVEL, median_interval
-from rayproof.reports.studies.growth.measuring import AGAIN, MODULE, cost_of_run
+from rayproof.reports.studies.growth.measuring import AGAIN, MODULE, Cost, cost_of_run
 
 HERE, AGAINST = "here", "against"
 CHECKOUT = Path(__file__).resolve().parents[3]
@@ -29,11 +28,16 @@ class Round:
     number: int
     checkout: str  # HERE or AGAINST
     when: str  # "at first", with a fresh home and nothing kept; or "again"
-    seconds: float
-    processor_seconds: float
-    peak_bytes: int
-    folder_bytes: int
-    index_bytes: int = 0  # of the front page
+    cost: Cost
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """This checkout's processor time over the other's: the median of `rounds` quotients and its interval."""
+
+    ratio: float
+    interval: tuple[float, float]
+    rounds: int
 
 
 def check(against: Path, rounds: int) -> None:
@@ -60,10 +64,10 @@ def compared(against: Path, selectors: Sequence[str], *, rounds: int) -> Iterato
             for when in AGAIN:
                 for checkout in order:
                     cost = _suite(places[checkout], Path(folder) / checkout, selectors)
-                    yield Round(number=number, checkout=checkout, when=when, **cost)
+                    yield Round(number=number, checkout=checkout, when=when, cost=cost)
 
 
-def _suite(checkout: Path, place: Path, selectors: Sequence[str]) -> dict[str, Any]:
+def _suite(checkout: Path, place: Path, selectors: Sequence[str]) -> Cost:
     home = place / "home"  # Dr.Jit keeps its compiled kernels there
     home.mkdir(parents=True, exist_ok=True)
     # Until version 0.2 the four packages were modules of their own, at the top of the checkout.
@@ -73,16 +77,15 @@ def _suite(checkout: Path, place: Path, selectors: Sequence[str]) -> dict[str, A
     return cost_of_run(selectors, place, folder=checkout, environment=variables, module=module)
 
 
-def ratios(rounds: Sequence[Round]) -> dict[str, dict[str, Any]]:
+def ratios(rounds: Sequence[Round]) -> dict[str, Ratio]:
     """Return, at first and again, this checkout's processor time over the other's: median, interval, rounds."""
-    times = {(one.number, one.checkout, one.when): one.processor_seconds for one in rounds}
-    result: dict[str, dict[str, Any]] = {}
+    times = {(one.number, one.checkout, one.when): one.cost.processor_seconds for one in rounds}
+    result: dict[str, Ratio] = {}
     for when in AGAIN:
         numbers = [n for n in range(len(rounds)) if (n, HERE, when) in times and (n, AGAINST, when) in times]
         quotients = [times[n, HERE, when] / times[n, AGAINST, when] for n in numbers]
         # An interrupted comparison may have an even number of rounds: the last one is left out.
         odd = quotients[: len(quotients) - (len(quotients) + 1) % 2]
         if odd:
-            interval = list(median_interval(odd, level=LEVEL))
-            result[when] = {"ratio": float(np.median(odd)), "interval": interval, "rounds": len(odd)}
+            result[when] = Ratio(float(np.median(odd)), median_interval(odd, level=LEVEL), len(odd))
     return result

@@ -1,24 +1,24 @@
 """As many small scenes as asked for, no two alike: a sphere on a square under a light, seen from anywhere."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 
 from rayproof.cases.placement import camera_around
 from rayproof.cases.scene import PointLight, Scene, Sphere, Square
-from rayproof.cases.scene_json import save_scene
+from rayproof.cases.scene_json import scene_to_json
 
 WIDTH, HEIGHT = 24, 16
 SEED = 6
 
 
-def write_scenes(count: int, folder: Path) -> list[Path]:
-    """Write `count` scene files into an existing folder; the first ones are the same whatever the count."""
-    files = []
-    for index in range(count):
-        files.append(folder / f"{index:05d}.json")
-        save_scene(_scene(np.random.default_rng((SEED, index))), files[-1])
-    return files
+def write_scenes(count: int, path: Path) -> None:
+    """Write `count` scenes, each on a line of a file; the first ones are the same whatever the count."""
+    with path.open("w", encoding="utf-8") as file:
+        for index in range(count):
+            scene = _scene(np.random.default_rng((SEED, index)))
+            file.write(f"{json.dumps(scene_to_json(scene))}\n")
 
 
 def _scene(generator: np.random.Generator) -> Scene:

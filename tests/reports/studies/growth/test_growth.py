@@ -10,9 +10,9 @@ import pytest
 
 from rayproof.reports.cli import main
 from rayproof.reports.studies.growth import measuring
-from rayproof.reports.studies.growth.checkouts import Round, compared, ratios
-from rayproof.reports.studies.growth.marginal import marginal
-from rayproof.reports.studies.growth.measuring import GrowthError, measured
+from rayproof.reports.studies.growth.checkouts import Ratio, Round, compared, ratios
+from rayproof.reports.studies.growth.marginal import Further, marginal
+from rayproof.reports.studies.growth.measuring import Cost, GrowthError, SuiteCost, cluster_ratios, measured
 from rayproof.reports.studies.growth.scenes import write_scenes
 from tests.reports.commands.conftest import Rayproof, rayproof
 
@@ -20,13 +20,12 @@ __all__ = ["rayproof"]
 
 
 def test_no_two_scenes_are_alike_and_the_first_ones_are_the_same(tmp_path: Path) -> None:
-    (tmp_path / "few").mkdir()
-    (tmp_path / "many").mkdir()
+    for name, count in (("few", 2), ("many", 5)):
+        write_scenes(count, tmp_path / name)
+    few, many = ((tmp_path / name).read_text().splitlines() for name in ("few", "many"))
 
-    few, many = write_scenes(2, tmp_path / "few"), write_scenes(5, tmp_path / "many")
-
-    assert len({file.read_text() for file in many}) == 5
-    assert [file.read_text() for file in few] == [file.read_text() for file in many[:2]]
+    assert len({*many}) == 5
+    assert few == many[:2]
 
 
 def test_a_suite_is_run_twice_and_its_figures_are_written(rayproof: Rayproof, tmp_path: Path) -> None:
@@ -35,20 +34,40 @@ def test_a_suite_is_run_twice_and_its_figures_are_written(rayproof: Rayproof, tm
     assert ended.code == 0, ended.out
     rows = json.loads((tmp_path / "growth.json").read_text())["runs"]
     assert [(row["cases"], row["when"]) for row in rows] == [(1, "at first"), (1, "again")]
-    assert all(row["processor_seconds"] > 0 and row["folder_bytes"] > 0 for row in rows)
+    assert all(row["processor_seconds"] > row["parent_processor_seconds"] > 0 for row in rows)
+    assert all(row["folder_bytes"] > row["index_bytes"] > 0 and row["parent_peak_bytes"] > 2**24 for row in rows)
     assert "A thousand further cases" not in ended.out
 
 
 def test_the_price_of_a_further_case() -> None:
-    small = {"cases": 10, "when": "again", "seconds": 3.0, "processor_seconds": 4.0, "peak_bytes": 5, "folder_bytes": 6}
-    large = {
-        "cases": 30, "when": "again", "seconds": 5.0, "processor_seconds": 8.0, "peak_bytes": 25, "folder_bytes": 46,
-    }  # fmt: skip
+    small = Cost(seconds=3.0, processor_seconds=4.0, peak_bytes=5, folder_bytes=6)
+    large = Cost(seconds=5.0, processor_seconds=8.0, peak_bytes=25, folder_bytes=46)
 
-    (one,) = marginal([large, small])
+    (one,) = marginal([SuiteCost(cases=30, when="again", cost=large), SuiteCost(cases=10, when="again", cost=small)])
 
-    assert (one["from"], one["to"]) == (10, 30)
-    assert (one["seconds"], one["processor_seconds"], one["peak_bytes"], one["folder_bytes"]) == (0.1, 0.2, 1, 2)
+    assert one == Further(
+        when="again", fewer=10, more=30, seconds=0.1, processor_seconds=0.2, peak_bytes=1.0, folder_bytes=2.0
+    )
+
+
+def test_a_cluster_is_held_against_as_many_processes() -> None:
+    plain = Cost(seconds=3.0, processor_seconds=4.0, parent_peak_bytes=5, peak_bytes=5, folder_bytes=6)
+    ours = Cost(
+        seconds=6.0,
+        processor_seconds=5.0,
+        parent_processor_seconds=1.0,
+        parent_peak_bytes=10,
+        peak_bytes=9,
+        folder_bytes=6,
+    )
+    rows = [
+        SuiteCost(cases=10, when="at first", engine=engine, cost=cost)
+        for engine, cost in (("local:2", ours), ("", plain))
+    ]
+
+    (one,) = cluster_ratios([*rows, SuiteCost(cases=20, when="at first", cost=plain)])
+
+    assert one == {"cases": 10, "processor": 1.25, "seconds": 2.0, "parent_share": 0.2, "parent_peak": 2.0}
 
 
 def test_a_run_that_fails_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -63,16 +82,10 @@ def test_a_measurement_that_is_terminated_ends_its_suite_and_keeps_what_it_has(
 ) -> None:
     ended = []
 
-    def told_to_stop(counts: list[int]) -> Iterator[dict[str, float | str]]:
+    def told_to_stop(counts: list[int]) -> Iterator[SuiteCost]:
         try:
-            yield {
-                "cases": 1,
-                "when": "again",
-                "seconds": 1,
-                "processor_seconds": 1,
-                "peak_bytes": 1,
-                "folder_bytes": 1,
-            }
+            cost = Cost(seconds=1, processor_seconds=1, peak_bytes=1, folder_bytes=1)
+            yield SuiteCost(cases=1, when="again", cost=cost)
             os.kill(os.getpid(), signal.SIGTERM)
         except KeyboardInterrupt:
             ended.append(counts)
@@ -93,8 +106,8 @@ def test_a_suite_without_cases_is_refused(rayproof: Rayproof) -> None:
 
 
 def _round(number: int, checkout: str, when: str, seconds: float) -> Round:
-    cost = {"seconds": seconds, "peak_bytes": 1, "folder_bytes": 1}
-    return Round(number=number, checkout=checkout, when=when, processor_seconds=seconds, **cost)
+    cost = Cost(seconds=seconds, processor_seconds=seconds, peak_bytes=1, folder_bytes=1)
+    return Round(number=number, checkout=checkout, when=when, cost=cost)
 
 
 def test_the_ratio_of_two_checkouts_is_taken_within_a_round() -> None:
@@ -104,7 +117,7 @@ def test_the_ratio_of_two_checkouts_is_taken_within_a_round() -> None:
         for checkout, seconds in (("here", 11.0), ("against", 10.0))
     ]
 
-    assert ratios(rows) == {"at first": {"ratio": 1.1, "interval": [1.1, 1.1], "rounds": 3}}
+    assert ratios(rows) == {"at first": Ratio(1.1, (1.1, 1.1), 3)}
 
 
 @pytest.mark.parametrize("holder", [pytest.param("", id="packages-at-the-top"), "python/rayproof"])
@@ -127,6 +140,8 @@ def test_each_checkout_runs_its_own_code(tmp_path: Path, holder: str) -> None:
     [
         pytest.param(("--suite",), "go together", id="against-what"),
         pytest.param(("3", "--suite", "--against", "."), "takes no number of cases, got 3", id="sizes-too"),
+        pytest.param(("--scheduler", "tls://127.0.0.1:1"), "--scheduler is local:N here", id="elsewhere"),
+        pytest.param(("--scheduler", "local:0"), "local:N starts N workers", id="no-workers"),
         pytest.param(("--suite", "--against", "nowhere"), "nowhere is no checkout of rayproof", id="no-checkout"),
         pytest.param(("--suite", "--against", ".", "--rounds", "2"), "must be odd", id="even"),
     ],
