@@ -49,12 +49,12 @@ LINES: Mapping[str, str] = {
     "stages/illumination.py:return _unrolled(world, surfaces, known)": DIAGNOSIS,
     "stages/illumination.py:free = known": DIAGNOSIS,
     "acceleration/packet_bounds.py:return": HUGE,
-    "acceleration/quantised_boxes.py:items = np.zeros((2, lower.shape[1]), dtype=np.uint16)": HUGE,
-    "acceleration/quantised_boxes.py:np.minimum(": SEVERAL,
+    "acceleration/grid_boxes.py:return GridBoxes(rows=rows, base=base, step=np.ones(AXES), exact=False)": HUGE,
     (
-        "acceleration/quantised_boxes.py:level, np.take(items, tree.slots[np.minimum(first[:-1] + place, "
-        "first[1:] - 1)], axis=1), out=level"
+        "acceleration/quantised_boxes.py:others = boxes.rows.take(tree.slots[np.minimum(first[:-1] + place, "
+        "first[1:] - 1)], axis=0)"
     ): SEVERAL,
+    "acceleration/quantised_boxes.py:np.minimum(leaves, others, out=leaves)": SEVERAL,
     "acceleration/triangle_bvh.py:return None": "meshes without a face that has an area: tests/tracer/test_render.py",
     "device/arrays.py:if wanted:": REFUSED,
     "device/coherent_branches.py:found.append(some)": BENCH,

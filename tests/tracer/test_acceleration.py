@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Mesh
+from rayproof.tracer.acceleration.grid_boxes import on_grid
 from rayproof.tracer.acceleration.median_build import Tree, build
 from rayproof.tracer.acceleration.packet_bounds import Beam
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, quantise
@@ -166,7 +167,7 @@ def test_a_skipped_shape_is_not_met() -> None:
     np.testing.assert_array_equal(rest, met(single(ray, forest(soup(20), types), formula, interval)))
 
 
-def on_grid(nodes: HostNodes, node: int) -> tuple[np.ndarray, np.ndarray]:
+def box_of(nodes: HostNodes, node: int) -> tuple[np.ndarray, np.ndarray]:
     """Return lower and upper corner [m] of a node that is read as a child."""
     word = nodes.words[node // 4, node % 4]
     return nodes.base + (word & 0xFFFF) * nodes.step, nodes.base + (word >> 16) * nodes.step
@@ -178,7 +179,7 @@ def test_every_triangle_lies_in_a_leaf_and_in_all_boxes_above_it(count: int) -> 
     corners = soup(count)
     lower, upper = bounds(corners.reshape(-1, 9))
     tree = build(lower, upper)
-    nodes = quantise(tree, lower, upper)
+    nodes = quantise(tree, on_grid(lower, upper))
     first = tree.first(np.arange(tree.leaves + 1))
     root = 2 if nodes.leaves.bit_length() % 2 == 0 else 1
 
@@ -189,7 +190,7 @@ def test_every_triangle_lies_in_a_leaf_and_in_all_boxes_above_it(count: int) -> 
         for slot in range(first[leaf], first[leaf + 1]):
             node = tree.leaves + leaf
             while node >= max(2, 2 * root - 2):
-                low, high = on_grid(nodes, node)
+                low, high = box_of(nodes, node)
                 assert (low <= lower[:, tree.slots[slot]]).all()
                 assert (high >= upper[:, tree.slots[slot]]).all()
                 node //= 4
@@ -198,12 +199,12 @@ def test_every_triangle_lies_in_a_leaf_and_in_all_boxes_above_it(count: int) -> 
 def test_a_leaf_without_a_triangle_makes_no_box_larger() -> None:
     lower, upper = bounds(soup(5).reshape(-1, 9))
     tree = build(lower, upper)
-    nodes = quantise(tree, lower, upper)
+    nodes = quantise(tree, on_grid(lower, upper))
     empty = np.flatnonzero(np.diff(tree.first(np.arange(tree.leaves + 1))) == 0)
 
     assert len(empty) == 3
     for leaf in empty.tolist():
-        low, high = on_grid(nodes, tree.leaves + leaf)
+        low, high = box_of(nodes, tree.leaves + leaf)
         assert (low > high).all()
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.benchmark.meshes import bumpy, uneven
+from rayproof.tracer.acceleration.grid_boxes import on_grid
 from rayproof.tracer.acceleration.median_build import Tree, build
 from rayproof.tracer.acceleration.quantised_boxes import quantise
 from rayproof.tracer.acceleration.sah_build import build_by_area
@@ -48,7 +49,7 @@ def test_every_item_stands_in_one_leaf(count: int) -> None:
 def test_boxes_hold_their_items_and_nothing_for_leaves_without(count: int) -> None:
     lower, upper = boxes(count)
     tree = build_by_area(lower, upper)
-    nodes = quantise(tree, lower, upper)
+    nodes = quantise(tree, on_grid(lower, upper))
     root = 2 if nodes.leaves.bit_length() % 2 == 0 else 1
 
     for leaf, (slot, empty) in enumerate(zip(tree.slots, tree.empty, strict=True)):

@@ -17,7 +17,8 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.tracer.acceleration.quantised_boxes import STEPS, Nodes
+from rayproof.tracer.acceleration.grid_boxes import STEPS
+from rayproof.tracer.acceleration.quantised_boxes import Nodes
 
 HUGE = 3e38
 TINY = 2.0**-60  # grid steps per unit of t; a narrower beam is widened to it, which misses nothing

@@ -14,16 +14,13 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
+from rayproof.tracer.acceleration.grid_boxes import AXES, LOWER, STEPS, UPPER, GridBoxes
 from rayproof.tracer.acceleration.median_build import Tree
 from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.device.buffers import DeviceBuffers, aligned, packets
 from rayproof.tracer.device.kernel_constants import KernelConstants
 
-STEPS = 65535
-CHILDREN, AXES = 4, 3
-# Scenes smaller or larger than this [m] would leave float32 in grid space; they are walked without culling.
-SMALLEST, LARGEST = 2.0**-80, 2.0**80
-CHUNK = 2**15  # boxes that are rounded together: what stays in the cache
+CHILDREN = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,53 +40,20 @@ class HostNodes:
     exact: bool  # whether the grid can be computed with
 
 
-def _rounded(values: np.ndarray, towards: float) -> np.ndarray:
-    """Return float32 numbers, as float64, not on the other side of `values`."""
-    near = values.astype(np.float32)
-    beyond = near > values if towards < 0 else near < values
-    return np.where(beyond, np.nextafter(near, np.float32(towards)), near).astype(np.float64)
-
-
-def _on_grid(lower: np.ndarray, upper: np.ndarray, base: float, step: float) -> np.ndarray:
-    """Return one axis of the boxes, (2, n) uint16: steps from the lower end, and from the upper end downward."""
-    found = np.empty((2, len(lower)), dtype=np.uint16)
-    for start in range(0, len(lower), CHUNK):
-        chunk = slice(start, start + CHUNK)
-        # Rounded three times: 2^-30 of a step covers it.
-        low = np.floor((lower[chunk].astype(np.float64) - base) / step - 2.0**-30)
-        high = np.ceil((upper[chunk].astype(np.float64) - base) / step + 2.0**-30)
-        found[0, chunk] = np.clip(low, 0, STEPS)
-        found[1, chunk] = STEPS - np.clip(high, 0, STEPS)
-    return found
-
-
-def quantise(tree: Tree, lower: np.ndarray, upper: np.ndarray) -> HostNodes:
-    """Return a tree's boxes on the grid that spans them, from those of its items (3, n) [m], rounded outward."""
-    ends = np.array([lower.min(axis=1), upper.max(axis=1)], dtype=np.float64)
-    # Base and step are float32 numbers, so that the device computes with the very grid that the boxes were rounded to.
-    base = _rounded(ends[0], -np.inf)
-    size = ends[1] - base
-    exact = bool(SMALLEST < size.max() < LARGEST and np.abs(ends).max() < LARGEST)
-    # A flat axis gets a step too. One step is kept free at the upper end for rounding.
-    step = _rounded(np.maximum(size, size.max() * 2.0**-20) / (STEPS - 2), np.inf) if exact else np.ones(3)
-
+def quantise(tree: Tree, boxes: GridBoxes) -> HostNodes:
+    """Return the boxes of a tree's nodes, each the smallest on the grid that holds those of its items."""
     inner = max(1, tree.leaves // 2)
     words = aligned((inner, CHILDREN, AXES), np.uint32)
     words[0] = 0
     first = tree.first(np.arange(tree.leaves + 1))
+    leaves = boxes.rows.take(tree.slots[first[:-1]], axis=0)
+    for place in range(1, tree.size):
+        others = boxes.rows.take(tree.slots[np.minimum(first[:-1] + place, first[1:] - 1)], axis=0)
+        np.minimum(leaves, others, out=leaves)
+    # A leaf without items has its box inside out, which enlarges no other and is met by no narrow beam.
+    leaves[tree.empty] = STEPS
     for axis in range(AXES):
-        if exact:
-            items = _on_grid(lower[axis], upper[axis], base[axis], step[axis])
-        else:
-            items = np.zeros((2, lower.shape[1]), dtype=np.uint16)
-        # Counted from both ends, all that happens on the way up is a minimum.
-        level = np.take(items, tree.slots[first[:-1]], axis=1)
-        for place in range(1, tree.size):
-            np.minimum(
-                level, np.take(items, tree.slots[np.minimum(first[:-1] + place, first[1:] - 1)], axis=1), out=level
-            )
-        # A leaf without items has its box inside out, which enlarges no other and is met by no narrow beam.
-        level[:, tree.empty] = STEPS
+        level = np.stack([leaves[:, LOWER + axis], leaves[:, UPPER + axis]])
         count = tree.leaves
         while count > 1:
             pair = level[0].astype(np.uint32) | ((STEPS - level[1].astype(np.uint32)) << 16)
@@ -101,7 +65,15 @@ def quantise(tree: Tree, lower: np.ndarray, upper: np.ndarray) -> HostNodes:
                 level = np.minimum(level[:, ::2], level[:, 1::2])
             count //= 4
     total = np.array([tree.total], dtype=np.uint32)
-    return HostNodes(leaves=tree.leaves, size=tree.size, total=total, words=words, base=base, step=step, exact=exact)
+    return HostNodes(
+        leaves=tree.leaves,
+        size=tree.size,
+        total=total,
+        words=words,
+        base=boxes.base,
+        step=boxes.step,
+        exact=boxes.exact,
+    )
 
 
 def _number(word: Any) -> Any:

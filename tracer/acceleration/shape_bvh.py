@@ -9,6 +9,7 @@ import numpy as np
 
 from rayproof.cases.scene import Shape
 from rayproof.tracer.acceleration.builder import tree_over
+from rayproof.tracer.acceleration.grid_boxes import on_grid
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, Nodes, quantise
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes
@@ -44,7 +45,7 @@ def host_crowd(members: Members) -> HostShapeHierarchy:
     records = np.array([one.packed(identity=identity) for one in shapes])
     return HostShapeHierarchy(
         like=shapes[0],
-        nodes=quantise(tree, lower, upper),
+        nodes=quantise(tree, on_grid(lower, upper)),
         records=records[tree.slots],
         numbers=np.array([index for index, _ in members], dtype=np.int32)[tree.slots],
         identity=identity,

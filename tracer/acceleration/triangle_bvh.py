@@ -10,6 +10,7 @@ import numpy as np
 
 from rayproof.cases.scene import Mesh, Shape, Triangle
 from rayproof.tracer.acceleration.builder import tree_over
+from rayproof.tracer.acceleration.grid_boxes import on_grid
 from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, Nodes, quantise
 from rayproof.tracer.configuration import Configuration
@@ -102,7 +103,7 @@ def host_forest(meshes: Meshes, *, parts: bool = True) -> HostTriangleHierarchy 
     if parts and slanting(corners):
         lower, upper, owner = in_parts(corners, lower, upper)
     tree = tree_over(lower, upper)
-    nodes = quantise(tree, lower, upper)
+    nodes = quantise(tree, on_grid(lower, upper))
     del lower, upper
     owners = tree.slots if owner is None else owner[tree.slots]
     records = aligned((len(owners), RECORD), np.uint32)
