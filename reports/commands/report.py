@@ -1,5 +1,7 @@
 """`rayproof report`: publish a results folder again, or two with what changed between them; nothing is rendered."""
 
+import errno
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,7 @@ def report(
     pictures: Path | None = None,
     case: str | None = None,
     figures: bool = False,
+    parquet: Path | None = None,
     json: Path | None = None,
 ) -> int:
     """Publish a results folder again, without rendering, or say what changed between two.
@@ -44,16 +47,20 @@ def report(
         The case that pictures show. Default: the worst one.
     figures
         Also say how large the report is and how long it takes to open; needs Chromium and Playwright.
+    parquet
+        Also write all checks as columns of a Parquet file, a row a check; needs rayproof[parquet].
     json
         Of two runs: also write what changed to this file.
 
     """
     if other is not None:
-        if pictures is not None or figures or draw is not None:
-            raise UsageError("--draw, --pictures and --figures are of one report; name its folder")
+        if pictures is not None or figures or draw is not None or parquet is not None:
+            raise UsageError("--draw, --pictures, --figures and --parquet are of one report; name its folder")
         return report_between(folder, other, out, single_file=single_file, json=json)
     if out is not None or json is not None:
         raise UsageError("--out and --json are for the report of two runs; name both folders")
+    if parquet is not None and find_spec("pyarrow") is None:
+        raise UsageError("--parquet needs pyarrow, which is not installed: pip install 'rayproof[parquet]'")
     from rayproof.reports.publish import publish_all
     from rayproof.reports.results.document import load_results
     from rayproof.reports.results.headline import shouts
@@ -63,6 +70,10 @@ def report(
         own(folder)
         if pictures is not None:
             writable_folder(pictures)
+        if parquet is not None:
+            writable_folder(parquet.parent)
+            if parquet.is_dir():
+                raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(parquet))
     for line in shouts(results):
         say(line)
     if draw is not None:
@@ -70,6 +81,11 @@ def report(
     publish_all(folder, results)
     say(f"report: {folder / 'index.html'}")
     write_one_file(folder, results, asked=single_file)
+    if parquet is not None:
+        from rayproof.reports.publish.parquet import write_checks
+
+        count = write_checks(parquet, results)
+        say(f"checks: {count} in {parquet} ({parquet.stat().st_size / 1e6:.2f} MB)")
     if pictures is not None or figures:
         look(folder, results, pictures, case, figures=figures)
     return 0

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
+from rayproof.reports.commands import report as command
 from tests.reports.publish.sample import make_folder
 
 
@@ -71,3 +72,28 @@ def test_bad_folders_are_one_line_and_2(
     assert said in told.err
     assert told.err.count("\n") == 1
     assert told.out == ""
+
+
+def test_checks_are_written_as_columns(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: rayproof[parquet]")
+
+    assert main(["report", str(run), "--parquet", str(tmp_path / "checks.parquet")]) == 0
+
+    cases = json.loads((run / "results.json").read_text())["cases"]
+    rows = arrow.read_table(tmp_path / "checks.parquet").to_pylist()
+    told = [(case["name"], check["stage"], check["verdict"]) for case in cases for check in case["checks"]]
+    assert [(row["case"], row["stage"], row["verdict"]) for row in rows] == told
+    assert f"checks: {len(told)} in " in capsys.readouterr().out
+    measured = [check.get("end_to_end") or {} for case in cases for check in case["checks"]]
+    worst = [None if one.get("worst_error") is None else float(one["worst_error"]) for one in measured]
+    assert [row["worst_error"] for row in rows] == pytest.approx(worst, nan_ok=True, rel=0, abs=0)
+    assert any(row["worst_error"] for row in rows)
+
+
+def test_columns_without_their_package_are_refused(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(command, "find_spec", lambda name: None)
+
+    assert main(["report", str(run), "--parquet", str(tmp_path / "checks.parquet")]) == 2
+    assert "pip install 'rayproof[parquet]'" in capsys.readouterr().err
