@@ -15,8 +15,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -25,7 +24,7 @@ from rayproof.reports import HOLDER
 from rayproof.reports.processes.channel import Channel, channels
 from rayproof.reports.processes.parent_death import end_with_parent
 from rayproof.reports.processes.scratch import Scratch
-from rayproof.reports.processes.signals import put_off
+from rayproof.reports.processes.signals import deaf
 
 START = (
     "import sys; sys.path.insert(0, sys.argv[1]); "
@@ -120,7 +119,7 @@ def started(kind: str, target: Callable[[str, Any], None], within: Path | None =
     try:
         ours, theirs = channels()
         printed = tempfile.TemporaryFile(dir=scratch.folder)  # noqa: SIM115  closed by `clean_up`
-        with _deaf():
+        with deaf():
             process = subprocess.Popen(
                 [sys.executable, "-c", START, HOLDER, str(theirs.fileno()), str(os.getpid())],
                 stdin=subprocess.DEVNULL,
@@ -142,25 +141,6 @@ def started(kind: str, target: Callable[[str, Any], None], within: Path | None =
         scratch.remove()
         raise
     return WorkerProcess(process=process, connection=ours, scratch=scratch, printed=printed)
-
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Put off being told to stop, for this process, and Ctrl-C for what it starts meanwhile.
-
-    Ctrl-C goes to the whole process group, and only the main process decides what it means; a worker that heard it
-    while it loads would print what it was about. So would one whose parent gave up between starting it and telling it
-    what to do. A blocked signal alone does not prevent that, because another thread may still take it.
-    """
-    with put_off():
-        if not hasattr(signal, "pthread_sigmask"):
-            yield
-            return
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            yield
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def begin(descriptor: int, parent: int) -> None:

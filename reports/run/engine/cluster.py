@@ -17,8 +17,11 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from rayproof.reports.processes.signals import deaf
 
 if TYPE_CHECKING:
     from distributed import Client, Security
@@ -305,9 +308,15 @@ def _security(credentials: Credentials | None) -> "Security":
 def _local(number: int, security: "Security") -> Iterator[str]:
     """Yield the address of a cluster of this machine, with certificates of its own."""
     from distributed import LocalCluster
+    from distributed.utils import LoopRunner
 
     folder = tempfile.gettempdir()
+    runner = LoopRunner()
+    ensure_running()  # here: where it is started by whoever needs it first, that thread hears Ctrl-C again
+    with deaf():  # and so are the workers, which are started from the runner's thread: Ctrl-C is for this process
+        runner.start()
     cluster: Any = LocalCluster(
+        loop=runner.loop,
         n_workers=number,
         threads_per_worker=1,
         processes=True,
@@ -326,6 +335,7 @@ def _local(number: int, security: "Security") -> Iterator[str]:
     finally:
         with contextlib.suppress(Exception):
             cluster.close(timeout=PARTING)
+        runner.stop()
 
 
 def _why(error: BaseException) -> str:

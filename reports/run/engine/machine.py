@@ -95,14 +95,16 @@ class _Kept:
 
     def __init__(self) -> None:
         self.lock = threading.Lock()  # one batch at a time, however many threads a worker has
+        self._closing = threading.Lock()  # the run may be over while this process ends
         self.machine: Machine | None = None
         self.timer: threading.Timer | None = None
         self.stopped: dict[str, threading.Event] = {}  # by run
 
     def close(self) -> None:
-        if self.machine is not None:
-            self.machine.close()
-            self.machine = None
+        with self._closing:
+            if self.machine is not None:
+                self.machine.close()
+                self.machine = None
 
     def idle(self) -> None:
         with self.lock:

@@ -1,8 +1,10 @@
 """A run on a cluster of which parts are stopped, killed, told to end, or have a full disk; the clusters are real."""
 
+import contextlib
 import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -14,6 +16,7 @@ import psutil
 import pytest
 
 from rayproof.reports.processes.process_tree import descendants
+from rayproof.reports.results.case_table import NAME as JOURNAL
 from tests.reports.run.test_scheduler import CHECKOUT, found, scenes, site, slow_program
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals, limits and mounts of Linux")
@@ -123,3 +126,47 @@ def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Pa
 def below(process: subprocess.Popen[bytes]) -> list[str]:
     """Return the names of our processes that a worker left running."""
     return [one.name() for one in descendants(process.pid) if one.name().startswith("rayproof-")]
+
+
+@pytest.mark.parametrize("times", [1, 2])
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_is_told_to_stop_keeps_what_is_finished_and_leaves_nothing(
+    tmp_path: Path, how: signal.Signals, times: int
+) -> None:
+    paths = scenes(tmp_path, 40)
+    about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
+    process = started(tmp_path, *about, "--scheduler", "local:2", settings="dispatch.LARGEST = 3")
+    try:
+        assert eventually(lambda: kept(tmp_path / "out"))
+        for _ in range(times):
+            # A terminal's Ctrl-C goes to all; who cancels a job tells the one that it started.
+            os.killpg(process.pid, how) if how is signal.SIGINT else process.send_signal(how)
+            time.sleep(0.3)
+        printed, complaint = process.communicate(timeout=60)
+        left = eventually(lambda: not running(tmp_path), 10.0) or running(tmp_path)
+    finally:
+        process.kill()
+
+    assert (process.returncode, complaint) in ((130, ""), (130, "rayproof: interrupted\n"))
+    assert left is True
+    assert list((tmp_path / "tmp").iterdir()) == []
+    finished = kept(tmp_path / "out")
+    assert 0 < finished < len(paths)
+    if times == 1:
+        assert f"interrupted after {finished} of {len(paths)} cases" in printed
+        assert len(found(tmp_path / "out")) == finished
+
+
+def kept(out: Path) -> int:
+    """Return how many cases a run's journal holds."""
+    try:
+        with contextlib.closing(sqlite3.connect(f"file:{out / JOURNAL}?mode=ro", uri=True)) as journal:
+            return int(journal.execute("SELECT count(*) FROM cases").fetchone()[0])
+    except sqlite3.OperationalError:
+        return 0
+
+
+def running(folder: Path) -> list[psutil.Process]:
+    """Return the processes whose temporary files are below a folder."""
+    place = str(folder / "tmp")
+    return [one for one in psutil.process_iter(["environ"]) if place in ((one.info["environ"] or {}).get("TMPDIR", ""))]

@@ -12,6 +12,7 @@ import pytest
 
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.process_tree import descendants
+from rayproof.reports.processes.signals import Stopping
 
 CHECKOUT = Path(__file__).parents[3]
 NAP = f"86398.{os.getpid()}"  # s; no other process sleeps as long, nor another run of this test
@@ -109,6 +110,19 @@ def test_a_run_that_is_stopped_before_its_first_line_ends_in_one(tmp_path: Path,
 
     assert (process.returncode, out, error) == (130, "", "rayproof: interrupted\n")
     assert list((tmp_path / "tmp").iterdir()) == []
+
+
+def test_a_signal_that_a_finalizer_swallows_comes_again() -> None:
+    class Told:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    with Stopping() as stopping:
+        Told()
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(10)
+
+    assert stopping.told
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
