@@ -33,6 +33,8 @@ MOST_LOCAL = 64  # workers of a cluster on this machine
 LOOK = 1.0  # s between looks at which workers there are
 LATE = 5.0  # s that a scheduler may take to say so
 PARTING = 5.0  # s for workers to be told that a run is over
+# What the engine's processes serve in plain text by themselves, of their state, to whoever asks.
+PAGES = ("distributed.scheduler.http.routes", "distributed.worker.http.routes")
 
 
 class ClusterError(ValueError):
@@ -307,6 +309,7 @@ def _security(credentials: Credentials | None) -> "Security":
 @contextmanager
 def _local(number: int, security: "Security") -> Iterator[str]:
     """Yield the address of a cluster of this machine, with certificates of its own."""
+    import dask.config
     from distributed import LocalCluster
     from distributed.utils import LoopRunner
 
@@ -315,27 +318,32 @@ def _local(number: int, security: "Security") -> Iterator[str]:
     ensure_running()  # here: where it is started by whoever needs it first, that thread hears Ctrl-C again
     with deaf():  # and so are the workers, which are started from the runner's thread: Ctrl-C is for this process
         runner.start()
-    cluster: Any = LocalCluster(
-        loop=runner.loop,
-        n_workers=number,
-        threads_per_worker=1,
-        processes=True,
-        host="127.0.0.1",
-        protocol="tls://",
-        security=security,
-        dashboard_address=None,  # pyright: ignore[reportArgumentType]  none is served
-        worker_dashboard_address=None,
-        memory_limit=0,
-        silence_logs=logging.CRITICAL,
-        local_directory=folder,
-        env={"TMPDIR": folder},  # which ends with this process's, also where workers were killed
-    )
-    try:
+    with contextlib.ExitStack() as stack:
+        stack.callback(runner.stop)
+        stack.enter_context(dask.config.set(dict.fromkeys(PAGES, ())))
+        cluster: Any = LocalCluster(
+            loop=runner.loop,
+            n_workers=number,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            protocol="tls://",
+            security=security,
+            dashboard_address=None,  # pyright: ignore[reportArgumentType]  none is served
+            worker_dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # else the same port of all addresses, always
+            memory_limit=0,
+            silence_logs=logging.CRITICAL,
+            local_directory=folder,
+            env={"TMPDIR": folder},  # which ends with this process's, also where workers were killed
+        )
+        stack.callback(_closed, cluster)
         yield cluster.scheduler_address
-    finally:
-        with contextlib.suppress(Exception):
-            cluster.close(timeout=PARTING)
-        runner.stop()
+
+
+def _closed(cluster: Any) -> None:
+    with contextlib.suppress(Exception):
+        cluster.close(timeout=PARTING)
 
 
 def _why(error: BaseException) -> str:

@@ -17,6 +17,7 @@ import pytest
 
 from rayproof.reports.processes.process_tree import descendants
 from rayproof.reports.results.case_table import NAME as JOURNAL
+from rayproof.reports.soak.scenarios import CANNOT_MOUNT, NARROW
 from tests.reports.run.test_scheduler import CHECKOUT, found, scenes, site, slow_program
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals, limits and mounts of Linux")
@@ -170,3 +171,51 @@ def running(folder: Path) -> list[psutil.Process]:
     """Return the processes whose temporary files are below a folder."""
     place = str(folder / "tmp")
     return [one for one in psutil.process_iter(["environ"]) if place in ((one.info["environ"] or {}).get("TMPDIR", ""))]
+
+
+def narrow(where: Path, size: str, *, again: bool = False) -> tuple[str, ...]:
+    """Return the words before a command that sees a full file system at a place, and nobody else does."""
+    where.mkdir()
+    unshare = ("unshare", "--mount", *(() if os.geteuid() == 0 else ("--user", "--map-root-user")))
+    return (*unshare, "sh", "-c", NARROW, "sh", size, str(where), "rw", "again" if again else "once")
+
+
+def test_a_full_disk_of_the_run_is_one_line_and_resuming_is_exact(tmp_path: Path) -> None:
+    paths = scenes(tmp_path, 6)
+    about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
+    before = narrow(tmp_path / "out", "96k", again=True)  # room for the journal, not for what six cases return
+    process = started(tmp_path, *about, "--scheduler", "local:2", settings="dispatch.LARGEST = 2", before=before)
+    printed, complaint = process.communicate(timeout=280)
+
+    if process.returncode == CANNOT_MOUNT or "unshare:" in complaint:
+        pytest.skip("this user may mount nothing")
+    assert process.returncode == 0, printed + complaint  # which is: 3, and then 1 with room
+    assert complaint.startswith(f"rayproof: {tmp_path / 'out'}")
+    assert complaint.count("\n") == 1
+    assert "--resume goes on" in complaint
+    cases = json.loads((tmp_path / "out.json").read_text())["cases"]
+    assert [one["name"] for one in cases] == [f"file/{path.stem}" for path in paths]
+    assert {one["verdict"] for one in cases} == {"fail"}
+    assert eventually(lambda: not running(tmp_path), 10.0)
+    assert list((tmp_path / "tmp").iterdir()) == []
+
+
+def test_a_worker_whose_disk_is_full_gets_no_more_work(tmp_path: Path) -> None:
+    paths = scenes(tmp_path, 6)
+    about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
+    with site(tmp_path / "site") as cluster:
+        full = cluster.worker(before=narrow(tmp_path / "full", "16k"), TMPDIR=str(tmp_path / "full"))
+        cluster.worker()
+        at = ("--scheduler", cluster.address, *cluster.tls)
+        process = started(tmp_path, *about, *at, settings="dispatch.LARGEST = 2")
+        printed, complaint = process.communicate(timeout=250)
+        if full.poll() == CANNOT_MOUNT or full.poll() == 1:
+            pytest.skip("this user may mount nothing")
+
+    assert process.returncode == 1, printed + complaint
+    assert complaint.endswith("gets no work: OSError: [Errno 28] No space left on device\n")
+    assert complaint.count("\n") == 1
+    assert {one["verdict"] for one in found(tmp_path / "out")} == {"fail"}
+    engine = json.loads((tmp_path / "out" / "results.json").read_text())["engine"]
+    assert sorted(one["cases"] for one in engine["workers"]) == [0, 6]
+    assert len(engine["refused"]) == 1

@@ -16,9 +16,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from rayproof.reports.processes.process_tree import end_below
+from rayproof.reports.run.engine.cluster import Place, checked, reached
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.commands.test_own_formula import MINE
 from tests.reports.run.certificates import Authority
@@ -107,19 +109,21 @@ class Site:
         )
         self.address = self._address()
 
-    def worker(self) -> subprocess.Popen[bytes]:
+    def worker(self, before: tuple[str, ...] = (), **environment: str) -> subprocess.Popen[bytes]:
         about = ("--nthreads", "1", "--no-dashboard", "--memory-limit", "0", "--local-directory", self.folder)
-        return self._started("worker", self.address, *about)
+        return self._started("worker", self.address, *about, before=before, **environment)
 
     def _pair(self, name: str, *options: str) -> tuple[object, ...]:
         return tuple(word for pair in zip(options, self.authority.vouched(name), strict=True) for word in pair)
 
-    def _started(self, role: str, *arguments: object) -> subprocess.Popen[bytes]:
+    def _started(
+        self, role: str, *arguments: object, before: tuple[str, ...] = (), **environment: str
+    ) -> subprocess.Popen[bytes]:
         tls = ("--tls-ca-file", self.authority.file, *self._pair(role, "--tls-cert", "--tls-key"))
         process = subprocess.Popen(
-            [sys.executable, "-m", "dask", role, *map(str, arguments), *map(str, tls)],
+            [*before, sys.executable, "-m", "dask", role, *map(str, arguments), *map(str, tls)],
             cwd=CHECKOUT,
-            env={**os.environ, "TMPDIR": str(self.folder), "PYTHONPATH": str(CHECKOUT / "python")},
+            env={**os.environ, "TMPDIR": str(self.folder), "PYTHONPATH": str(CHECKOUT / "python"), **environment},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
@@ -185,6 +189,22 @@ def test_who_shows_no_certificate_is_kept_out_and_so_is_plain_text(lonely: Site,
     plain = ran("primitives/sphere", "--out", tmp_path / "out", "--scheduler", f"tcp://{host}:{port}", "--insecure")
     assert plain.returncode == 2
     assert not (tmp_path / "out").exists()
+
+
+def test_a_cluster_of_this_machine_tells_nobody_anything_in_plain_text() -> None:
+    before = set(psutil.Process().children(recursive=True))
+    with reached(checked(Place(address="local:1"))):
+        ours = [psutil.Process(), *set(psutil.Process().children(recursive=True)) - before]
+        ports = {one.laddr for process in ours for one in process.net_connections("inet") if one.status == "LISTEN"}
+        said = {}
+        for address in ports:
+            with contextlib.suppress(ConnectionError), socket.create_connection(address, timeout=20) as plain:
+                plain.sendall(b"GET /health HTTP/1.0\r\n\r\n")
+                said[address] = plain.recv(64)
+
+    assert len(ports) >= 3, "of the scheduler, the nanny and the worker"
+    assert {address.ip for address in ports} == {"127.0.0.1"}
+    assert {one.split(b"\r\n")[0] for one in said.values()} <= {b"", b"HTTP/1.1 404 Not Found"}
 
 
 def bad(lonely: Site, tmp_path: Path, what: str) -> tuple[tuple[object, ...], str]:
