@@ -198,6 +198,13 @@ class AdjudicationRecord(TypedDict, total=False):
     conventions: list[ConventionRecord]
 
 
+class ArtifactRecord(TypedDict):
+    """An image in a store: the SHA-256 of its file, which is its name there, and the file's length."""
+
+    sha256: Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
+    bytes: Count
+
+
 class CaseRecord(TypedDict, total=False):
     """One case: who rendered it, what was checked, and its verdict."""
 
@@ -222,6 +229,7 @@ class CaseRecord(TypedDict, total=False):
     thumbnail: str | None
     view: str | None
     pixels: str | None
+    artifacts: dict[str, ArtifactRecord]  # by the path that each has in a results folder
     masks: dict[str, Any] | None
     width: int
     height: int
@@ -408,6 +416,7 @@ class RunRecord(TypedDict, total=False):
     coverage: Required[dict[str, Count]]
     coverage_detail: dict[str, CoverageRecord]
     images_kept: ImagesKeptRecord
+    artifacts: str  # the URL of the store in which cases that passed have their images
     paths: dict[str, Any]
     review: list[ReviewRecord]
     findings: list[dict[str, Any]]

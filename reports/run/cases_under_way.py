@@ -9,6 +9,7 @@ from typing import cast
 from rayproof.cases.case import Case
 from rayproof.reports.cache.store import Store
 from rayproof.reports.processes.pool import Pool
+from rayproof.reports.results.artifacts import Artifacts, hand_over
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.banded_run import BandedRun, Finished, Merging
 from rayproof.reports.run.case_run import CaseRun
@@ -44,6 +45,7 @@ class Terms:
     sources: tuple[Source, ...] = ()  # the user's own formulas, for machines that have not got them
     copies: tuple[tuple[str, str], ...] = ()  # there: the path of each, and where it lies
     most: float | None = None  # s that one case may take
+    artifacts: str | None = None  # the URL of a store for the images of cases that passed
     patient: bool  # a case whose size is estimated to take longer than the pool's limit has longer
 
 
@@ -60,6 +62,7 @@ class CasesUnderWay:
         finished: Callable[[PlannedCase, CaseRecord], None],
     ) -> None:
         self._terms, self._pool, self._folder, self._finished = terms, pool, folder, finished
+        self._store = None if terms.artifacts is None else Artifacts(terms.artifacts)
         self._memory = None if store is None else Memory(store, terms.demands)
         self._pixels: dict[str, int] = {}  # by name
         self._in_bands: dict[str, BandedRun] = {}
@@ -119,6 +122,8 @@ class CasesUnderWay:
     def _done(self, run: CaseRun | BandedRun, record: CaseRecord) -> None:
         del self._pixels[run.planned.case.name]
         self._in_bands.pop(run.planned.case.name, None)
+        if self._store is not None:
+            hand_over(self._store, record, self._folder)
         self._finished(run.planned, record)
 
     def _patience(self, planned: PlannedCase) -> float | None:

@@ -119,6 +119,8 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
         found = totals.of(records)
         results = results_document(planned, records, found, heard, faults, started, subject)
         results["finished"] = not interrupted and stopped is None
+        if request.artifacts is not None:
+            results["artifacts"] = request.artifacts
         results["sources"] = dependencies.sources()
         if earlier is not None:
             results["changed"] = earlier.record(planned=len(records))
@@ -257,11 +259,11 @@ def _diagnose(request: RunRequest, results: RunRecord, console: Console) -> None
 def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
     """Return the cases that are searched for causes: all, or of a long run the worst and as many of the best.
 
-    Those that passed and whose images the run did not keep say nothing, and are left out.
+    Those that passed and whose images are not in the folder say nothing, and are left out.
     """
 
     def tells(case: CaseRecord) -> bool:
-        return case["verdict"] != Outcome.PASS or keeps_images(case)
+        return case["verdict"] != Outcome.PASS or (keeps_images(case) and not case.get("artifacts"))
 
     if len(cases) <= 2 * EXAMINED:
         return [*filter(tells, cases)]

@@ -97,6 +97,7 @@ def render_and_judge(
                     cached=store is not None,
                     patient=request.patient,
                     most=request.case_timeout,
+                    artifacts=request.artifacts,
                 )
                 under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=finished)
                 pending = (planned[number] for number in todo)

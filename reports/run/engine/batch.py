@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 
+from rayproof.reports.results.artifacts import images_of
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cases_under_way import Terms
 from rayproof.reports.run.plan import PlannedCase
@@ -103,8 +104,9 @@ def _record(one: Finished) -> CaseRecord:
         raise BadAnswerError(f"the record of {one.name}: {error}") from None
     if record["name"] != one.name:
         raise BadAnswerError(f"the record of {one.name} is that of another case")
-    named = [record.get("scene"), record.get("pixels"), *(render.get("image") for render in record.get("renders", ()))]
-    if lacking := [name for name in named if name and name not in one.files]:
+    named = [record.get("scene"), *images_of(record)]
+    elsewhere = record.get("artifacts", {})
+    if lacking := [name for name in named if name and name not in one.files and name not in elsewhere]:
         raise BadAnswerError(f"the record of {one.name} names {lacking[0]}, which did not come with it")
     return record
 
