@@ -14,12 +14,13 @@ from typing import Any
 
 import psutil
 
+from rayproof.cases.scene_json import save_scene
 from rayproof.reports import HOLDER
 from rayproof.reports.cache import signing, store
 from rayproof.reports.processes.process_tree import adopt_orphans, descendants
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.soak.disturbing import Signal
-from rayproof.reports.studies.growth.scenes import write_scenes
+from rayproof.reports.studies.growth.scenes import small_scenes
 
 COMMAND = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
 TIMEOUT = 10.0  # s, the least deadline of every render and judgement of a disturbed run
@@ -105,7 +106,9 @@ class Site:
         self.folder, self.cases, self.jobs = folder, cases, jobs
         for name in ("scenes", "tmp", "kept", "home"):
             (folder / name).mkdir(parents=True)
-        self.scenes = [path.name for path in write_scenes(cases, folder / "scenes")]
+        self.scenes = [f"{index:05d}.json" for index in range(cases)]
+        for name, scene in zip(self.scenes, small_scenes(cases), strict=True):
+            save_scene(scene, folder / "scenes" / name)
         self.program = folder / "program"
         text = PROGRAM.format(kept=folder / "kept", python=sys.executable, command=COMMAND)
         self.program.write_text(text)

@@ -1,6 +1,7 @@
 """As many small scenes as asked for, no two alike: a sphere on a square under a light, seen from anywhere."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,15 @@ WIDTH, HEIGHT = 24, 16
 SEED = 6
 
 
+def small_scenes(count: int) -> Iterator[Scene]:
+    """Yield `count` scenes; the first ones are the same whatever the count."""
+    return (_scene(np.random.default_rng((SEED, index))) for index in range(count))
+
+
 def write_scenes(count: int, path: Path) -> None:
-    """Write `count` scenes, each on a line of a file; the first ones are the same whatever the count."""
+    """Write `count` scenes, each on a line of a file."""
     with path.open("w", encoding="utf-8") as file:
-        for index in range(count):
-            scene = _scene(np.random.default_rng((SEED, index)))
+        for scene in small_scenes(count):
             file.write(f"{json.dumps(scene_to_json(scene))}\n")
 
 
