@@ -83,23 +83,17 @@ def bundle(types: ArrayTypes, count: int = 600) -> Ray:
 
 
 def everything_tried(corners: np.ndarray, ray: Ray, interval: Interval, formula: Any, types: ArrayTypes) -> Any:
-    """Return t and number of the nearest of all triangles, tried one by one; at a tie the first."""
-    found = np.stack(
-        [
-            np.array(
-                formula(
-                    ray,
-                    TriangleArrays(
-                        first=types.Vector(*map(float, corner[0])),
-                        second=types.Vector(*map(float, corner[1])),
-                        third=types.Vector(*map(float, corner[2])),
-                    ),
-                    interval,
-                )
-            )
-            for corner in corners
-        ]
+    """Return t and number of the nearest of all triangles, every ray tried with each; at a tie the first."""
+    count, rays = len(corners), dr.width(ray.direction)
+    # One kernel tries all pairs: a triangle's corners as literals would make one for each triangle.
+    rows = np.repeat(corners.astype(np.float64 if types.precision == "float64" else np.float32), rays, axis=0)
+    lane = dr.tile(dr.arange(types.UInt, rays), count)
+    every = Ray(
+        origin=dr.gather(types.Vector, ray.origin, lane), direction=dr.gather(types.Vector, ray.direction, lane)
     )
+    first, second, third = (types.Vector(rows[:, corner].T) for corner in range(3))
+    found = np.array(formula(every, TriangleArrays(first=first, second=second, third=third), interval))
+    found = found.reshape(count, rays)
     best = found.min(axis=0)
     return best, np.where(np.isfinite(best), found.argmin(axis=0), NONE)
 
