@@ -5,7 +5,6 @@ from bisect import bisect_right
 from pathlib import Path
 from typing import Any
 
-import mitsuba as mi
 import numpy as np
 
 from rayproof.reports.interchange.mitsuba_xml.scanning import DEEPEST_INCLUDE
@@ -22,6 +21,8 @@ def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
         ValueError: Mitsuba's parser refuses the file, in its own words.
 
     """
+    import mitsuba as mi  # here, so that who looks up a reader of another kind of file does not wait for it
+
     if mi.variant() is None:
         mi.set_variant("scalar_rgb")
     path = content.decode()
