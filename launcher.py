@@ -159,6 +159,15 @@ def say(line: str) -> None:
     print(f"rayproof: {line}", file=sys.stderr, flush=True)
 
 
+def in_processes(arguments: Sequence[str]) -> list[str]:
+    """Return what has pytest run whole folders, or what markers choose, in several processes, a file at a time.
+
+    A few tests are done before a second process has started; and with other options pytest is left as it is.
+    """
+    folders = [name for before, name in zip(("", *arguments), arguments, strict=False) if "-m" not in (before, name)]
+    return SIDE_BY_SIDE if all((CHECKOUT / name).is_dir() for name in folders) else []
+
+
 def main(arguments: Sequence[str]) -> NoReturn:
     """Set up what `arguments` need and become the program that they ask for.
 
@@ -180,8 +189,7 @@ def main(arguments: Sequence[str]) -> NoReturn:
     program = [str(folder / "bin" / "python"), "-m", "pytest"] if testing else [str(folder / "bin" / "rayproof")]
     if testing:
         os.chdir(CHECKOUT)
-        # All tests go side by side, a file at a time; a few are done before a second process has started.
-        program += SIDE_BY_SIDE if len(arguments) == 1 else []
+        program += in_processes(arguments[1:])
     os.execv(program[0], [*program, *arguments[1 if testing else 0 :]])
 
 

@@ -1,12 +1,106 @@
-"""What the tests share: the packaged LLVM is chosen before anything can import Dr.Jit, and no test keeps renders."""
+"""What the tests share: the packaged LLVM is chosen before anything can import Dr.Jit, and no test keeps renders.
 
+The markers in `pyproject.toml` say what a test takes beyond its own process. They are held to be true while tests run:
+an audit hook hears of every child process and of every first import of another renderer, and a test that does what its
+markers do not say fails. What is imported once, or started once for all tests of a process, is heard of once, so that a
+marker that is missing is sure to be found where only tests without markers run.
+"""
+
+import multiprocessing.util
 import os
+import sys
+from collections.abc import Generator
+from typing import Any
 
 import pytest
 
 from rayproof.tracer.device import llvm
 
 llvm.select()
+
+STARTS = {"os.exec", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "subprocess.Popen"}
+RENDERERS = {"bpy", "embreex", "mitsuba", "pyradiance"}
+# Who asks for one of these fixtures has its marker: what they start serves all tests, and is heard of in the first.
+MARKED = {
+    "browser": "browser",
+    "embree": "references",
+    "mitsuba": "references",
+    "povray": "references",
+    "radiance": "references",
+    "tachyon": "references",
+}
+
+
+class _Guard:
+    """What the test that runs now may do, and what it did beyond that."""
+
+    def __init__(self) -> None:
+        self.allowed: frozenset[str] | None = None  # markers of the test; None outside of all tests
+        self.complaint = ""
+
+    def hear(self, event: str, arguments: tuple[Any, ...]) -> None:
+        """Stop what the running test is not marked for, and remember it in case that somebody catches that."""
+        if self.allowed is None:
+            return
+        if event in STARTS and not self.allowed:
+            self.complaint = f"it starts a child process ({event} {arguments[:1]}), so it must be marked `process`"
+        elif event == "import" and arguments[0] in RENDERERS and "references" not in self.allowed:
+            self.complaint = f"it imports {arguments[0]}, so it must be marked `references`"
+        else:
+            return
+        pytest.fail(self.complaint, pytrace=False)
+
+    def held(self) -> Generator[None]:
+        """Wrap a phase of the test; fail it with the complaint there is, whatever became of that."""
+        try:
+            return (yield)
+        finally:
+            if self.complaint:
+                complaint, self.complaint = self.complaint, ""
+                pytest.fail(complaint, pytrace=False)
+
+
+GUARD = _Guard()
+sys.addaudithook(GUARD.hear)
+_spawn = multiprocessing.util.spawnv_passfds
+
+
+def _audited_spawn(path: bytes, *rest: Any) -> int:
+    """Start a process for `multiprocessing`, which raises no audit event of its own."""
+    sys.audit("os.posix_spawn", path, *rest)
+    return _spawn(path, *rest)
+
+
+multiprocessing.util.spawnv_passfds = _audited_spawn
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark who asks for a fixture that costs."""
+    for item in items:
+        for fixture in sorted(MARKED.keys() & set(getattr(item, "fixturenames", ()))):
+            item.add_marker(MARKED[fixture])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Generator[None]:
+    """Hold a test to its markers from its first fixture on."""
+    GUARD.allowed = frozenset({"browser", "process", "references"} & {marker.name for marker in item.iter_markers()})
+    return (yield from GUARD.held())
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Generator[None]:
+    """Hold it while it runs."""
+    return (yield from GUARD.held())
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown() -> Generator[None]:
+    """Hold it until its last fixture is gone."""
+    try:
+        return (yield from GUARD.held())
+    finally:
+        GUARD.allowed = None
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -28,23 +28,28 @@ def test_the_packages_come_from_this_checkout(package: str) -> None:
     assert Path(str(module.__file__)).resolve().parent == CHECKOUT / package
 
 
+@pytest.mark.process
 def test_the_import_contracts_hold() -> None:
     output(str(BIN / "lint-imports"), "--no-cache")
 
 
+@pytest.mark.process
 def test_the_code_is_formatted() -> None:
     output(str(BIN / "ruff"), "format", "--check", ".")
 
 
+@pytest.mark.process
 def test_ruff_finds_nothing() -> None:
     output(str(BIN / "ruff"), "check", ".")
 
 
+@pytest.mark.process
 @pytest.mark.timeout(900)  # 80 s of one idle processor, and others' tests beside it
 def test_the_types_check() -> None:
     output(str(BIN / "basedpyright"), "--pythonpath", sys.executable)
 
 
+@pytest.mark.process
 def test_help_imports_nothing_heavy() -> None:
     code = f"""
 import sys

@@ -65,6 +65,7 @@ assert METRICS["mean_bias"](np.ones((2, 2, 1)), np.zeros((2, 2, 1)), (0.0, 1.0))
 }
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("file", EXAMPLES)
 def test_a_worked_example_works(file: str) -> None:
     # In a process of its own: what it registers must not become a parameter of the other tests.
@@ -110,6 +111,7 @@ def test_the_readme_names_every_command() -> None:
     assert [name for name in COMMANDS if f"rayproof {name}" not in text] == []
 
 
+@pytest.mark.process
 def test_what_the_page_on_python_shows_is_what_is_printed() -> None:
     (block,) = blocks("docs/python.md", "python")
     shown = [line.removeprefix("# ") for line in block.splitlines()[-2:]]
@@ -122,6 +124,7 @@ def test_what_the_page_on_python_shows_is_what_is_printed() -> None:
     assert said[1].endswith(after)
 
 
+@pytest.mark.process
 def test_the_renderer_in_one_line_of_the_readme_passes() -> None:
     (code,) = re.findall(r'^    \.venv/bin/python -c "(.*)"$', (CHECKOUT / "README.md").read_text(), re.MULTILINE)
 

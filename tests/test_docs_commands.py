@@ -56,6 +56,7 @@ def test_the_tutorial_s_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert (tmp_path / "view.html").stat().st_size > 100_000
 
 
+@pytest.mark.process
 def test_the_site_builds_in_strict_mode_and_fails_on_a_lost_page(tmp_path: Path) -> None:
     pytest.importorskip("mkdocs", reason="mkdocs is not installed; ./rayproof test installs it")
 

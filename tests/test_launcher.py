@@ -99,6 +99,7 @@ def test_a_second_set_up_waits_for_the_first(tmp_path: Path) -> None:
     os.close(handle)
 
 
+@pytest.mark.process
 def test_a_failed_step_is_told_by_its_error() -> None:
     with pytest.raises(launcher.SetupError, match=r"^sulking failed: ERROR: no$"):
         launcher.step("1/1 sulking", [sys.executable, "-c", "print('hm'); print('ERROR: no'); print('a'); exit(1)"])
@@ -120,6 +121,7 @@ def test_a_missing_library_names_its_package(monkeypatch: pytest.MonkeyPatch) ->
     assert launcher.missing_prerequisite() == "libatomic.so.1 is missing; on Debian 12: apt-get install libatomic1"
 
 
+@pytest.mark.process
 def test_no_python_at_all_ends_in_one_line(tmp_path: Path) -> None:
     for tool in ("dirname", "readlink", "sh"):
         (tmp_path / tool).symlink_to(str(shutil.which(tool)))
@@ -130,3 +132,19 @@ def test_no_python_at_all_ends_in_one_line(tmp_path: Path) -> None:
     assert ended.stderr.count("\n") == 1
     assert "apt-get install python3 python3-venv libatomic1" in ended.stderr
     assert ended.stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "several"),
+    [
+        ([], True),
+        (["-m", "not process"], True),
+        (["tests/tracer", "-m", "not process"], True),
+        (["tests/test_launcher.py"], False),
+        (["tests/tracer", "-k", "sphere"], False),
+    ],
+)
+def test_whole_folders_and_what_markers_choose_are_tested_in_several_processes(
+    arguments: list[str], several: bool
+) -> None:
+    assert bool(launcher.in_processes(arguments)) == several

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.process
+
 CHECKOUT = Path(__file__).parents[1]
 FOLDERS = ("cases", "reference", "reports", "tracer")
 SCRIPT = """

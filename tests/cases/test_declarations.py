@@ -42,6 +42,7 @@ def imported(things: DeclaredRegistry[type]) -> set[str]:
     return {name.removeprefix(things.package) for name in sys.modules if name.startswith(f"{things.package}.")}
 
 
+@pytest.mark.process
 def test_names_and_facts_are_known_without_importing(things: DeclaredRegistry[type]) -> None:
     assert list(things) == ["one", "three", "two"]
     assert len(things) == 3
@@ -112,6 +113,7 @@ def test_a_name_that_is_no_literal_is_refused(things: DeclaredRegistry[type], tm
         list(things)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("registry", ["rayproof.reference.REFERENCES", *FORMULAS])
 def test_what_is_declared_is_what_registers(registry: str) -> None:
     # In a process of its own: here another test may have imported them before they were declared.
@@ -129,6 +131,7 @@ def test_what_is_declared_is_what_registers(registry: str) -> None:
     assert told.split() == ["True", str(len(getattr(importlib.import_module(module), name)))]
 
 
+@pytest.mark.process
 def test_a_process_that_asks_the_oracle_imports_no_other_reference() -> None:
     script = """
         import sys
@@ -142,6 +145,7 @@ def test_a_process_that_asks_the_oracle_imports_no_other_reference() -> None:
     assert told.splitlines() == ["analytic", ""]
 
 
+@pytest.mark.process
 def test_what_formulas_there_are_is_known_without_dr_jit() -> None:
     script = """
         import sys

@@ -95,6 +95,7 @@ def judged(subject: Subject, case: Case) -> Judged:
     return of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_the_example_passes_on_a_case_of_every_family(lecture: Subject, case: Case) -> None:
     if case.samples > 1:
@@ -105,6 +106,7 @@ def test_the_example_passes_on_a_case_of_every_family(lecture: Subject, case: Ca
     assert (found.outcome, found.reason) == (Outcome.PASS, "")
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("name", sorted(TELLING))
 def test_one_that_draws_triangles_and_knows_the_simplified_light_alone_passes_all_the_same(
     lecture: Subject, name: str
@@ -118,6 +120,7 @@ def test_one_that_draws_triangles_and_knows_the_simplified_light_alone_passes_al
     assert all(check.outcome is Outcome.PASS for check in found.checks if check.stage is not Stage.CAMERA)
 
 
+@pytest.mark.process
 def test_every_switch_is_wrong_somewhere_and_none_is_wrong_without_it(mistaken: Subject, tmp_path: Path) -> None:
     program = mistaken.command[0]
     listed = subprocess.run([program, "--mistakes"], check=True, capture_output=True, text=True).stdout.splitlines()
@@ -142,6 +145,7 @@ def folder(tmp_path: Path, name: str) -> Path:
     return made
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("shape", ["sphere", "cube", "square", "plane", "triangle", "mesh"])
 def test_the_twins_normals_are_blamed_under_a_shear(twin: Subject, shape: str) -> None:
     (case,) = (case for case in all_cases() if case.name == f"transforms/{shape}_sheared")
@@ -151,6 +155,7 @@ def test_the_twins_normals_are_blamed_under_a_shear(twin: Subject, shape: str) -
     assert (found.outcome, found.stage, found.item) == (Outcome.FAIL, Stage.NORMAL, "NRM-3")
 
 
+@pytest.mark.process
 def test_a_pi_of_five_digits_is_blamed_at_radiance_by_what_the_program_promises(short_of_pi: Subject) -> None:
     (case,) = (case for case in all_cases() if case.name == "primitives/sphere")
     promising = replace(short_of_pi, capabilities=ask_capabilities(short_of_pi, seconds=20))
@@ -166,6 +171,7 @@ def test_a_pi_of_five_digits_is_blamed_at_radiance_by_what_the_program_promises(
     assert radiance.continued.worst_ratio <= 1, "passes of their own may differ by more than that"
 
 
+@pytest.mark.process
 def test_of_a_chained_program_a_wrong_normal_is_blamed_alone(twin: Subject) -> None:
     (case,) = (case for case in all_cases() if case.name == "transforms/sphere_sheared")
     promising = replace(twin, capabilities=ask_capabilities(twin, seconds=20))
@@ -176,6 +182,7 @@ def test_of_a_chained_program_a_wrong_normal_is_blamed_alone(twin: Subject) -> N
     assert found.stage is Stage.NORMAL
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("shape", ["sphere", "cube", "mesh"])
 def test_where_both_matrices_turn_alike_the_twin_passes(twin: Subject, shape: str) -> None:
     (case,) = (case for case in all_cases() if case.name == f"transforms/{shape}_rotated")
@@ -183,6 +190,7 @@ def test_where_both_matrices_turn_alike_the_twin_passes(twin: Subject, shape: st
     assert judged(twin, case).outcome is Outcome.PASS
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(("which", "code"), [("lecture", 0), ("twin", 1)])
 def test_a_run_ends_as_the_renderer_deserves(
     which: str, code: int, request: pytest.FixtureRequest, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -207,6 +215,7 @@ def test_the_starter_and_the_example_share_their_header() -> None:
     assert (RENDERERS / "rayproof.hpp").read_text() == (STARTERS / "rayproof.hpp").read_text()
 
 
+@pytest.mark.process
 def test_the_starter_in_cpp_passes_on_spheres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["adapt", str(tmp_path / "mine.cpp")]) == 0
     assert "c++ -O2 -std=c++17 -o adapter mine.cpp" in capsys.readouterr().out

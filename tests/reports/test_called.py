@@ -21,6 +21,7 @@ def test_a_hint_names_the_launcher_of_a_checkout(
     assert "    ./rayproof run primitives/sphere" in ended.out
 
 
+@pytest.mark.process
 def test_the_launcher_says_how_it_was_called(tmp_path: Path) -> None:
     (tmp_path / "rayproof").write_text((Path(__file__).parents[2] / "rayproof").read_text())
     (tmp_path / "launcher.py").write_text("import os\nprint(os.environ['RAYPROOF_CALLED'])\n")

@@ -67,6 +67,7 @@ def test_the_terminal_gets_no_more_than_text(record, capsys: pytest.CaptureFixtu
     assert ":warning:" in said
 
 
+@pytest.mark.process
 def test_an_error_names_it_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", f"{tmp_path}/{NAME}.json"]) == 2
     assert main(["run", NAME]) == 2
@@ -88,6 +89,7 @@ def test_a_scene_file_s_name_is_made_one_where_it_becomes_a_case_s(tmp_path: Pat
     assert case.stresses.isprintable()
 
 
+@pytest.mark.process
 def test_a_program_s_complaint_is_one_line(tmp_path: Path) -> None:
     complaint = f"import sys; sys.stderr.write({NAME!r}); sys.exit(5)"
 

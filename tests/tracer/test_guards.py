@@ -112,6 +112,7 @@ def test_zeros_keep_their_sign(types: ArrayTypes) -> None:
     assert list(dr.copysign(types.Float(2), zeros)) == [2, -2]
 
 
+@pytest.mark.process
 def test_subnormals_are_kept_on_the_cpu(types: ArrayTypes) -> None:
     if types.backend != "llvm":
         pytest.skip("a GPU flushes float32 subnormals")

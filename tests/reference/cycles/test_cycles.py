@@ -53,6 +53,7 @@ def test_without_blender_it_says_how_to_install_it(monkeypatch):
         reference().render(LIT, [Stage.OBJECT])
 
 
+@pytest.mark.process
 def test_a_failure_is_reported_with_what_blender_said(tmp_path, monkeypatch):
     fake = tmp_path / "python"
     fake.write_text("#!/bin/sh\necho no cube today\nexit 3\n")

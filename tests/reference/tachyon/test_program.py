@@ -124,6 +124,7 @@ def test_nothing_is_left_behind(tachyon, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.process
 def test_a_failure_is_reported_with_what_the_program_said(tmp_path, monkeypatch):
     fake = tmp_path / "tachyon"
     fake.write_text("#!/bin/sh\necho too fast\nexit 3\n")

@@ -41,6 +41,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return rayproof.run([*cases, SCENE], twice_as_bright, out=tmp_path_factory.mktemp("run") / "out", quiet=True)
 
 
+@pytest.mark.process
 def test_importing_imports_nothing_else() -> None:
     code = "import rayproof, sys; print(*(n for n in sys.modules if n.startswith('rayproof.')), dir(rayproof)[-1])"
 
@@ -125,6 +126,7 @@ def test_arrays_of_other_libraries_are_taken() -> None:
     assert answers_from({"distance": image[..., 0]}, SCENE, ())[Stage.DISTANCE].shape == (*SIZE, 1)
 
 
+@pytest.mark.process
 def test_a_function_is_put_under_test(finished: Run) -> None:
     assert str(finished).startswith("4 cases planned, 2 measured, 1 unsupported: ")
     assert {name: finished.case(name).verdict for name in finished.names} == {
@@ -143,6 +145,7 @@ def test_a_function_is_put_under_test(finished: Run) -> None:
         bool(finished)
 
 
+@pytest.mark.process
 def test_a_case_has_its_images_and_their_limits(finished: Run) -> None:
     case = finished.case("file/scene-3")
     ours, theirs = (case.image("irradiance", name) for name in (None, "analytic"))
@@ -156,6 +159,7 @@ def test_a_case_has_its_images_and_their_limits(finished: Run) -> None:
         finished.case("primitives/spher")
 
 
+@pytest.mark.process
 def test_a_notebook_shows_coverage_causes_and_pictures(finished: Run) -> None:
     shown = finished._repr_html_()
 
@@ -164,6 +168,7 @@ def test_a_notebook_shows_coverage_causes_and_pictures(finished: Run) -> None:
     assert "<td>primitives/triangle</td>" in shown
 
 
+@pytest.mark.process
 def test_two_runs_are_compared(finished: Run, tmp_path: Path) -> None:
     record = json.loads((finished.folder / "results.json").read_text())
     for case in record["cases"]:
@@ -184,6 +189,7 @@ def test_formulas_are_compared() -> None:
     assert [row["family"] for row in told.rows] == ["primitives"]
 
 
+@pytest.mark.process
 def test_what_the_command_refuses_is_refused_in_its_words() -> None:
     with pytest.raises(ValueError, match=r"^no case matches 'no/such'"):
         rayproof.run(["no/such"])
@@ -193,6 +199,7 @@ def test_what_the_command_refuses_is_refused_in_its_words() -> None:
         rayproof.run(["primitives/plane"], stages=["radiance"])
 
 
+@pytest.mark.process
 def test_ctrl_c_reaches_the_run_and_loses_nothing(tmp_path: Path) -> None:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a test run in the background ignores it
 
@@ -212,6 +219,7 @@ def test_ctrl_c_reaches_the_run_and_loses_nothing(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "out" / "results.json").read_text())["finished"] is False
 
 
+@pytest.mark.process
 def test_a_script_without_a_guard_is_run_once(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(

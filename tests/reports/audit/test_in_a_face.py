@@ -8,6 +8,9 @@ from rayproof.reports.audit.case_work import work
 from rayproof.reports.audit.orders import CaseOrder
 from rayproof.reports.audit.planted import planted
 
+pytestmark = pytest.mark.references
+
+
 MIRROR = ((-1.0, 0.0, 0.0, 0.0), *IDENTITY[1:])
 
 

@@ -8,6 +8,7 @@ import pytest
 from rayproof.reports.cli import main
 
 
+@pytest.mark.process
 def test_an_audit_of_a_few_faults_ends_well_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     copy = tmp_path / "copy.json"
 

@@ -4,6 +4,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from rayproof.cases.families import select
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import ask_capabilities, candidate
@@ -11,6 +13,7 @@ from tests.examples.test_renderers import judged
 from tests.reports.commands.conftest import Rayproof
 
 
+@pytest.mark.process
 def test_the_starter_in_python_passes_on_spheres(rayproof: Rayproof, tmp_path: Path) -> None:
     ended = rayproof("adapt", tmp_path / "mine.py")
 

@@ -40,6 +40,7 @@ WRONG = {
 }
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(("arguments", "named"), WRONG.values(), ids=WRONG.keys())
 def test_bad_usage_ends_with_2_and_one_line(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], named: str
@@ -55,6 +56,7 @@ def test_bad_usage_ends_with_2_and_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("scene", ["{", "[]", '{"camera": 7}', '{"shapes": [{"type": "sphere", "radius": -1}]}'])
 def test_a_bad_scene_ends_in_one_line_that_names_the_file(rayproof: Rayproof, tmp_path: Path, scene: str) -> None:
     (tmp_path / "bad.json").write_text(scene)
@@ -67,6 +69,7 @@ def test_a_bad_scene_ends_in_one_line_that_names_the_file(rayproof: Rayproof, tm
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("option", ["--out", "--json"])
 def test_a_place_that_cannot_be_written_is_refused(rayproof: Rayproof, tmp_path: Path, option: str) -> None:
     (tmp_path / "file").touch()

@@ -11,6 +11,7 @@ from rayproof.reports.cli import main
 from rayproof.reports.studies.bench import apart
 
 
+@pytest.mark.process
 def test_a_small_benchmark_writes_what_its_document_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

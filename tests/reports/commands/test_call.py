@@ -21,6 +21,7 @@ def script(folder: Path, *lines: str) -> str:
     return f"exec:{sys.executable} -S {path} {{scene}} {{output}}"
 
 
+@pytest.mark.process
 def test_a_call_that_fails_is_told_with_its_exit_code_and_its_words(rayproof: Rayproof, tmp_path: Path) -> None:
     subject = script(tmp_path, "SCENE and sys.exit('the model is missing')")
 
@@ -40,6 +41,7 @@ def test_a_call_of_what_is_no_program_is_refused_in_one_line(rayproof: Rayproof,
     assert not (tmp_path / "call").exists()
 
 
+@pytest.mark.process
 def test_a_program_s_pixel_stands_beside_those_of_the_panel(rayproof: Rayproof, tmp_path: Path) -> None:
     scene = select(["primitives/sphere"])[0].scene
     answers = Analytic().render(scene, stages_of(scene))

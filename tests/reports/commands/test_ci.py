@@ -26,6 +26,7 @@ def shell_lines(service: str, text: str) -> list[str]:
     return [dedent(body) for body in re.findall(blocks, text, re.MULTILINE)]
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("service", SERVICES)
 def test_what_a_service_would_run_fails_by_its_exit_code_and_leaves_a_report(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, service: str
@@ -92,6 +93,7 @@ def test_what_would_end_a_line_or_a_string_is_refused(rayproof: Rayproof, tmp_pa
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.process
 def test_the_action_s_lines_run_gate_and_keep_a_report(tmp_path: Path) -> None:
     text = (Path(__file__).parents[3] / "action.yml").read_text()
     install, *lines = [dedent(body) for body in re.findall(r"^ +run: \|\n((?: {8}.*\n)+)", text, re.MULTILINE)]

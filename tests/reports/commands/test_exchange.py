@@ -9,6 +9,8 @@ from rayproof.cases.scene_json import load_scene
 from rayproof.reports.cli import main
 from tests.reports.commands.conftest import Rayproof
 
+pytestmark = pytest.mark.process
+
 
 def test_export_then_import_makes_a_scene_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     xml, scene = tmp_path / "scene.xml", tmp_path / "back.json"

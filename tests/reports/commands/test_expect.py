@@ -8,6 +8,8 @@ import pytest
 from rayproof.reports.cli import main
 from rayproof.reports.results.document import load_results
 
+pytestmark = pytest.mark.process
+
 CASE = "primitives/sphere"
 FAULTY = ["--configuration", "float32/lambert=fault_missing"]
 

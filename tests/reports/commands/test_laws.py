@@ -9,6 +9,7 @@ from rayproof.reports.cli import main
 from rayproof.reports.results.document import load_results
 
 
+@pytest.mark.process
 def test_a_right_tracer_keeps_the_law_and_a_report_shows_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, file = tmp_path / "report", tmp_path / "laws.json"
 
@@ -34,6 +35,7 @@ def test_a_right_tracer_keeps_the_law_and_a_report_shows_it(tmp_path: Path, caps
     assert "light_split" in (out / "junit.xml").read_text()
 
 
+@pytest.mark.process
 def test_a_broken_law_is_named_with_the_pixel_and_the_items(capsys: pytest.CaptureFixture[str]) -> None:
     code = main(
         [
@@ -54,6 +56,7 @@ def test_a_broken_law_is_named_with_the_pixel_and_the_items(capsys: pytest.Captu
     assert "implicates LIT-1" in printed
 
 
+@pytest.mark.process
 def test_a_program_that_cannot_be_called_is_an_error_and_no_pass(tmp_path: Path) -> None:
     program = tmp_path / "program"
     program.write_text("#!/bin/sh\nexit 3\n")
@@ -96,6 +99,7 @@ def test_bad_usage_is_one_line(arguments: list[str], named: str, capsys: pytest.
     assert named in told[0]
 
 
+@pytest.mark.process
 def test_the_oracle_may_be_held_against_itself(tmp_path: Path) -> None:
     file = tmp_path / "laws.json"
 

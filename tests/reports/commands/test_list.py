@@ -21,6 +21,7 @@ KINDS = {
 }
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("kind", KINDS)
 def test_list_names_everything_registered(rayproof: Rayproof, tmp_path: Path, kind: str) -> None:
     ended = rayproof("list", kind, "--json", tmp_path / "list.json")

@@ -77,6 +77,7 @@ def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.Mon
     assert "at most 10 pixels" in ended.error
 
 
+@pytest.mark.process
 def test_the_speed_of_both_truths_is_measured(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

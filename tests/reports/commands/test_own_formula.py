@@ -52,6 +52,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.process
 def test_a_run_finds_it_and_its_workers_render_by_it(
     rayproof: Rayproof, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -89,6 +90,7 @@ def test_a_file_that_changes_during_a_run_is_an_error_and_its_content_is_in_ever
         trace(task)
 
 
+@pytest.mark.references
 def test_probe_and_render_take_it(rayproof: Rayproof, folder: Path) -> None:
     probed = rayproof("probe", CASE, 48, 36, "--formula", FORMULA, "--json", "p.json")
     rendered = rayproof("render", CASE, "a.exr", "--formula", FORMULA)
@@ -139,6 +141,7 @@ def test_the_audit_plants_it(folder: Path) -> None:
     assert (fault.configuration, fault.covers) == (NAME, ("HIT-1",))
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("command", ["run", "render", "probe", "stability", "tradeoff", "bench", "audit"])
 def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof, folder: Path, command: str) -> None:
     before, option = {

@@ -37,6 +37,7 @@ def owner(tmp_path):
     process.communicate()
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("command", [["run", "primitives/sphere"], ["audit", "--only", "sphere/*"]])
 def test_the_second_is_refused_in_one_line_that_names_the_first(owner, command, rayproof: Rayproof, tmp_path: Path):
     ended = rayproof(*command, "--out", tmp_path / "out")
@@ -49,6 +50,7 @@ def test_the_second_is_refused_in_one_line_that_names_the_first(owner, command, 
     assert ended.out == ""
 
 
+@pytest.mark.process
 def test_a_folder_whose_owner_was_killed_is_free(owner, tmp_path: Path):
     owner.send_signal(signal.SIGKILL)
     owner.wait()
@@ -59,6 +61,7 @@ def test_a_folder_whose_owner_was_killed_is_free(owner, tmp_path: Path):
     assert list((tmp_path / "out").iterdir()) == []
 
 
+@pytest.mark.process
 def test_a_stopped_owner_still_owns(owner, tmp_path: Path):
     owner.send_signal(signal.SIGSTOP)
 
@@ -66,6 +69,7 @@ def test_a_stopped_owner_still_owns(owner, tmp_path: Path):
         pass
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("said", ["", "[", "[]", '{"pid": "x"}', '{"pid": 1, "command": "\\u001b[2J", "since": "\\n"}'])
 def test_whatever_the_file_says_a_refusal_is_one_plain_line(said, owner, tmp_path: Path):
     (tmp_path / "out" / NAME).write_text(said)
@@ -81,6 +85,7 @@ def test_who_owns_it_is_said_in_the_file(tmp_path: Path):
         assert json.loads((tmp_path / NAME).read_text())["pid"] == os.getpid()
 
 
+@pytest.mark.process
 def test_what_starts_meanwhile_does_not_own(tmp_path: Path):
     with owned(tmp_path):
         child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], close_fds=False)

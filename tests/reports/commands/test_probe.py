@@ -15,6 +15,8 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
 
+pytestmark = pytest.mark.references
+
 
 def test_every_renderer_answers_every_stage(rayproof: Rayproof, tmp_path: Path) -> None:
     ended = rayproof("probe", "primitives/sphere", 48, 36, "--json", tmp_path / "pixel.json")

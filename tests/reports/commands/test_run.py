@@ -24,6 +24,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
     return requests
 
 
+@pytest.mark.process
 def test_the_options_arrive(rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path) -> None:
     ended = rayproof(
         *("run", "primitives", "transforms/*", "--out", tmp_path / "out", "--resume", "--jobs", 3, "--timeout", 7),
@@ -57,6 +58,7 @@ def test_another_renderer_is_put_under_test(rayproof: Rayproof, asked: list[RunR
     assert not asked[0].cached
 
 
+@pytest.mark.process
 def test_a_program_comes_with_what_it_declares(rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path) -> None:
     script = tmp_path / "render"
     script.write_text("""#!/bin/sh\necho '{"protocol": 1, "name": "mine", "shapes": ["mesh"]}'\n""")
@@ -71,6 +73,7 @@ def test_a_program_comes_with_what_it_declares(rayproof: Rayproof, asked: list[R
     assert (subject.seconds, subject.memory) == (7.0, 2**29)
 
 
+@pytest.mark.process
 def test_the_default_is_the_whole_suite_into_report(
     rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,6 +88,7 @@ def test_the_default_is_the_whole_suite_into_report(
     assert not asked[0].resume
 
 
+@pytest.mark.process
 def test_a_case_without_time_is_an_error_that_says_so(rayproof: Rayproof, tmp_path: Path) -> None:
     ended = rayproof("run", "primitives/sphere", "--case-timeout", 0.001, "--out", tmp_path, "--jobs", 1)
 

@@ -62,6 +62,7 @@ def shown(
     return records, evidence
 
 
+@pytest.mark.process
 @needs_compiler
 @pytest.mark.parametrize(
     ("mistake", "more", "names", "items"),
@@ -103,6 +104,7 @@ def test_a_named_mistake_and_what_has_the_same_pixels_are_blamed_in_the_cases_th
     assert records[1]["blamed_items"] == ["CAM-1", "CAM-3", "CAM-4"]
 
 
+@pytest.mark.process
 @needs_compiler
 def test_of_an_unknown_mistake_items_are_out_only_by_a_check_that_passes(program: Path) -> None:
     records, evidence = shown(program, "softened_falloff", ["primitives/cube", "several_lights/simplified"])

@@ -38,6 +38,7 @@ def switched(program: Path, mistake: str) -> measuring.Renderer:
     return found
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("mistake", ["no_pi", "normal_by_model", "gamma_2_2"])
 def test_a_mistake_is_named_by_all_stages_and_by_radiance_alone(program: Path, mistake: str, tmp_path: Path) -> None:
     for one in measuring.outcomes(switched(program, mistake), tmp_path, CASES):
@@ -45,6 +46,7 @@ def test_a_mistake_is_named_by_all_stages_and_by_radiance_alone(program: Path, m
         assert one.right, one
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("mistake", ["", "ambient"])
 def test_of_what_nobody_knows_nothing_is_named(program: Path, mistake: str, tmp_path: Path) -> None:
     for one in measuring.outcomes(switched(program, mistake), tmp_path, CASES):
@@ -71,6 +73,7 @@ def test_a_name_for_a_program_that_has_no_hypothesis_is_a_wrong_name() -> None:
     assert (known["of"], known["right"], known["class_of_at_most_2"], known["does_not_know"]) == (2, 1, 1, 1)
 
 
+@pytest.mark.process
 def test_a_pair_is_named_only_by_both(program: Path) -> None:
     pair = measuring.drawn_pairs(program, 1, seed=3)[0]
     (one,), (two,) = (sorted(names) for names in (pair.accepted[0] - pair.accepted[1], pair.accepted[1]))
@@ -80,6 +83,7 @@ def test_a_pair_is_named_only_by_both(program: Path) -> None:
     assert not any(pair.told([names]) for names in ((one,), (two,), (one, one), (one, "fog")))
 
 
+@pytest.mark.process
 def test_both_of_two_mistakes_are_named_and_neither_alone(program: Path, tmp_path: Path) -> None:
     first, second = switched(program, "no_pi"), switched(program, "normal_by_model")
     both = replace(
@@ -91,6 +95,7 @@ def test_both_of_two_mistakes_are_named_and_neither_alone(program: Path, tmp_pat
         assert all("+" in name for name in one.named)
 
 
+@pytest.mark.process
 def test_a_switch_that_another_hides_is_no_pair(program: Path, tmp_path: Path) -> None:
     of = {name: switched(program, name) for name in ("no_cosine", "cosine_squared", "no_pi")}
 
@@ -104,6 +109,7 @@ def test_a_switch_that_another_hides_is_no_pair(program: Path, tmp_path: Path) -
     assert not any(measuring.shows_more(hidden, tmp_path, case).values())
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(
     ("mistake", "case"),
     [("pixel_corner", "flux_conservation/north"), ("no_aspect", "nearest/coincident")],
@@ -131,6 +137,7 @@ def test_of_the_tracers_own_fault_what_its_precisions_decide_does_not_contradict
     assert any(tally is not None and tally.explains for tally in tallies), "in the right surroundings of the default"
 
 
+@pytest.mark.process
 def test_a_failing_case_that_says_nothing_under_the_right_mistake_does_not_take_its_name(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,6 +16,8 @@ import pytest
 from rayproof.cases.scene import SceneError
 from rayproof.reports.interchange import import_scene
 
+pytestmark = pytest.mark.process
+
 HERE = Path(__file__).with_name("endless")
 SECONDS = 10  # of processor time, this process's and its parsers'; the machine may have other work
 MEMORY = 2**30  # bytes, of each process

@@ -13,6 +13,7 @@ from rayproof.reports.interchange import IMPORTERS, import_scene
 from rayproof.reports.interchange.framing import bounds, camera_for, light_for
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("suffix", ["obj", "ply", "stl"])
 @pytest.mark.parametrize(("scale", "place"), [(1.0, (0, 0, 0)), (1e-3, (5, -2, 1)), (1e4, (0, 3e4, 0))])
 def test_the_whole_mesh_is_in_view_and_lit(suffix: str, scale: float, place, tmp_path: Path) -> None:
@@ -64,6 +65,7 @@ def test_what_cannot_be_read_is_told(name: str, tmp_path: Path) -> None:
         import_scene(tmp_path / name)
 
 
+@pytest.mark.process
 def test_every_importer_refuses_an_empty_file(tmp_path: Path) -> None:
     for suffix in IMPORTERS:
         (tmp_path / f"empty{suffix}").touch()
@@ -71,6 +73,7 @@ def test_every_importer_refuses_an_empty_file(tmp_path: Path) -> None:
             import_scene(tmp_path / f"empty{suffix}")
 
 
+@pytest.mark.process
 def test_numbers_keep_their_digits(tmp_path: Path) -> None:
     (tmp_path / "one.obj").write_text("v 0.1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
 
@@ -80,6 +83,7 @@ def test_numbers_keep_their_digits(tmp_path: Path) -> None:
     assert mesh.vertices[0, 0] == np.float32(0.1)
 
 
+@pytest.mark.process
 def test_what_a_mesh_file_holds_beside_triangles_is_told(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(
         "mtllib a.mtl\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nvn 0 0 1\nvt 0 0\nl 1 2\nf 1 2 3\n"

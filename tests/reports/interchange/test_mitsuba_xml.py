@@ -11,6 +11,8 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange import export_scene, import_scene
 
+pytestmark = pytest.mark.process
+
 HEAD = '<scene version="3.0.0">'
 SENSOR = """<sensor type="perspective"><float name="fov" value="40"/>
   <transform name="to_world"><lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -43,6 +45,7 @@ ROUND_TRIPS = [
 ]
 
 
+@pytest.mark.references
 @pytest.mark.parametrize("name", ROUND_TRIPS)
 def test_export_import_export_draws_the_same_picture(name: str, tmp_path: Path) -> None:
     (case,) = select([name])
@@ -61,6 +64,7 @@ def test_export_import_export_draws_the_same_picture(name: str, tmp_path: Path) 
     assert differing.mean() <= 0.001
 
 
+@pytest.mark.references
 def test_mitsuba_draws_an_export_as_the_closed_forms_do(tmp_path: Path) -> None:
     (case,) = select(["transforms/mesh_sheared"])
     export_scene(case.scene, tmp_path / "scene.xml")

@@ -31,10 +31,12 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.process
 def test_the_suite_executes_the_tracer(capsys: pytest.CaptureFixture[str]) -> None:
     assert (paths(lines=True), capsys.readouterr().out.count("\n")) == (0, 1)
 
 
+@pytest.mark.process
 def test_a_line_that_nobody_executes_is_told_unless_it_refuses_or_declares(file: Path) -> None:
     assert lines_of(file) == {3, 4, 6, 7, 8, 9, 11}
     assert left("some.py", file, {6, 7}) == {11: "return [one for one in x]"}

@@ -15,6 +15,8 @@ from rayproof.reports.processes.scratch import PREFIX, scratch
 from rayproof.reports.processes.worker import Reply
 from tests.reports.run.workers import obey, sleep_or_compute
 
+pytestmark = pytest.mark.process
+
 
 def replies(
     tasks: list[tuple[str, str]], *, jobs: int = 2, timeout: float = 20.0, copies: dict[str, int] | None = None

@@ -47,6 +47,7 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any
     return folder, results
 
 
+@pytest.mark.process
 def test_views_are_made_without_opengl_and_pictures_are_not(drawn) -> None:
     folder, results = drawn
 
@@ -55,6 +56,7 @@ def test_views_are_made_without_opengl_and_pictures_are_not(drawn) -> None:
         assert 5_000 < (folder / case["view"]).stat().st_size < MOST_BYTES
 
 
+@pytest.mark.process
 def test_a_view_holds_the_named_parts_and_finite_points(drawn) -> None:
     folder, results = drawn
 
@@ -70,6 +72,7 @@ def test_a_view_holds_the_named_parts_and_finite_points(drawn) -> None:
     assert all(np.isfinite(values).all() and np.abs(values).max(initial=0) < 25 for values in points)
 
 
+@pytest.mark.process
 def test_the_same_scene_gives_the_same_bytes(drawn, tmp_path) -> None:
     folder, results = drawn
     again = make_folder(tmp_path)

@@ -12,6 +12,7 @@ from rayproof.reports.subjects import PROGRAM, Subject
 from tests.reports.commands.conftest import Rayproof
 
 
+@pytest.mark.process
 def test_a_run_of_random_scenes_counts_wrong_verdicts(rayproof: Rayproof, tmp_path: Path) -> None:
     out, record = tmp_path / "out", tmp_path / "results.json"
 

@@ -98,6 +98,7 @@ def same(whole: Any, bands: Any, path: str = "") -> None:
         assert whole == bands, path
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("light", [1.0, 1.01])
 def test_bands_are_judged_as_the_whole_image_is(case: Case, folder: Path, light: float) -> None:
     planned = PlannedCase(case=case, configurations=("float32",))
@@ -109,6 +110,7 @@ def test_bands_are_judged_as_the_whole_image_is(case: Case, folder: Path, light:
     assert (folder / "bands" / bands["scene"]).read_bytes() == (folder / "whole" / whole["scene"]).read_bytes()
 
 
+@pytest.mark.process
 def test_a_thinned_image_is_kept_to_look_at(case: Case, folder: Path) -> None:
     planned = PlannedCase(case=case, configurations=("float32",))
     bands = in_bands(planned, folder)

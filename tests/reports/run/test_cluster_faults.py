@@ -67,6 +67,7 @@ def calls(folder: Path) -> Counter[str]:
     return Counter(log.read_text().split() if log.exists() else ())
 
 
+@pytest.mark.process
 def test_a_worker_that_is_stopped_past_its_lifetime_and_returns_is_not_heard_twice(tmp_path: Path) -> None:
     paths = scenes(tmp_path, 15)
     about = ("--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
@@ -91,6 +92,7 @@ def test_a_worker_that_is_stopped_past_its_lifetime_and_returns_is_not_heard_twi
     assert sorted((one["cases"], one["lost"]) for one in workers) == [(0, 1), (15, 0)]
 
 
+@pytest.mark.process
 def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Path) -> None:
     paths = scenes(tmp_path, 14)
     about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
@@ -129,6 +131,7 @@ def below(process: subprocess.Popen[bytes]) -> list[str]:
     return [one.name() for one in descendants(process.pid) if one.name().startswith("rayproof-")]
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("times", [1, 2])
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_that_is_told_to_stop_keeps_what_is_finished_and_leaves_nothing(
@@ -180,6 +183,7 @@ def narrow(where: Path, size: str, *, again: bool = False) -> tuple[str, ...]:
     return (*unshare, "sh", "-c", NARROW, "sh", size, str(where), "rw", "again" if again else "once")
 
 
+@pytest.mark.process
 def test_a_full_disk_of_the_run_is_one_line_and_resuming_is_exact(tmp_path: Path) -> None:
     paths = scenes(tmp_path, 6)
     about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
@@ -200,6 +204,7 @@ def test_a_full_disk_of_the_run_is_one_line_and_resuming_is_exact(tmp_path: Path
     assert list((tmp_path / "tmp").iterdir()) == []
 
 
+@pytest.mark.process
 def test_a_worker_whose_disk_is_full_gets_no_more_work(tmp_path: Path) -> None:
     paths = scenes(tmp_path, 6)
     about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")

@@ -61,6 +61,7 @@ def ran(rayproof: Rayproof, folder: Path, *options: str) -> tuple[dict[str, Any]
     return json.loads((folder / "results.json").read_text()), done.out
 
 
+@pytest.mark.process
 def test_only_the_cases_that_ask_for_a_changed_formula_are_rendered_again(
     rayproof: Rayproof,
     tmp_path: Path,
@@ -151,6 +152,7 @@ def test_a_case_that_ended_in_an_error_is_done_again_and_counted_so(tmp_path: Pa
     assert earlier.record(planned=1)["taken_up"] == 1
 
 
+@pytest.mark.process
 def test_whatever_a_changed_formula_file_changes_is_done_again() -> None:
     cases = ("primitives/*", "simplified/*", "shadows/*", "transforms/*")
     done = subprocess.run([sys.executable, SCRIPT, "--files", "8", *cases], capture_output=True, text=True, check=False)

@@ -14,6 +14,8 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.process_tree import descendants
 from rayproof.reports.processes.signals import Stopping
 
+pytestmark = pytest.mark.process
+
 CHECKOUT = Path(__file__).parents[3]
 NAP = f"86398.{os.getpid()}"  # s; no other process sleeps as long, nor another run of this test
 

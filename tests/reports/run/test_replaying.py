@@ -2,9 +2,13 @@
 
 from pathlib import Path
 
+import pytest
+
 from rayproof.reports.results.document import save_results
 from rayproof.reports.run import replaying
 from tests.reports.publish.sample import make_folder
+
+pytestmark = pytest.mark.process
 
 
 def test_records_are_replayed_under_new_names_and_no_folder_has_many_entries(tmp_path: Path) -> None:

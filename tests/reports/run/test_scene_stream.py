@@ -45,6 +45,7 @@ def test_a_folder_s_scenes_are_named_by_their_paths(tmp_path: Path) -> None:
     assert [case.name for case in SceneStream(tmp_path)] == ["file/a/b", "file/a/c", "file/b"]
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(
     ("lines", "says"),
     [

@@ -71,6 +71,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
+@pytest.mark.process
 def test_a_cluster_finds_what_a_pool_finds_to_the_last_byte(tmp_path: Path) -> None:
     (tmp_path / "room.json").write_text(json.dumps(SCENE))
     # A case that fails keeps more images; a scene file's record must not name a folder of a worker's.
@@ -162,6 +163,7 @@ def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
         yield one
 
 
+@pytest.mark.process
 def test_who_shows_no_certificate_is_kept_out_and_so_is_plain_text(lonely: Site, tmp_path: Path) -> None:
     host, port = lonely.address.removeprefix("tls://").split(":")
     nobody = ssl.create_default_context(cafile=str(lonely.authority.file))
@@ -191,6 +193,7 @@ def test_who_shows_no_certificate_is_kept_out_and_so_is_plain_text(lonely: Site,
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.process
 def test_a_cluster_of_this_machine_tells_nobody_anything_in_plain_text() -> None:
     before = set(psutil.Process().children(recursive=True))
     with reached(checked(Place(address="local:1"))):
@@ -242,6 +245,7 @@ BAD = (
 )  # fmt: skip
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("what", BAD)
 def test_bad_input_is_a_line_and_nothing_is_written(
     lonely: Site, rayproof: Rayproof, tmp_path: Path, what: str
@@ -308,6 +312,7 @@ def scenes(folder: Path, count: int) -> list[Path]:
     return paths
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform != "linux", reason="it looks for its worker in /proc")
 def test_a_case_that_kills_its_workers_is_an_error_and_its_neighbours_are_not(tmp_path: Path) -> None:
     paths = scenes(tmp_path, 4)

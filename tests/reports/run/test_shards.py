@@ -44,6 +44,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
+@pytest.mark.process
 def test_parts_put_together_are_the_whole(runs: Path) -> None:
     parts = [load_results(runs / name)["cases"] for name in ("one", "two")]
     assert min(map(len, parts)) > 0
@@ -63,6 +64,7 @@ def test_parts_put_together_are_the_whole(runs: Path) -> None:
     assert files[0] == files[1]
 
 
+@pytest.mark.process
 def test_a_part_that_is_not_there_makes_its_cases_missing(runs: Path, tmp_path: Path) -> None:
     done = rayproof("merge", runs / "one", "--out", tmp_path / "half")
 
@@ -74,6 +76,7 @@ def test_a_part_that_is_not_there_makes_its_cases_missing(runs: Path, tmp_path: 
     assert results["summary"]["missing"] == len(load_results(runs / "two")["cases"])
 
 
+@pytest.mark.process
 def test_what_does_not_belong_together_is_refused_in_a_line(runs: Path, tmp_path: Path) -> None:
     other = tmp_path / "other"
     assert rayproof("run", *CASES[:3], "--shard", "2/2", "--out", other).returncode in (0, 3)

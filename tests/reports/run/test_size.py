@@ -17,6 +17,7 @@ from rayproof.reports.run.size import USUAL_LIMIT, deadline, estimate
 CAMERA = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 40, "near": 1, "far": 9}
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("command", ["run", "render"])
 def test_an_image_beyond_all_memory_is_refused(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -11,6 +11,8 @@ import pytest
 
 from rayproof.reports.run.tasks.kinds import TRACING
 
+pytestmark = pytest.mark.process
+
 
 @pytest.mark.parametrize("kind", [TRACING, "reference:mitsuba_llvm"])
 def test_subnormal_numbers_are_flushed_after_a_worker_s_task_as_before_it(kind: str) -> None:

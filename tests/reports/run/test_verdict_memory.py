@@ -51,6 +51,7 @@ def told(record: dict[str, Any]) -> dict[str, Any]:
     return ours
 
 
+@pytest.mark.process
 def test_the_same_answers_are_judged_once_and_rendered_every_time(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, submitted: list[str]
 ) -> None:
@@ -74,6 +75,7 @@ def test_the_same_answers_are_judged_once_and_rendered_every_time(
     assert (tmp_path / "second" / "index.html").is_file()
 
 
+@pytest.mark.process
 def test_other_answers_and_runs_without_memory_are_judged_anew(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, submitted: list[str]
 ) -> None:

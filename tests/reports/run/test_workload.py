@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import pytest
+
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.run.cases_under_way import AT_LEAST, PIXELS, CasesUnderWay, has_room
 from rayproof.reports.run.workload import FirstCalls
@@ -22,6 +24,7 @@ def test_a_few_large_ones_start_all_the_same():
     assert not has_room([PIXELS] * AT_LEAST)
 
 
+@pytest.mark.process
 def test_as_many_again_start_where_those_under_way_leave_a_processor_without_work():
     pool = Pool(jobs=1, timeout=1.0, target=obey)
     under_way = object.__new__(CasesUnderWay)

@@ -42,6 +42,7 @@ def test_processes_are_known_by_what_they_do(name: str, command: str, kind: str 
     assert _kind(name, command) == kind
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", STOP, PAUSE, MEMORY])
 def test_a_hit_is_what_it_is_called(name: str) -> None:
     code = "import time\nprint(flush=True)\nwhile True:\n    time.sleep(0.01)\n    x = bytearray(2**26)"
@@ -120,6 +121,7 @@ def test_what_hangs_or_shows_its_inside_is_counted(site: Site) -> None:
     assert (tally.hung, tally.tracebacks, tally.good) == (1, 1, False)
 
 
+@pytest.mark.process
 def test_what_is_left_is_counted_and_ended(site: Site) -> None:
     orphan = subprocess.Popen(["sleep", "600"])
     (site.folder / "tmp" / "rayproof-left").mkdir()

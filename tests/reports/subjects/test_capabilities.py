@@ -98,6 +98,7 @@ def test_triangles_stand_for_what_a_program_does_not_draw_and_it_is_told(
     assert "no cube" in (Capabilities(shapes=("sphere",)).refusal(SCENE) or "")
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(
     "line",
     ["sys.exit(2)", "pass", "print('a renderer')", "import time; time.sleep(60)", "os.abort()"],
@@ -107,6 +108,7 @@ def test_a_program_that_does_not_know_the_question_declares_nothing(program: Wri
     assert ask_capabilities(program(line), seconds=0.5) == Capabilities()
 
 
+@pytest.mark.process
 def test_the_question_comes_without_the_places_of_scene_and_image(program: Writing) -> None:
     subject = program("if sys.argv[1:] == ['--capabilities']:", '    print(\'{"protocol": 1, "name": "asked"}\')')
 

@@ -4,10 +4,14 @@ import json
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from rayproof.reports.subjects.keeping import TOLD, Keep
 from rayproof.reports.subjects.program import candidate
 from rayproof.reports.subjects.request import hand_over
 from tests.reports.subjects.conftest import SCENE, Writing
+
+pytestmark = pytest.mark.process
 
 
 def test_a_call_that_gave_no_image_is_kept_with_all_that_it_takes_to_make_it_again(

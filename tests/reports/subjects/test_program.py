@@ -16,6 +16,8 @@ from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.program import allowance, ask_capabilities, candidate
 from tests.reports.subjects.conftest import SCENE, Writing
 
+pytestmark = pytest.mark.process
+
 SIZE = (SCENE.camera.height, SCENE.camera.width)
 SLEEPER = "86399.125"  # s; no other process sleeps as long
 

@@ -46,6 +46,7 @@ def called(folder: Path, code: str, *arguments: str, surroundings: Surroundings 
     return call(command, folder, seconds=60, memory=2**33, output=2**20, surroundings=surroundings or Surroundings())
 
 
+@pytest.mark.process
 def test_a_program_gets_what_it_needs_and_no_token(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("GITHUB_TOKEN", "RAYPROOF_CACHE_KEY", "LC_TIME", "MY_LICENSE", "OMP_NUM_THREADS", "CUDA_HOME"):
         monkeypatch.setenv(name, "value")
@@ -58,6 +59,7 @@ def test_a_program_gets_what_it_needs_and_no_token(tmp_path: Path, monkeypatch: 
     assert set(more) - set(got) == {"MY_LICENSE"}
 
 
+@pytest.mark.process
 def test_a_program_that_fails_is_told_what_was_withheld(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MY_LICENSE", "value")
 
@@ -103,6 +105,7 @@ def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str
         yield [str(key), str(os.getpid()), str(server.getsockname()[1]), str(tmp_path / "beside")]
 
 
+@pytest.mark.process
 def test_without_being_confined_it_reaches_what_its_user_does(tmp_path: Path, attack: list[str]) -> None:
     (tmp_path / "folder").mkdir()
 
@@ -112,6 +115,7 @@ def test_without_being_confined_it_reaches_what_its_user_does(tmp_path: Path, at
     assert got["network"].startswith("<socket")
 
 
+@pytest.mark.process
 @confinable
 def test_confined_it_reaches_neither_key_nor_environment_nor_network(tmp_path: Path, attack: list[str]) -> None:
     (tmp_path / "folder").mkdir()
@@ -128,6 +132,7 @@ def test_confined_it_reaches_neither_key_nor_environment_nor_network(tmp_path: P
     assert {name for name, value in got.items() if not value.startswith("no: ")} <= {"own parent's environment"}
 
 
+@pytest.mark.process
 @confinable
 def test_confined_a_program_ends_as_it_would(tmp_path: Path) -> None:
     confined = Surroundings(confined=True)
@@ -142,6 +147,7 @@ def test_confined_a_program_ends_as_it_would(tmp_path: Path) -> None:
     assert left.problem is None  # ended with its namespace
 
 
+@pytest.mark.process
 @confinable
 def test_confined_a_program_draws_what_it_would(program: Writing) -> None:
     subject = program(

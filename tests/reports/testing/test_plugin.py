@@ -55,6 +55,7 @@ def outcomes(suite: pytest.Pytester, *arguments: str) -> tuple[dict[str, int], s
     return result.parseoutcomes(), result.stdout.str() + result.stderr.str()
 
 
+@pytest.mark.process
 def test_a_formula_in_four_lines_passes(suite: pytest.Pytester) -> None:
     suite.makepyfile(mine=MINE, test_mine=FOUR_LINES.format("nearest_hit"))
 
@@ -78,6 +79,7 @@ def test_a_file_s_formula_runs_in_the_configuration_that_is_asked_for(tmp_path: 
     assert name == f"float64/sphere={tmp_path}/mine.py:nearest_hit/triangle=woop"
 
 
+@pytest.mark.process
 def test_a_wrong_formula_fails_and_names_the_stage(suite: pytest.Pytester) -> None:
     suite.makepyfile(mine=MINE, test_mine=FOUR_LINES.format("swollen"))
 
@@ -88,6 +90,7 @@ def test_a_wrong_formula_fails_and_names_the_stage(suite: pytest.Pytester) -> No
     assert "HIT-1" in text
 
 
+@pytest.mark.process
 def test_a_renderer_s_own_suite_runs_the_cases(suite: pytest.Pytester) -> None:
     suite.makepyfile(test_renderer=RENDERER.format(change=ROUNDED))
 
@@ -97,6 +100,7 @@ def test_a_renderer_s_own_suite_runs_the_cases(suite: pytest.Pytester) -> None:
     assert found["passed"] >= 2
 
 
+@pytest.mark.process
 def test_a_renderer_that_is_wrong_fails(suite: pytest.Pytester) -> None:
     suite.makepyfile(test_renderer=RENDERER.format(change="-image if stage == 'normal' else " + ROUNDED))
 
@@ -115,6 +119,7 @@ def averaging(check: str, *, change: str = ROUNDED) -> str:
     )
 
 
+@pytest.mark.process
 def test_a_renderer_is_asked_for_the_finer_image_where_a_case_averages(suite: pytest.Pytester) -> None:
     suite.makepyfile(test_renderer=averaging("conformance.check(render)"))
 
@@ -123,6 +128,7 @@ def test_a_renderer_is_asked_for_the_finer_image_where_a_case_averages(suite: py
     assert found == {"passed": 1}, text
 
 
+@pytest.mark.process
 def test_a_wrong_finer_image_fails(suite: pytest.Pytester) -> None:
     wrong = f"image * 1.01 if stage == 'radiance' and scene.camera.width > 24 else {ROUNDED}"
     suite.makepyfile(test_renderer=averaging("conformance.check(render)", change=wrong))
@@ -133,6 +139,7 @@ def test_a_wrong_finer_image_fails(suite: pytest.Pytester) -> None:
     assert "fail at radiance" in text
 
 
+@pytest.mark.process
 def test_images_alone_do_not_do_where_a_case_averages(suite: pytest.Pytester) -> None:
     suite.makepyfile(test_renderer=averaging("conformance.check(render(conformance.scene, conformance.stages))"))
 
@@ -142,6 +149,7 @@ def test_images_alone_do_not_do_where_a_case_averages(suite: pytest.Pytester) ->
     assert "give a function" in text
 
 
+@pytest.mark.process
 def test_a_stage_that_was_promised_and_is_missing_fails(suite: pytest.Pytester) -> None:
     suite.makepyfile(
         test_renderer=RENDERER.format(change=ROUNDED).replace(
@@ -155,6 +163,7 @@ def test_a_stage_that_was_promised_and_is_missing_fails(suite: pytest.Pytester) 
     assert "gave no distance" in text
 
 
+@pytest.mark.process
 def test_what_cannot_be_measured_is_skipped_and_not_passed(suite: pytest.Pytester) -> None:
     body = (
         RENDERER.format(change=ROUNDED)
@@ -168,6 +177,7 @@ def test_what_cannot_be_measured_is_skipped_and_not_passed(suite: pytest.Pyteste
     assert found == {"skipped": 1}, text
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(
     ("marker", "message"),
     [
@@ -186,6 +196,7 @@ def test_a_wrong_marker_is_told(suite: pytest.Pytester, marker: str, message: st
     assert message in text
 
 
+@pytest.mark.process
 def test_a_suite_that_does_not_use_it_imports_nothing_of_it(suite: pytest.Pytester) -> None:
     suite.makepyfile(
         "import sys\ndef test_it():\n    assert not {'drjit', 'mitsuba', 'numpy', 'trimesh'} & set(sys.modules)\n"

@@ -43,6 +43,7 @@ def test_a_library_that_aborts_and_was_loaded_before_is_told_in_one_line(monkeyp
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(
     "order", ["import drjit; from rayproof import tracer", "from rayproof import tracer; import drjit"]
 )

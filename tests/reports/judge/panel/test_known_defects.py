@@ -54,6 +54,7 @@ def test_every_finding_is_shown():
     assert {one.name for one in known_findings()} == {one.name for one in shown}
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("one", ABOUT_PLAIN_MITSUBA, ids=lambda one: one.name)
 def test_a_finding_is_shown_by_its_smallest_scene(one, tmp_path):
     scene = load_scene(ROOT / one.smallest_scene)
@@ -71,6 +72,7 @@ def test_a_finding_is_shown_by_its_smallest_scene(one, tmp_path):
     assert np.count_nonzero(off) > 50
 
 
+@pytest.mark.references
 def test_mitsuba_has_no_number_where_a_light_lies_on_what_is_seen():
     place = ABOUT_MITSUBA_LLVM.smallest_scene
     assert ABOUT_MITSUBA_LLVM.command == f"rayproof run {place} --subject mitsuba_llvm"
@@ -85,6 +87,7 @@ def test_mitsuba_has_no_number_where_a_light_lies_on_what_is_seen():
     assert np.isfinite(plain).all()
 
 
+@pytest.mark.references
 def test_pov_ray_loses_digits_where_a_sphere_is_far_and_others_do_not():
     (place,) = {one.smallest_scene for one in ABOUT_POVRAY}
     assert {one.command for one in ABOUT_POVRAY} == {f"rayproof run {place} --subject povray"}

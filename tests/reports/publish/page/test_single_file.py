@@ -62,6 +62,7 @@ def go(page: Any, /, **address: str) -> None:
     page.goto(f"{page.url.split('#')[0]}#{urlencode(address)}")
 
 
+@pytest.mark.process
 def test_the_policy_names_texts_by_hash_and_no_place(alone: Path) -> None:
     text = alone.read_text()
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)

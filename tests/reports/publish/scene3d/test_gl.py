@@ -44,6 +44,7 @@ def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path, monkeypatch):
     assert gl.why_not(tmp_path / "file") is None
 
 
+@pytest.mark.process
 def test_a_window_class_that_does_not_exist_is_a_reason_and_no_crash(monkeypatch):
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "bogus")
 

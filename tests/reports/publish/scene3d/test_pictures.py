@@ -23,6 +23,7 @@ def results(published):
     return changed
 
 
+@pytest.mark.process
 def test_every_case_gets_a_picture_with_something_in_it(published, results):
     reason = gl.why_not()
     if reason:
@@ -40,6 +41,7 @@ def test_every_case_gets_a_picture_with_something_in_it(published, results):
         assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
 
 
+@pytest.mark.process
 def test_without_opengl_nothing_is_drawn_and_the_reason_is_given(published, results, monkeypatch):
     monkeypatch.setattr(gl, "why_not", lambda: "OpenGL is missing")
 
@@ -47,6 +49,7 @@ def test_without_opengl_nothing_is_drawn_and_the_reason_is_given(published, resu
     assert [case["picture"] for case in results["cases"]] == [None] * 3
 
 
+@pytest.mark.process
 def test_a_child_that_is_killed_by_opengl_is_one_clear_line(published, results, monkeypatch):
     monkeypatch.setattr(gl, "why_not", lambda: None)
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "bogus")
@@ -58,6 +61,7 @@ def test_a_child_that_is_killed_by_opengl_is_one_clear_line(published, results, 
     assert "\n" not in why
 
 
+@pytest.mark.process
 def test_a_scene_that_cannot_be_read_costs_only_its_own_picture(published, results, tmp_path):
     reason = gl.why_not()
     if reason:
@@ -75,6 +79,7 @@ def test_a_scene_that_cannot_be_read_costs_only_its_own_picture(published, resul
     assert [case["picture"] is not None for case in results["cases"]] == [True, False, True]
 
 
+@pytest.mark.process
 def test_where_cases_wait_another_child_draws_the_same(published, results, tmp_path, monkeypatch):
     folders = [tmp_path / "one", tmp_path / "several"]
     started = []
@@ -94,6 +99,7 @@ def test_where_cases_wait_another_child_draws_the_same(published, results, tmp_p
     assert drawn[0] == drawn[1]
 
 
+@pytest.mark.process
 def test_of_two_children_the_one_that_is_killed_is_named_and_the_other_draws_on(
     published, results, tmp_path, monkeypatch
 ):
@@ -115,6 +121,7 @@ def test_of_two_children_the_one_that_is_killed_is_named_and_the_other_draws_on(
     assert [case["view"] is not None for case in results["cases"]] == [False, True, True]
 
 
+@pytest.mark.process
 def test_a_child_that_is_stopped_costs_its_pictures_and_not_the_run(published, results, tmp_path, monkeypatch):
     shutil.copytree(published.folder, tmp_path / "folder")
     monkeypatch.setattr(gl, "why_not", lambda: "no pictures here")  # views are enough
@@ -130,6 +137,7 @@ def test_a_child_that_is_stopped_costs_its_pictures_and_not_the_run(published, r
     assert time.monotonic() - start < 60
 
 
+@pytest.mark.process
 def test_nobody_waits_for_the_answer_whether_there_is_opengl(published, results, monkeypatch):
     answer = threading.Event()
     monkeypatch.setattr(gl, "why_not", lambda: "no pictures here" if answer.wait(60) else None)

@@ -28,10 +28,12 @@ JUDGE = (
 )
 
 
+@pytest.mark.process
 def test_an_honest_harness_passes() -> None:
     stand_guards()
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("name", GUARDED)
 def test_what_all_renderers_share_is_guarded(name: str) -> None:
     with FAULTS[name](), pytest.raises(BrokenHarnessError, match=r"(is|are) broken"):

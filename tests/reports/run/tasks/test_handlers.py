@@ -33,6 +33,7 @@ def test_a_damaged_entry_is_told_of_by_the_one_who_met_it(tmp_path: Path, monkey
     assert "was damaged" in damaged["analytic"]
 
 
+@pytest.mark.process
 def test_the_tracers_worker_imports_what_a_task_needs_before_there_is_one() -> None:
     # In a process of its own: here other tests have imported everything.
     script = """

@@ -14,6 +14,7 @@ RATES = {"operations_per_second": 1e9, "divisions_per_second": 1e9, "roots_per_s
 MACHINE = {"float32": RATES, "float64": RATES, "write_bytes_per_second": 1e9}
 
 
+@pytest.mark.process
 def test_what_goes_wrong_says_where_and_the_others_are_timed() -> None:
     wrong, right, wrong_again = timed_apart([task("no_such"), task("sphere_and_floor"), task("none_either")])
 

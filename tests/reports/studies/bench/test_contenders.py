@@ -7,6 +7,8 @@ from rayproof.cases.benchmark.scenes import chosen
 from rayproof.reports.studies.bench import CONTENDERS
 from rayproof.reports.studies.bench.contenders.mitsuba_scene import loaded
 
+pytestmark = pytest.mark.references
+
 
 @pytest.mark.parametrize("name", ["mitsuba_minimal", "mitsuba_minimal_frozen", "mitsuba_direct", "ours"])
 def test_a_contender_draws_the_same_after_mitsubas_scalar_variant_ran(name: str) -> None:

@@ -28,6 +28,7 @@ def test_no_two_scenes_are_alike_and_the_first_ones_are_the_same(tmp_path: Path)
     assert few == many[:2]
 
 
+@pytest.mark.process
 def test_a_suite_is_run_twice_and_its_figures_are_written(rayproof: Rayproof, tmp_path: Path) -> None:
     ended = rayproof("growth", 1, "--json", tmp_path / "growth.json")
 
@@ -70,6 +71,7 @@ def test_a_cluster_is_held_against_as_many_processes() -> None:
     assert one == {"cases": 10, "processor": 1.25, "seconds": 2.0, "parent_share": 0.2, "parent_peak": 2.0}
 
 
+@pytest.mark.process
 def test_a_run_that_fails_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measuring, "COMMAND", "import sys; sys.exit('it broke')")
 
@@ -120,6 +122,7 @@ def test_the_ratio_of_two_checkouts_is_taken_within_a_round() -> None:
     assert ratios(rows) == {"at first": Ratio(1.1, (1.1, 1.1), 3)}
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("holder", [pytest.param("", id="packages-at-the-top"), "python/rayproof"])
 def test_each_checkout_runs_its_own_code(tmp_path: Path, holder: str) -> None:
     other = tmp_path / "other"

@@ -11,6 +11,8 @@ import pytest
 from rayproof.reports.cli import NOT_MEASURED
 from rayproof.tracer.device.arrays import BACKENDS, VARIABLE
 
+pytestmark = pytest.mark.process
+
 # A process chooses its backend once.
 CODE = """
 import json

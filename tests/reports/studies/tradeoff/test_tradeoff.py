@@ -42,6 +42,7 @@ def points(result: dict[str, Any], name: str) -> dict[str, dict[str, Any]]:
     return {point["label"]: point for point in diagram["points"]}
 
 
+@pytest.mark.references
 def test_every_point_has_a_time_and_an_error_inside_their_intervals(result: dict[str, Any]) -> None:
     found = [point for diagram in result["diagrams"] for point in diagram["points"]]
 
@@ -51,6 +52,7 @@ def test_every_point_has_a_time_and_an_error_inside_their_intervals(result: dict
         assert 0 < point["error_low"] <= point["error"] <= point["error_high"]
 
 
+@pytest.mark.references
 def test_precision_and_formula_both_buy_digits(result: dict[str, Any]) -> None:
     far = points(result, "sphere/far_sphere_1e3")
 
@@ -60,6 +62,7 @@ def test_precision_and_formula_both_buy_digits(result: dict[str, Any]) -> None:
     assert "mitsuba_llvm, float32" in far
 
 
+@pytest.mark.references
 def test_a_ladder_parts_the_formulas_as_its_scenes_do(result: dict[str, Any]) -> None:
     far = points(result, "ladder/SPH-FAR")
 
@@ -67,6 +70,7 @@ def test_a_ladder_parts_the_formulas_as_its_scenes_do(result: dict[str, Any]) ->
     assert far["textbook, float32"]["wrong"] > far["haines, float32"]["wrong"]
 
 
+@pytest.mark.references
 def test_more_samples_come_nearer_to_the_coverage_whoever_renders(result: dict[str, Any]) -> None:
     sampled = points(result, "samples/antialiased")
 
@@ -74,6 +78,7 @@ def test_more_samples_come_nearer_to_the_coverage_whoever_renders(result: dict[s
         assert sampled[f"{who}, 4 per pixel"]["error"] < sampled[f"{who}, 1 per pixel"]["error"]
 
 
+@pytest.mark.references
 def test_routes_err_alike_in_one_precision_and_none_strays_from_what_it_declares(result: dict[str, Any]) -> None:
     images = points(result, "paths/antialiased")
 
@@ -102,12 +107,14 @@ def test_a_route_that_strays_is_told_with_the_share_of_its_pixels(monkeypatch: p
     assert strayed["literals"] == strayed["numbers"] == strayed["stages"] == 0
 
 
+@pytest.mark.references
 def test_every_front_is_among_its_points(result: dict[str, Any]) -> None:
     for diagram in result["diagrams"]:
         ahead = [point["label"] for point in diagram["points"] if point["front"]]
         assert set(diagram["front"]) == set(ahead) != set()
 
 
+@pytest.mark.references
 def test_the_same_numbers_give_the_same_bytes(result: dict[str, Any]) -> None:
     diagram = result["diagrams"][0]
 
@@ -117,6 +124,7 @@ def test_the_same_numbers_give_the_same_bytes(result: dict[str, Any]) -> None:
     assert not re.search(r"\d{4}-\d\d-\d\d", text)
 
 
+@pytest.mark.references
 def test_a_diagram_without_any_error_is_drawn_all_the_same(result: dict[str, Any]) -> None:
     diagram = result["diagrams"][0]
     nothing = {"error": math.nan, "error_low": math.nan, "error_high": math.nan, "front": False}
@@ -126,6 +134,7 @@ def test_a_diagram_without_any_error_is_drawn_all_the_same(result: dict[str, Any
     assert diagram["name"] in text
 
 
+@pytest.mark.references
 def test_the_folder_holds_data_pictures_and_a_page_without_scripts(result: dict[str, Any], tmp_path: Path) -> None:
     (tmp_path / "tradeoff").mkdir()
     (tmp_path / "tradeoff" / "stale.svg").touch()
@@ -145,6 +154,7 @@ def test_the_folder_holds_data_pictures_and_a_page_without_scripts(result: dict[
     assert diagrams(tmp_path) == sorted(diagram["svg"] for diagram in result["diagrams"])
 
 
+@pytest.mark.references
 def test_names_are_text_and_never_markup(result: dict[str, Any]) -> None:
     hostile = {
         **result,
@@ -175,6 +185,7 @@ def test_the_defaults_name_diagrams_of_every_kind(selectors: tuple[str, ...]) ->
     assert climbed
 
 
+@pytest.mark.process
 def test_an_unknown_selector_ends_with_2_and_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
     ended = rayproof("tradeoff", "no_such_family", "--out", tmp_path / "out")
 
