@@ -17,6 +17,7 @@ from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages
 from rayproof.reports.run.messages import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record.unjudged import unjudged
+from rayproof.reports.run.scene_case import place_of
 from rayproof.reports.run.size import is_large
 from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, UNDER_TEST
 from rayproof.reports.run.verdict_memory import Memory
@@ -202,7 +203,7 @@ class CaseRun:
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
         kept = subject.name == PROGRAM == self._subject.name
-        keep = Keep(folder=self._folder / CALLS / case.name) if kept else None
+        keep = Keep(folder=self._folder / CALLS / place_of(case.name)) if kept else None
         task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject, keep=keep)
         kind = subject.name if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}"
         return Request(kind=kind, task=task, first=True)

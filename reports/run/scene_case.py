@@ -1,5 +1,6 @@
 """A user's scene files as cases: what they cover is read off the scenes."""
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +15,19 @@ MOST_EDGE = 0.5
 
 
 FAMILY = "file"
+
+
+def place_of(name: str) -> str:
+    """Return where a case's files lie below `scenes`, `images` and `calls` of a results folder: under its name.
+
+    Of scene files there may be any number, so that they are spread over 256 folders by a digest: of a hundred thousand
+    none has more than some 500 entries. The bands of a case lie with it.
+    """
+    family, _, rest = name.partition("/")
+    if family != FAMILY:
+        return name
+    digest = hashlib.sha256(rest.partition("/rows-")[0].encode(errors="replace")).hexdigest()
+    return f"{family}/{digest[:2]}/{rest}"
 
 
 def cases_of_files(paths: Sequence[Path]) -> tuple[Case, ...]:

@@ -24,7 +24,7 @@ from rayproof.reports.run.plan import CODE, PlannedCase
 from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.document import come_to
 from rayproof.reports.run.request import RunRequest
-from rayproof.reports.run.scene_case import FAMILY
+from rayproof.reports.run.scene_case import FAMILY, place_of
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 
 MOST = 10_000  # parts of a plan
@@ -174,7 +174,7 @@ def _pictures(shard: Shard) -> str:
 def _moved(record: CaseRecord, shard: Shard, out: Path) -> CaseRecord:
     """Return a record whose command names the scene file where it is now."""
     if record["family"] == FAMILY and record.get("reproduce"):
-        file = Path("scenes", f"{record['name']}.json")
+        file = Path("scenes", f"{place_of(record['name'])}.json")
         old, new = (shlex.quote(str(folder / file)) for folder in (Path(str(shard.about["out"])), out))
         record["reproduce"] = str(record["reproduce"]).replace(old, new)
     return record

@@ -41,6 +41,7 @@ from rayproof.reports.run.progress import worst_first
 from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.document import results_document
 from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.scene_case import place_of
 from rayproof.reports.run.shards import part, told
 from rayproof.reports.run.tasks.kinds import JUDGE
 from rayproof.reports.run.worker_settings import RELIEF, sleeping
@@ -210,7 +211,7 @@ def _link_calls(folder: Path, results: RunRecord) -> None:
     if not (folder / CALLS).is_dir():
         return
     for case in briefs(results["cases"]):
-        path = Path(CALLS, case["name"], TOLD)
+        path = Path(CALLS, place_of(case["name"]), TOLD)
         if (folder / path).is_file():
             amend(results["cases"], case, call=path.as_posix())
 

@@ -17,6 +17,7 @@ from rayproof.reports.results.artifacts import images_of
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cases_under_way import Terms
 from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.scene_case import place_of
 
 PLACES = ("scenes", "images", "calls")  # where a case's files lie in a results folder
 LARGEST_RECORD, LARGEST_FILES = 2**30, 2**32  # bytes of one case
@@ -131,11 +132,11 @@ def _belongs(file: str, case: str) -> bool:
 
 
 def _single(case: str) -> tuple[str, ...]:
-    return f"scenes/{case}.json", f"images/{case}.js"
+    return f"scenes/{place_of(case)}.json", f"images/{place_of(case)}.js"
 
 
 def _folders(case: str) -> tuple[str, ...]:
-    return f"images/{case}", f"calls/{case}"
+    return f"images/{place_of(case)}", f"calls/{place_of(case)}"
 
 
 def write(files: Mapping[str, bytes], folder: Path) -> None:

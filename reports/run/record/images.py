@@ -21,6 +21,7 @@ from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.image_script import write_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.messages import JudgeTask
+from rayproof.reports.run.scene_case import place_of
 from rayproof.reports.subjects import TRACER, Subject
 
 MOST_KEPT = 2**17  # pixels of an image that is judged in bands, to look at
@@ -52,7 +53,7 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
         return _write_files(task, renders), None
     if not renders:
         return {}, None
-    path = Path("images", f"{task.case.name}.js")
+    path = Path("images", f"{place_of(task.case.name)}.js")
     write_pixels(task.folder / path, path.as_posix(), renders, None if banded else asdict(task.case.scene.camera))
     return {}, path.as_posix()
 
@@ -100,7 +101,7 @@ def _write_files(task: JudgeTask, renders: Mapping[str, Answers]) -> dict[str, s
     written: dict[str, str] = {}
     lights = len(task.case.scene.lights)
     for name, images in renders.items():
-        path = Path("images", task.case.name, f"{name.replace('/', '+')}.exr")
+        path = Path("images", place_of(task.case.name), f"{name.replace('/', '+')}.exr")
         (task.folder / path).parent.mkdir(parents=True, exist_ok=True)
         write_answers(task.folder / path, images, lights=lights, comments=_comments(name, task.subject))
         written[name] = path.as_posix()

@@ -23,6 +23,7 @@ from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record.common_factors import camera_and_lights
 from rayproof.reports.run.record.images import step_of
 from rayproof.reports.run.record.reproducing import write_scene
+from rayproof.reports.run.scene_case import place_of
 from rayproof.reports.subjects import Subject
 
 COUNTS = (
@@ -274,7 +275,7 @@ def _pixels(name: str, files: Sequence[str | None], folder: Path) -> str | None:
         (folder / file).unlink()
     if not images:
         return None
-    (folder / "images" / name).rmdir()
+    (folder / "images" / place_of(name)).rmdir()
     whole = {
         renderer: {stage: np.concatenate(parts) for stage, parts in stages.items()}
         for renderer, stages in images.items()
@@ -285,6 +286,6 @@ def _pixels(name: str, files: Sequence[str | None], folder: Path) -> str | None:
         renderer: {stage: image for stage, image in stages.items() if image.shape[0] == max(rows)}
         for renderer, stages in whole.items()
     }
-    path = Path("images", f"{name}.js")
+    path = Path("images", f"{place_of(name)}.js")
     write_pixels(folder / path, path.as_posix(), whole, None)
     return path.as_posix()

@@ -8,13 +8,13 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene_json import scene_to_json
 from rayproof.reports.called import called
 from rayproof.reports.run.plan import DEFAULTS
-from rayproof.reports.run.scene_case import FAMILY
+from rayproof.reports.run.scene_case import FAMILY, place_of
 from rayproof.reports.subjects import THE_TRACER, Subject
 
 
 def write_scene(folder: Path, case: Case) -> str:
     """Write the scene as JSON, meshes inline; return its path relative to the results `folder`."""
-    path = Path("scenes", f"{case.name}.json")
+    path = Path("scenes", f"{place_of(case.name)}.json")
     (folder / path).parent.mkdir(parents=True, exist_ok=True)
     (folder / path).write_text(json.dumps(scene_to_json(case.scene)), encoding="utf-8")
     return path.as_posix()
@@ -33,4 +33,4 @@ def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject
         chosen = "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
     if case.family != FAMILY:
         return f"{called()} run {case.name}{chosen}"
-    return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{case.name}.json'))}{chosen}"
+    return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{place_of(case.name)}.json'))}{chosen}"

@@ -102,7 +102,7 @@ def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Pa
         at = ("--scheduler", cluster.address, *cluster.tls)
         process = started(tmp_path, *about, *at, settings=f"dispatch.LARGEST = {largest}")
         try:
-            eventually(lambda: list((tmp_path / "out").glob("scenes/file/*")))
+            eventually(lambda: list((tmp_path / "out").glob("scenes/file/*/*")))
             cluster.scheduler.send_signal(signal.SIGKILL)
             printed, complaint = process.communicate(timeout=100)
         finally:

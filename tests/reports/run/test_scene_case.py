@@ -3,7 +3,8 @@
 import json
 import os
 import shlex
-from pathlib import Path
+from collections import Counter
+from pathlib import Path, PurePosixPath
 
 import pytest
 
@@ -11,7 +12,7 @@ from rayproof.cases.families import all_cases
 from rayproof.cases.scene_json import load_scene
 from rayproof.reports.run.plan import DEFAULTS
 from rayproof.reports.run.record.reproducing import reproduce, write_scene
-from rayproof.reports.run.scene_case import cases_of_files
+from rayproof.reports.run.scene_case import cases_of_files, place_of
 
 SCENE = {
     "camera": {
@@ -88,3 +89,13 @@ def test_a_configuration_that_was_asked_for_is_asked_for_again(tmp_path):
     case = all_cases()[0]
 
     assert reproduce(tmp_path, case, ("float64/sphere=textbook",)).endswith(" --configuration float64/sphere=textbook")
+
+
+def test_the_files_of_very_many_scenes_are_spread_and_those_of_the_suite_are_not():
+    names = [f"file/sweep/{number}" for number in range(100_000)]
+    folders = Counter(PurePosixPath(place_of(name)).parent for name in names)
+
+    assert len(folders) == 256
+    assert max(folders.values()) <= 1000
+    assert place_of("file/sweep/1/rows-0-8") == f"{place_of('file/sweep/1')}/rows-0-8"
+    assert place_of("primitives/sphere") == "primitives/sphere"
