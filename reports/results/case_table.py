@@ -9,7 +9,7 @@ import json
 import sqlite3
 import zlib
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from errno import EIO, ENOSPC, EROFS
 from pathlib import Path
@@ -359,6 +359,20 @@ def by_family(cases: Sequence[CaseRecord]) -> Iterable[tuple[str, Sequence[CaseR
 def named(cases: Sequence[CaseRecord], name: str) -> CaseRecord | None:
     """Return the whole record of the case of a name, or None."""
     return cases.named(name) if isinstance(cases, Cases) else next((one for one in cases if one["name"] == name), None)
+
+
+def by_name(cases: Sequence[CaseRecord]) -> Callable[[str], CaseRecord]:
+    """Return what gives the whole record of the case of a name; it raises KeyError where there is none."""
+    if not isinstance(cases, Cases):
+        return {one["name"]: one for one in cases}.__getitem__
+
+    def read(name: str) -> CaseRecord:
+        record = cases.named(name)
+        if record is None:
+            raise KeyError(name)
+        return record
+
+    return read
 
 
 def amend(cases: Sequence[CaseRecord], case: CaseRecord, **fields: Any) -> None:

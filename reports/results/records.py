@@ -198,6 +198,56 @@ class AdjudicationRecord(TypedDict, total=False):
     conventions: list[ConventionRecord]
 
 
+class ComparedCheckRecord(TypedDict):
+    """A check of two runs: verdict and worst error over limit before and after, null where it was not made."""
+
+    configuration: str
+    reference: str
+    stage: str
+    before: list[Any] | None
+    after: list[Any] | None
+    factor: Number | None  # by how much the ratio grew
+
+
+class ComparedRecord(TypedDict):
+    """A case as an earlier run had it, in the report of two runs."""
+
+    before: str
+    pixels: int | None
+    checks: list[ComparedCheckRecord]
+
+
+class ComparisonRowRecord(TypedDict, total=False):
+    """What became of one case between two runs."""
+
+    case: Required[str]
+    before: str
+    after: str
+    stage: str | None
+    worst: ComparedCheckRecord | None
+    decades: float
+    seconds: list[Number | None]
+    stands_out: int
+    pixels: int | None
+    checks: list[ComparedCheckRecord]
+
+
+class ComparisonRecord(TypedDict, total=False):
+    """A run beside an earlier one."""
+
+    base: dict[str, Any]
+    candidate: dict[str, Any]
+    faults: list[str]
+    configurations: dict[str, str]
+    shared: int
+    time: float | None
+    appeared: list[list[str]]
+    vanished: list[list[str]]
+    rows: list[ComparisonRowRecord]
+    renderers: dict[str, str]
+    sentence: str
+
+
 class ArtifactRecord(TypedDict):
     """An image in a store: the SHA-256 of its file, which is its name there, and the file's length."""
 
@@ -220,7 +270,7 @@ class CaseRecord(TypedDict, total=False):
     trace: str | None
     stresses: str | None
     covers: list[str]
-    compared: dict[str, Any] | None
+    compared: ComparedRecord | None
     planned: int
     reproduce: str | None
     call: str | None
@@ -411,7 +461,7 @@ class RunRecord(TypedDict, total=False):
     shard: dict[str, Any]  # of a part of a run: which, and what the whole is
     shards: list[dict[str, Any]]  # of a run that was put together: its parts
     diagnosis: list[CauseRecord]
-    comparison: dict[str, Any]  # of a run beside an earlier one
+    comparison: ComparisonRecord  # of a run beside an earlier one
     history: dict[str, Any]  # put in when the run is published beside those before it
     coverage: Required[dict[str, Count]]
     coverage_detail: dict[str, CoverageRecord]

@@ -7,7 +7,7 @@ from typing import Any
 from rayproof.reports.results.json_numbers import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.ratios import ratio_of
-from rayproof.reports.results.records import CaseRecord, CheckRecord
+from rayproof.reports.results.records import CaseRecord, CheckRecord, ComparedCheckRecord
 
 Case = CaseRecord
 ORDER = [outcome.value for outcome in Outcome]  # from the best to the worst
@@ -24,7 +24,7 @@ def paired(before: Sequence[str], after: Sequence[str]) -> dict[str, str]:
     return {name: placed.get(name, name) for name in after if name in before or name in placed}
 
 
-def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[dict[str, Any]]:
+def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[ComparedCheckRecord]:
     """Return every check that either run made of a case, the largest change first.
 
     `configuration` is the later run's name of it, `before` and `after` are [verdict, worst error over limit] or null,
@@ -33,7 +33,7 @@ def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[dict[s
     named = {value: key for key, value in pairs.items()}
     one = {_key(check, named): _word(check) for check in before.get("checks", [])}
     other = {_key(check, {}): _word(check) for check in after.get("checks", [])}
-    rows = [
+    rows: list[ComparedCheckRecord] = [
         {
             "configuration": key[0],
             "reference": key[1],
@@ -47,7 +47,7 @@ def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[dict[s
     return sorted(rows, key=lambda row: -weight(row))
 
 
-def weight(row: Mapping[str, Any]) -> float:
+def weight(row: ComparedCheckRecord) -> float:
     """Return how much a check changed: steps of its verdict count most, then decades of its error over limit."""
     before, after = row["before"], row["after"]
     if before is None or after is None:

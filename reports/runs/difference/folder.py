@@ -1,16 +1,22 @@
 """A results folder of the later run that holds the earlier one's images beside its own: the report of what changed."""
 
 import shutil
-from collections.abc import Mapping
 from copy import copy
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 from rayproof.reports.publish.page.case_data import picture_of, view_of
 from rayproof.reports.publish.parallel import all_of
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.images import inside
-from rayproof.reports.results.records import CaseRecord, RenderRecord, RunRecord
+from rayproof.reports.results.records import (
+    CaseRecord,
+    ComparedRecord,
+    ComparisonRecord,
+    ComparisonRowRecord,
+    RenderRecord,
+    RunRecord,
+)
 from rayproof.reports.runs.difference.images import called, renderer_pairs, write_both
 from rayproof.reports.runs.difference.record import moved, sentence
 
@@ -19,7 +25,7 @@ Job = tuple[tuple[Path, Path], tuple[CaseRecord | None, CaseRecord], dict[str, s
 
 
 def write_folder(
-    out: Path, folders: tuple[Path, Path], runs: tuple[Results, Results], record: dict[str, Any]
+    out: Path, folders: tuple[Path, Path], runs: tuple[Results, Results], record: ComparisonRecord
 ) -> Results:
     """Fill `out` with the later run's results and both runs' images, complete `record`, and return those results.
 
@@ -49,21 +55,27 @@ def write_folder(
         cases.append(_case(folders[1], out, case, job[5] if written else None, row))
     record["renderers"] = renderers
     record["sentence"] = sentence(record)
-    shown = [{key: value for key, value in row.items() if key != "checks"} for row in record["rows"] if moved(row)]
+    shown = [
+        cast(ComparisonRowRecord, {key: value for key, value in row.items() if key != "checks"})
+        for row in record["rows"]
+        if moved(row)
+    ]
     # A history is that of the later run alone, and stands in its own report.
     results = copy(after)
     results.pop("history", None)
-    results.update({"cases": cases, "comparison": record | {"rows": shown}, "faults": record["faults"]})
+    results.update({"cases": cases, "comparison": {**record, "rows": shown}, "faults": record["faults"]})
     save_results(out, results)
     return results
 
 
-def _case(folder: Path, out: Path, case: CaseRecord, pixels: str | None, row: Mapping[str, Any] | None) -> CaseRecord:
+def _case(folder: Path, out: Path, case: CaseRecord, pixels: str | None, row: ComparisonRowRecord | None) -> CaseRecord:
     """Return a case of the later run as the folder has it: images in one script, the checks of both runs."""
     for path in (case.get("scene"), picture_of(folder, case), view_of(folder, case)):
         if isinstance(path, str) and inside(folder, path):
             (out / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(folder / path, out / path)
     renders: list[RenderRecord] = [{**render, "image": None} for render in case.get("renders", [])]
-    compared = None if row is None else {"before": row["before"], "pixels": row["pixels"], "checks": row["checks"]}
+    compared: ComparedRecord | None = None
+    if row is not None:
+        compared = {"before": row["before"], "pixels": row["pixels"], "checks": row["checks"]}
     return {**case, "renders": renders, "pixels": pixels, "compared": compared}

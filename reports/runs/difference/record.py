@@ -6,7 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.case_table import briefs, by_name
+from rayproof.reports.results.document import LISTED
+from rayproof.reports.results.json_numbers import at_worst
+from rayproof.reports.results.records import ComparisonRecord, ComparisonRowRecord, RunRecord
 from rayproof.reports.runs.difference.checks import ORDER, Case, compared, decades, paired, times
 from rayproof.reports.runs.history.series import WORSE_TIME
 from rayproof.reports.runs.history.standing import LOUD
@@ -16,23 +19,35 @@ Results = RunRecord
 TOLD = ("command", "started", "rayproof", "verdict")
 
 
-def comparison(before: Results, after: Results, names: tuple[str, str]) -> dict[str, Any]:
+def comparison(before: Results, after: Results, names: tuple[str, str]) -> ComparisonRecord:
     """Return what differs between two runs; `names` is what to call them. docs/report.md describes the record.
+
+    Records are read a pair at a time. Of runs that share more than `LISTED` cases `rows` has those that moved alone.
 
     Raises:
         ValueError: they share no case.
 
     """
-    one, other = ({case["name"]: case for case in run["cases"]} for run in (before, after))
+    one, other = ({case["name"]: case["verdict"] for case in briefs(run["cases"])} for run in (before, after))
     shared = [name for name in other if name in one]
     if not shared:
         raise ValueError(f"{names[0]} and {names[1]} share no case")
     pairs = paired(before.get("configurations") or [], after.get("configurations") or [])
     known = [list(run.get("references") or {}) for run in (before, after)]
-    rows = sorted((_row(one[name], other[name], pairs, known) for name in shared), key=_order)
-    level, noise = spread([row["seconds"][2] for row in rows if row["seconds"][2] is not None])
-    for row in rows:
-        row["stands_out"] = _stands_out(row["seconds"][2], level, noise)
+    first, second = by_name(before["cases"]), by_name(after["cases"])
+    rows: dict[str, ComparisonRowRecord] = {}
+    quotients: dict[str, float] = {}
+    for name in shared:
+        row = _row(first(name), second(name), pairs, known)
+        if (quotient := row["seconds"][2]) is not None:
+            quotients[name] = float(quotient)
+        if len(shared) <= LISTED or moved(row):
+            rows[name] = row
+    level, noise = spread(list(quotients.values()))
+    for name, quotient in quotients.items():
+        if (stands_out := _stands_out(quotient, level, noise)) or name in rows:
+            row = rows[name] if name in rows else _row(first(name), second(name), pairs, known)
+            rows[name] = {**row, "stands_out": stands_out}
     return {
         "base": {"name": names[0]} | {key: before.get(key) for key in TOLD},
         "candidate": {"name": names[1]} | {key: after.get(key) for key in TOLD},
@@ -40,9 +55,9 @@ def comparison(before: Results, after: Results, names: tuple[str, str]) -> dict[
         "configurations": pairs,
         "shared": len(shared),
         "time": level,
-        "appeared": [[name, other[name]["verdict"]] for name in other if name not in one],
-        "vanished": [[name, one[name]["verdict"]] for name in one if name not in other],
-        "rows": rows,
+        "appeared": [[name, other[name]] for name in other if name not in one],
+        "vanished": [[name, one[name]] for name in one if name not in other],
+        "rows": sorted(rows.values(), key=_order),
     }
 
 
@@ -52,7 +67,7 @@ def names_of(before: Path, after: Path) -> tuple[str, str]:
     return ("before", "after") if names[0] == names[1] else names
 
 
-def moved(row: Mapping[str, Any]) -> bool:
+def moved(row: ComparisonRowRecord) -> bool:
     """Return whether anything about a case changed that is more than noise."""
     return bool(
         row["before"] != row["after"]
@@ -62,14 +77,14 @@ def moved(row: Mapping[str, Any]) -> bool:
     )
 
 
-def sentence(record: Mapping[str, Any]) -> str:
+def sentence(record: ComparisonRecord) -> str:
     """Return what changed in one sentence."""
     rows = record["rows"]
     place = ORDER.index
     worse = sum(place(row["after"]) > place(row["before"]) for row in rows)
     better = sum(place(row["after"]) < place(row["before"]) for row in rows)
-    grew = sum(row["decades"] > 0 and row["worst"]["factor"] > 1 for row in rows if row["worst"])
-    shrank = sum(row["decades"] > 0 and row["worst"]["factor"] < 1 for row in rows if row["worst"])
+    factors = [at_worst(row["worst"]["factor"] or 0.0) for row in rows if row["worst"] and row["decades"] > 0]
+    grew, shrank = sum(factor > 1 for factor in factors), sum(factor < 1 for factor in factors)
     slower = sum(row["stands_out"] > 0 for row in rows)
     faster = sum(row["stands_out"] < 0 for row in rows)
     pixels = [row["pixels"] for row in rows if row.get("pixels") is not None]
@@ -105,17 +120,28 @@ def _stands_out(quotient: float | None, level: float | None, noise: float) -> in
     return 0 if abs(excess) <= max(LOUD * noise, np.log(WORSE_TIME)) else int(np.sign(excess))
 
 
-def _row(before: Case, after: Case, pairs: Mapping[str, str], known: list[list[str]]) -> dict[str, Any]:
+def _row(before: Case, after: Case, pairs: Mapping[str, str], known: list[list[str]]) -> ComparisonRowRecord:
     checks = compared(before, after, pairs)
-    worst = next((check for check in checks if check["factor"] is not None), None)
+    # Measured in both runs: the largest change first.
+    worst, moves = next(
+        (
+            (check, decades(one[1], other[1]))
+            for check in checks
+            if check["factor"] is not None
+            and (one := check["before"]) is not None
+            and (other := check["after"]) is not None
+        ),
+        (None, 0.0),
+    )
     return {
         "case": after["name"],
         "before": before["verdict"],
         "after": after["verdict"],
         "stage": after.get("stage") or (worst["stage"] if worst else None),
         "worst": worst,
-        "decades": decades(worst["before"][1], worst["after"][1]) if worst else 0.0,
-        "seconds": times(before, after, known),
+        "decades": moves,
+        "seconds": [*times(before, after, known)],
+        "stands_out": 0,
         "checks": checks,
     }
 

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from rayproof.reports.results.case_table import briefs, by_name
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.json_numbers import at_worst, number
-from rayproof.reports.results.records import CaseRecord, CheckRecord, RenderRecord
+from rayproof.reports.results.records import CaseRecord, CheckRecord, ComparedCheckRecord, RenderRecord
 from rayproof.reports.runs.difference.checks import ORDER, paired
 from rayproof.reports.runs.difference.record import comparison
 from rayproof.reports.studies.compare.findings import LEAST_DIGITS
@@ -35,15 +36,19 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
 
     """
     runs = [load_results(folder) for folder in (base, candidate)]
-    one, other = ({case["name"]: case for case in run["cases"]} for run in runs)
-    names = [name for name in one if name in other]
+    one, other = ([case["name"] for case in briefs(run["cases"])] for run in runs)
+    there = {*other}
+    names = [name for name in one if name in there]
     if not names:
         raise ValueError(f"{base} and {candidate} share no case")
     pairs = paired(*(run.get("configurations") or [] for run in runs))
     aliases = {earlier: later for later, earlier in pairs.items()}
     # Rows come with the largest change first, as in the report of the two.
     rows = comparison(runs[0], runs[1], (str(base), str(candidate)))["rows"]
-    cases = [_case(row, one[row["case"]], other[row["case"]], aliases) for row in rows]
+    first, second = (by_name(run["cases"]) for run in runs)
+    worst = {row["case"]: row["worst"] for row in rows}
+    ordered = dict.fromkeys([*worst, *names])  # of long runs there are rows of what moved alone
+    cases = [_case(worst.get(name), first(name), second(name), aliases) for name in ordered]
     changed = [case for case in cases if case["before"] != case["after"]]
     moved = [case for case in cases if case["before"] == case["after"] and case["digits_gained"]]
     digits, interval = _digits(cases)
@@ -69,7 +74,9 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
     }
 
 
-def _case(row: Mapping[str, Any], one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]) -> dict[str, Any]:
+def _case(
+    worst: ComparedCheckRecord | None, one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]
+) -> dict[str, Any]:
     after = {_key(check): check for check in other.get("checks", [])}
     digits: dict[str, float] = {}
     for check in one.get("checks", []):
@@ -84,17 +91,17 @@ def _case(row: Mapping[str, Any], one: CaseRecord, other: CaseRecord, aliases: M
         [seconds for render in run.get("renders", []) if (seconds := _seconds(render)) > 0] for run in (one, other)
     )
     return {
-        "case": row["case"],
+        "case": one["name"],
         "family": one["family"],
         "before": one["verdict"],
         "after": other["verdict"],
         "digits_gained": float(np.mean(list(digits.values()))) if digits else None,
-        "check": _largest(row["worst"]) or str(other.get("reason", "")),
+        "check": _largest(worst) or str(other.get("reason", "")),
         "seconds": [sum(ours), sum(theirs)],
     }
 
 
-def _largest(check: Mapping[str, Any] | None) -> str:
+def _largest(check: ComparedCheckRecord | None) -> str:
     """Return which check changed most, and by how much; an empty string where none did."""
     if check is None or check["factor"] in (None, 1.0):
         return ""

@@ -128,6 +128,8 @@ def test_a_store_that_cannot_be_used_is_refused(url: str, complaint: str) -> Non
 
 
 @pytest.mark.process
+@pytest.mark.process
+@pytest.mark.references
 @pytest.mark.parametrize("where", [(), ("--scheduler", "local:1")], ids=["pool", "cluster"])
 def test_a_run_puts_the_images_of_what_passed_there_and_a_report_brings_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], where: tuple[str, ...]

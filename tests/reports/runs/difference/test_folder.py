@@ -11,10 +11,12 @@ import pytest
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.run_comparison import comparison_front
+from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.results.exr import read_answers, write_answers
 from rayproof.reports.results.image_script import read_pixels, write_pixels
 from rayproof.reports.results.images import kept_images
+from rayproof.reports.runs.difference import record
 from rayproof.reports.runs.difference.folder import write_folder
 from rayproof.reports.runs.difference.images import write_both
 from rayproof.reports.runs.difference.record import comparison, moved, names_of, sentence
@@ -115,10 +117,30 @@ def test_images_that_both_runs_kept_alike_are_taken_over(tmp_path: Path) -> None
 def test_two_equal_runs_differ_in_nothing(runs: tuple[Path, Path]) -> None:
     results = load_results(runs[0])
 
-    record = comparison(results, copy.deepcopy(results), ("a", "b"))
+    found = comparison(results, copy.deepcopy(results), ("a", "b"))
 
-    assert not any(map(moved, record["rows"]))
-    assert sentence(record).startswith("0 of 9 verdicts changed, 0 for the worse; worst errors grew in 0")
+    assert not any(map(moved, found["rows"]))
+    assert sentence(found).startswith("0 of 9 verdicts changed, 0 for the worse; worst errors grew in 0")
+
+
+def test_long_runs_are_told_by_what_moved_alone(
+    runs: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loaded = [load_results(folder) for folder in runs]
+    short = comparison(loaded[0], loaded[1], ("old", "new"))
+    for name, results in zip(("old", "new"), loaded, strict=True):
+        table = CaseTable(tmp_path / name)
+        with table.writing():
+            for place, case in enumerate(results["cases"]):
+                table.keep(case["name"], case, place=place)
+        results["cases"] = table.cases()  # read one at a time
+    monkeypatch.setattr(record, "LISTED", 1)
+
+    long = comparison(loaded[0], loaded[1], ("old", "new"))
+
+    assert long == {**short, "rows": [*filter(moved, short["rows"])]}
+    assert 0 < len(long["rows"]) < len(short["rows"])
+    assert sentence(long) == sentence(short)
 
 
 def test_what_all_cases_share_is_no_case_s_own_slowness(runs: tuple[Path, Path]) -> None:
@@ -128,10 +150,10 @@ def test_what_all_cases_share_is_no_case_s_own_slowness(runs: tuple[Path, Path])
         for render in case["renders"]:
             render["seconds"] *= 5
 
-    record = comparison(results, slower, ("a", "b"))
+    found = comparison(results, slower, ("a", "b"))
 
-    assert record["time"] == pytest.approx(5)
-    assert not any(row["stands_out"] for row in record["rows"])
+    assert found["time"] == pytest.approx(5)
+    assert not any(row["stands_out"] for row in found["rows"])
 
 
 def test_runs_without_a_common_case_cannot_be_compared(runs: tuple[Path, Path]) -> None:
