@@ -3,7 +3,7 @@
 import copy
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.results.exr import read_answers, write_answers
 from rayproof.reports.results.image_script import read_pixels, write_pixels
 from rayproof.reports.results.images import kept_images
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.runs.difference import record
 from rayproof.reports.runs.difference.folder import write_folder
 from rayproof.reports.runs.difference.images import write_both
@@ -133,7 +134,7 @@ def test_long_runs_are_told_by_what_moved_alone(
         with table.writing():
             for place, case in enumerate(results["cases"]):
                 table.keep(case["name"], case, place=place)
-        results["cases"] = table.cases()  # read one at a time
+        results["cases"] = cast("list[CaseRecord]", table.cases())  # read one at a time
     monkeypatch.setattr(record, "LISTED", 1)
 
     long = comparison(loaded[0], loaded[1], ("old", "new"))
