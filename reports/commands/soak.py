@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rayproof.reports.commands.cluster import scheduler_at
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
     from rayproof.reports.soak.scenarios import Outcome
     from rayproof.reports.soak.site import Tally
 
+MOST_CASES = 2000  # above which a run writes no results.json
+USUAL_WAIT = 60.0  # s
 FIGURES = ("planned", "recorded", "twice", "wrong", "hung", "tracebacks", "processes_left", "folders_left")
 
 
@@ -22,6 +25,8 @@ def soak(
     seconds: float | None = None,
     seed: int | None = None,
     jobs: int | None = None,
+    cases: int = 4,
+    scheduler: str | None = None,
     scenarios: bool = True,
     json: Path | None = None,
 ) -> int:
@@ -37,6 +42,11 @@ def soak(
         Of the random choices; moments also depend on the machine. Default: another each time, which is printed.
     jobs
         Worker processes at once in each run. Default: the number of processors.
+    cases
+        Scenes of each run. One of many is disturbed again and again instead of many of few.
+    scheduler
+        local:N: have the runs' cases done by N workers of a Dask cluster, and hit those, too: one that each run makes
+        itself, in turn with a scheduler, nannies and workers as processes of the soak. Needs rayproof[dask].
     scenarios
         Also run where files, folders, memory or descriptors are scarce, and where the cache was tampered with.
     json
@@ -47,6 +57,11 @@ def soak(
         raise UsageError(f"--kills must not be negative, got {kills}")
     if seconds is not None and not seconds > 0:
         raise UsageError(f"--seconds must be positive, got {seconds} s")
+    if not 1 <= cases <= MOST_CASES:
+        raise UsageError(f"--cases must be from 1 to {MOST_CASES}, got {cases}")
+    if scheduler is not None and not scheduler.startswith("local:"):
+        raise UsageError(f"--scheduler {scheduler}: a soak kills workers, so that it takes only its own: local:N")
+    place = scheduler_at(scheduler, None, None, None, insecure=False, wait=USUAL_WAIT)
     if os.name != "posix":
         raise UsageError("a soak needs the signals of POSIX")
     if json is not None:
@@ -57,7 +72,15 @@ def soak(
 
     seed = secrets.randbelow(2**32) if seed is None else seed
     say(f"seed {seed}")
-    request = Request(kills=kills, seconds=seconds, seed=seed, jobs=jobs or os.cpu_count() or 1, scenarios=scenarios)
+    request = Request(
+        kills=kills,
+        seconds=seconds,
+        seed=seed,
+        jobs=jobs or os.cpu_count() or 1,
+        scenarios=scenarios,
+        cases=cases,
+        workers=place.local if place is not None else 0,
+    )
     with scratch():
         tally, outcomes = soaked(request, tell=say, keep=lambda *found: write_json(json, document(seed, *found)))
     found = document(seed, tally, outcomes)

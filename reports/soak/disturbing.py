@@ -23,7 +23,14 @@ WORKERS = {
     "exec": "caller",
     "draw": "draw",
 }
-TARGETS = ("main", "tracer", "judge", "reference", "cache", "caller", "draw", "keeper", "program", "child", "starting")
+ENGINE_WORKER, NANNY, SCHEDULER = "engine worker", "nanny", "scheduler"
+# By what is in their command.
+OF_THE_ENGINE = {"multiprocessing.spawn": ENGINE_WORKER, "-m dask worker": NANNY, "-m dask scheduler": SCHEDULER}
+TARGETS = (
+    "main", "tracer", "judge", "reference", "cache", "caller", "draw", "keeper", "program", "child", "starting",
+    *OF_THE_ENGINE.values(),
+)  # fmt: skip
+LAST = ("main", SCHEDULER)  # nothing follows them in a run
 # Whose deadline is two minutes where another program is under test: too long for a soak to wait for often.
 PATIENT = ("judge", "reference", "cache", "caller", "starting")
 
@@ -42,10 +49,11 @@ class Signal:
         return self.name in (STOP, MEMORY)
 
 
-def processes(main: int) -> dict[str, list[psutil.Process]]:
-    """Return the processes of a run by what they do: only those below it."""
+def processes(main: int, *engine: int) -> dict[str, list[psutil.Process]]:
+    """Return the processes of a run by what they do: only those below it, and a cluster's and below those."""
     found: dict[str, list[psutil.Process]] = {}
-    for process in descendants(main):
+    below = [*descendants(main), *map(psutil.Process, engine), *(one for pid in engine for one in descendants(pid))]
+    for process in below:
         try:
             kind = _kind(process.name(), " ".join(process.cmdline()))
         except (psutil.NoSuchProcess, psutil.AccessDenied):
@@ -64,13 +72,17 @@ def _kind(name: str, command: str) -> str | None:
         return "child"
     if "worker_process import begin" in command or "picture_worker" in command:
         return "starting"
-    return "program" if name == "program" else None
+    if name == "program":
+        return "program"
+    return next((kind for words, kind in OF_THE_ENGINE.items() if words in command), None)
 
 
 def chosen(rng: random.Random, target: str, *, patient: bool) -> str:
     """Return what to send to a target; `patient` says that another program is under test."""
     if target == "main":
         return rng.choice((*ENDING, PAUSE, MEMORY))
+    if target in (NANNY, SCHEDULER):
+        return rng.choice((*ENDING, PAUSE))
     if patient and target in PATIENT:
         return rng.choice((*ENDING, PAUSE))
     return rng.choice((*ENDING, *ENDING, STOP, PAUSE, MEMORY))

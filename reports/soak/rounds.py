@@ -7,16 +7,21 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import cast
 
 import psutil
 
-from rayproof.reports.soak.disturbing import STOP, TARGETS, Signal, chosen, hit, processes
+from rayproof.reports.soak.disturbing import ENGINE_WORKER, LAST, MEMORY, STOP, TARGETS, Signal, chosen, hit, processes
+from rayproof.reports.soak.engine import Engine, engine
 from rayproof.reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, deadlines, patience
 
-MOMENTS = ("random", "random", "before the first line", "in the middle of a reply", "while a file is replaced")
-MOST_AT_RANDOM = 12  # signals to one run, after which it is left to end
-PAUSE = (0.05, 1.2)  # s between two of them
+MOMENTS = ("random", "random", "in the middle of a reply", "before the first line", "while a file is replaced")
+OF_LONG_RUNS = MOMENTS[:3]  # at which a run goes on after it
+SHORT = 4  # cases of a run that is disturbed at every moment
+MOST = 3  # signals a case of a run, after which it is left to end
+PAUSE = (0.05, 1.2)  # s between two of them, or longer in a long run
 ANSWERING = ("tracer", "judge", "reference")
 EARLY = 1.5  # s after a start within which no run says anything
 TURN = 0.002  # s between looks
@@ -26,7 +31,9 @@ class Round:
     """Disturb one run, and take down what came of it."""
 
     def __init__(self, site: Site, rng: random.Random, tally: Tally, *, program: bool, number: int, most: int) -> None:
-        self._site, self._rng, self._tally, self._program, self._most = site, rng, tally, program, most
+        self._site, self._rng, self._tally, self._program = site, rng, tally, program
+        self._number, self._most = number, max(1, min(most, MOST * site.cases))
+        self._pause, self._engine = PAUSE, cast("Engine | None", None)
         self._out = site.folder / f"round-{number}"
 
     def play(self, tell: Callable[[str], None]) -> None:
@@ -34,24 +41,35 @@ class Round:
         verdicts, seconds = self._site.undisturbed(program=self._program)
         self._site.forget()
         timeout = patience(seconds)
-        moment = self._rng.choice(MOMENTS)
+        self._pause = (PAUSE[0], max(PAUSE[1], 2 * seconds / self._most))
+        moment = self._rng.choice(MOMENTS if self._site.cases <= SHORT else OF_LONG_RUNS)
         for number, resume in ((0, False), (1, True)):
             if number and self._rng.random() < 0.5:
                 break
-            run = self._site.start(self._out, program=self._program, resume=resume, timeout=timeout)
-            hits = self._disturb(run.process, moment if number == 0 else "random", run.since + SLACK * seconds)
-            self._tally.kills += [(one.name, one.target, one.moment) for one in hits]
-            ended = self._site.finished(run, SLACK * seconds * (1 + len(hits)) + deadlines(hits, timeout))
+            with self._cluster(number) as self._engine:
+                at = None if self._engine is None else self._engine.words
+                run = self._site.start(self._out, program=self._program, resume=resume, timeout=timeout, at=at)
+                hits = self._disturb(run.process, moment if number == 0 else "random", run.since + SLACK * seconds)
+                self._tally.kills += [(one.name, one.target, one.moment) for one in hits]
+                ended = self._site.finished(run, SLACK * seconds * (1 + len(hits)) + deadlines(hits, timeout))
             told = ", ".join(f"{one.name} to {one.target}" for one in hits) or "nothing"
             tell(f"{self._out.name}, {moment}: {told}; ended with {ended.code} after {ended.seconds:.1f} s")
             self._note(ended, told)
+        # On this machine alone, wherever the rest was found.
         ended = self._site.finished(
-            self._site.start(self._out, program=self._program, resume=True, timeout=AMPLE), AMPLE
+            self._site.start(self._out, program=self._program, resume=True, timeout=AMPLE, at=()), self._site.ample
         )
         self._note(ended, "nothing, resumed")
         self._verify(verdicts)
         if self._tally.good:
             shutil.rmtree(self._out, ignore_errors=True)
+
+    def _cluster(self, number: int) -> AbstractContextManager[Engine | None]:
+        """Return the cluster of the round's run of that number: processes of the soak's in turn with the run's own."""
+        if not self._site.workers or (self._number + number) % 2:
+            return nullcontext()
+        folder = self._site.folder / f"engine-{self._number}-{number}"
+        return engine(folder, self._site.environment, self._site.workers)
 
     def _note(self, ended: Ended, told: str) -> None:
         def wrong(what: str) -> None:
@@ -61,7 +79,7 @@ class Round:
             self._tally.hung += 1
             wrong(f"it hung for {ended.seconds:.0f} s")
         # What was starved of memory may say where; what was killed or stopped may not.
-        if ended.traceback and "memory to main" not in told:
+        if ended.traceback and not any(f"{MEMORY} to {one}" in told for one in ("main", ENGINE_WORKER)):
             self._tally.tracebacks += 1
             wrong(ended.complaint.strip().splitlines()[-1])
         for name in self._site.left():
@@ -97,20 +115,25 @@ class Round:
         if moment == "while a file is replaced":
             return self._amid_a_file(process, until)
         hits: list[Signal] = []
-        most = min(self._most, MOST_AT_RANDOM)
-        while process.poll() is None and len(hits) < most and time.monotonic() < until:
-            time.sleep(self._rng.uniform(*PAUSE))
+        while process.poll() is None and len(hits) < self._most and time.monotonic() < until:
+            time.sleep(self._rng.uniform(*self._pause))
             one = self._amid_a_reply(process) if moment != "random" else self._at_random(process)
             if one is not None:
                 hits.append(one)
-                if one.name == STOP:
+                if one.name == STOP and self._site.cases <= SHORT:
                     break  # whoever waits for a deadline is not disturbed in it
+            if self._engine is not None:
+                self._engine.mend()
         return hits
 
+    def _processes(self, process: subprocess.Popen[bytes]) -> dict[str, list[psutil.Process]]:
+        return processes(process.pid, *(self._engine.pids if self._engine is not None else ()))
+
     def _at_random(self, process: subprocess.Popen[bytes]) -> Signal | None:
-        groups = {**processes(process.pid), "main": [psutil.Process(process.pid)]} if process.poll() is None else {}
-        # Each kind as often as any other, the main process less: nothing follows it.
-        kinds = [kind for kind in TARGETS if groups.get(kind) and (kind != "main" or self._rng.random() < 0.3)]
+        groups = {**self._processes(process), "main": [psutil.Process(process.pid)]} if process.poll() is None else {}
+        # Each kind as often as any other, those less that nothing follows.
+        rarely = 0.3 * SHORT / max(SHORT, self._site.cases)
+        kinds = [kind for kind in TARGETS if groups.get(kind) and (kind not in LAST or self._rng.random() < rarely)]
         if not kinds:
             return None
         target = self._rng.choice(kinds)
@@ -132,7 +155,7 @@ class Round:
         if process.poll() is not None:
             return None
         main = psutil.Process(process.pid)
-        workers = {kind: some for kind, some in processes(process.pid).items() if kind in ANSWERING}
+        workers = {kind: some for kind, some in self._processes(process).items() if kind in ANSWERING}
         if not workers:
             return None
         target = self._rng.choice(sorted(workers))

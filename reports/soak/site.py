@@ -19,7 +19,9 @@ from rayproof.reports import HOLDER
 from rayproof.reports.cache import signing, store
 from rayproof.reports.processes.process_tree import adopt_orphans, descendants
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.soak.disturbing import Signal
+from rayproof.reports.run.engine.dispatch import LIFETIME
+from rayproof.reports.soak.disturbing import ENGINE_WORKER, Signal
+from rayproof.reports.soak.engine import made_by_the_run
 from rayproof.reports.studies.growth.scenes import small_scenes
 
 COMMAND = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
@@ -96,14 +98,14 @@ class Tally:
 
 
 class Site:
-    """A folder for a soak; `undisturbed` has what is true of its scenes."""
+    """A folder for a soak; `undisturbed` has what is true of its scenes. `workers` are those of a cluster, if any."""
 
-    def __init__(self, folder: Path, *, cases: int, jobs: int) -> None:
+    def __init__(self, folder: Path, *, cases: int, jobs: int, workers: int = 0) -> None:
         adopt_orphans()  # so that whatever a run leaves becomes a child of this process, and is seen
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             # A shell starts what runs in the background so, and the runs would inherit it and be deaf to it.
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        self.folder, self.cases, self.jobs = folder, cases, jobs
+        self.folder, self.cases, self.jobs, self.workers = folder, cases, jobs, workers
         for name in ("scenes", "tmp", "kept", "home"):
             (folder / name).mkdir(parents=True)
         self.scenes = [f"{index:05d}.json" for index in range(cases)]
@@ -124,6 +126,11 @@ class Site:
         self._before = {process.pid for process in descendants(os.getpid())}
         self._undisturbed: dict[bool, tuple[Verdicts, float]] = {}
 
+    @property
+    def ample(self) -> float:
+        """Return how many seconds a run has that nobody disturbs."""
+        return AMPLE * max(1.0, self.cases / 100)
+
     def undisturbed(self, *, program: bool) -> tuple[Verdicts, float]:
         """Return the verdicts that nobody disturbed, and how long they took with nothing judged before [s].
 
@@ -133,9 +140,9 @@ class Site:
         """
         if program not in self._undisturbed:
             out, seconds = self.folder / f"undisturbed-{program}", 0.0
-            for _ in range(2):  # the second has what any later one has: the guards, the references' renders
+            for at in ((), None):  # the second has what any later one has: the guards, the references' renders
                 self.forget()
-                ended = self.finished(self.start(out, program=program, timeout=AMPLE), AMPLE)
+                ended = self.finished(self.start(out, program=program, timeout=AMPLE, at=at), self.ample)
                 if ended.code not in (0, 1):
                     raise RuntimeError(f"an undisturbed run ended with {ended.code}: {ended.complaint[-300:]}")
                 seconds = ended.seconds
@@ -149,12 +156,14 @@ class Site:
         program: bool = False,
         resume: bool = False,
         timeout: float = TIMEOUT,
+        at: tuple[str, ...] | None = None,
         before: tuple[str, ...] = (),
         environment: Mapping[str, str] | None = None,
     ) -> Running:
-        """Start a run into `out`; `before` are words in front of its command."""
+        """Start a run into `out`, on the cluster that `at` names; `before` are words in front of its command."""
         command = [*before, sys.executable, "-c", COMMAND, "run", *self.scenes, "--out", str(out)]
         command += ["--jobs", str(self.jobs), "--timeout", f"{timeout:g}"]
+        command += made_by_the_run(self.workers) if at is None else at
         command += ["--resume"] if resume else []
         command += ["--subject", f"exec:{self.program} {{scene}} {{output}}"] if program else []
         with self.said(out).open("wb") as said, self.complaint(out).open("wb") as complaint:
@@ -242,4 +251,5 @@ def patience(undisturbed: float) -> float:
 
 def deadlines(hits: list[Signal], timeout: float) -> float:
     """Return how many seconds of deadlines signals that stop a process may cost a run."""
-    return sum(max(DRAWING, timeout) + timeout if one.target == "draw" else 2 * timeout for one in hits if one.waits)
+    first = {"draw": max(DRAWING, timeout), ENGINE_WORKER: LIFETIME}
+    return sum(first.get(one.target, timeout) + timeout for one in hits if one.waits)

@@ -11,7 +11,6 @@ from rayproof.reports.soak.rounds import Round
 from rayproof.reports.soak.scenarios import SCENARIOS, Outcome
 from rayproof.reports.soak.site import Site, Tally
 
-CASES = 4
 PROGRAM_EVERY = 3  # rounds, in one of which another program is under test
 
 
@@ -24,6 +23,8 @@ class Request:
     seed: int
     jobs: int
     scenarios: bool
+    cases: int  # of each run
+    workers: int = 0  # of the cluster that does them; 0: none
 
 
 def soaked(
@@ -33,7 +34,7 @@ def soaked(
     tally, outcomes = Tally(), list[Outcome]()
     rng, start = random.Random(request.seed), time.monotonic()
     with tempfile.TemporaryDirectory(prefix="rayproof-", ignore_cleanup_errors=True) as folder:
-        site = Site(Path(folder), cases=CASES, jobs=request.jobs)
+        site = Site(Path(folder), cases=request.cases, jobs=request.jobs, workers=request.workers)
         number = 0
         while len(tally.kills) < request.kills and (
             request.seconds is None or time.monotonic() - start < request.seconds

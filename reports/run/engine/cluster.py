@@ -306,6 +306,18 @@ def _security(credentials: Credentials | None) -> "Security":
     )
 
 
+def written_credentials(folder: Path) -> Credentials:
+    """Return files, below a folder that nobody else may read, of a new authority that vouches for itself alone."""
+    from distributed import Security
+
+    made: Any = Security.temporary()
+    files = Credentials(authority=folder / "authority.pem", certificate=folder / "own.pem", key=folder / "own-key.pem")
+    files.authority.write_text(made.tls_ca_file)
+    files.certificate.write_text(made.tls_client_cert)
+    files.key.write_text(made.tls_client_key)
+    return files
+
+
 @contextmanager
 def _local(number: int, security: "Security") -> Iterator[str]:
     """Yield the address of a cluster of this machine, with certificates of its own."""
