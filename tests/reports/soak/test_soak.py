@@ -13,7 +13,9 @@ import psutil
 import pytest
 
 from rayproof.reports.commands.soak import document
-from rayproof.reports.soak.disturbing import MEMORY, PAUSE, STOP, Signal, _kind, chosen, hit
+from rayproof.reports.run.engine.dispatch import LIFETIME
+from rayproof.reports.soak.disturbing import MEMORY, PAUSE, STOP, Signal, _kind, chosen, hit, processes
+from rayproof.reports.soak.engine import engine
 from rayproof.reports.soak.rounds import Round
 from rayproof.reports.soak.scenarios import Outcome
 from rayproof.reports.soak.site import DRAWING, TIMEOUT, Ended, Site, Tally, deadlines
@@ -36,6 +38,10 @@ CASE = {"name": "a", "verdict": "pass", "checks": []}
         ("program", "/bin/sh /y/program scene", "program"),
         ("sleep", "sleep 600", "child"),
         ("python", "python -c from rayproof.cases.foreign import serve", None),
+        ("python", "python -c from multiprocessing.spawn import spawn_main; spawn_main(tracker_fd=9)", "engine worker"),
+        ("python", "python -c from multiprocessing.resource_tracker import main;main(9)", None),
+        ("python", "python -m dask worker tls://127.0.0.1:9 --nthreads 1", "nanny"),
+        ("python", "python -m dask scheduler --host 127.0.0.1", "scheduler"),
     ],
 )
 def test_processes_are_known_by_what_they_do(name: str, command: str, kind: str | None) -> None:
@@ -79,6 +85,7 @@ def test_only_what_stops_a_process_is_waited_for() -> None:
 
     assert deadlines(hits, TIMEOUT) == 2 * TIMEOUT
     assert deadlines([Signal(name=STOP, target="draw", moment="random")], TIMEOUT) == DRAWING + TIMEOUT
+    assert deadlines([Signal(name=STOP, target="engine worker", moment="random")], TIMEOUT) == LIFETIME + TIMEOUT
 
 
 @pytest.fixture
@@ -146,7 +153,34 @@ def test_the_figures_name_every_signal_and_every_scenario() -> None:
     assert found["scenarios"] == [{"name": "cache full", "outcome": "DID NOT HOLD", "said": "it hung"}]
 
 
-@pytest.mark.parametrize(("option", "value"), [("--kills", -1), ("--seconds", 0), ("--seconds", "nan")])
+@pytest.mark.process
+def test_a_worker_of_the_cluster_that_is_hit_has_a_successor(site: Site) -> None:
+    with engine(site.folder / "engine", site.environment, workers=1) as one:
+        scheduler, nanny = one.pids
+        assert processes(nanny, scheduler).keys() >= {"scheduler"}
+        deadline = time.monotonic() + 60
+        while "engine worker" not in processes(nanny) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        worker = processes(nanny)["engine worker"][0]
+        psutil.Process(nanny).kill()
+        psutil.wait_procs([psutil.Process(nanny)], timeout=10)
+        one.mend()
+
+        assert one.pids[0] == scheduler
+        assert one.pids[1] != nanny
+        assert psutil.wait_procs([worker], timeout=10)[1] == [], "it ends with its nanny"
+
+    assert site.left() == []
+    assert site.folders(site.folder / "out") == []
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--kills", -1), ("--seconds", 0), ("--seconds", "nan"), ("--cases", 0), ("--scheduler", "local:0"),
+        ("--scheduler", "tls://127.0.0.1:8786"),
+    ],
+)  # fmt: skip
 def test_a_soak_of_nothing_is_refused(rayproof: Rayproof, option: str, value: object) -> None:
     ended = rayproof("soak", option, value)
 
