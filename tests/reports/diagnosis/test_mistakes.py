@@ -11,7 +11,6 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis import search as searching
-from rayproof.reports.diagnosis.answering import Answered
 from rayproof.reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated
 from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trial import Evidence, trial
@@ -38,16 +37,16 @@ def evidence(name: str, answers: dict[Stage, object] | None = None, *, failed: b
     def right() -> dict:
         return ORACLE.render(scene, [Stage.RADIANCE]) if answers is None else answers
 
-    one = Evidence(case=name, scene=scene, load=right, failed=failed, oracle=ORACLE, undecided=None)
-    vars(one)["right"] = rightly(name)  # a cached property: the same whoever answers
+    blank = asked(name)
+    one = Evidence(case=name, scene=scene, load=right, failed=failed, oracle=ORACLE, undecided=blank.never)
+    vars(one)["right"] = blank.right  # a cached property: the same whoever answers
     return one
 
 
 @cache
-def rightly(name: str) -> Answered:
-    """Return the right answer to a case, with what the judge leaves undecided."""
-    blank = Evidence(case=name, scene=CASES[name].scene, load=dict, failed=False, oracle=ORACLE, undecided=None)
-    return blank.right
+def asked(name: str) -> Evidence:
+    """Return a case without anybody's answer: the right one, and what the judge leaves undecided, are computed once."""
+    return Evidence(case=name, scene=CASES[name].scene, load=dict, failed=False, oracle=ORACLE, undecided=None)
 
 
 def under(name: str, mistake: str, parameter: float = 0.0) -> Evidence:
@@ -75,9 +74,10 @@ def test_every_way_of_a_mistake_answers_a_scene_and_none_speaks_against_itself(n
     scene = evidence("random_scenes/seed_1")
     for way in MISTAKES[name].ways:
         with_it = bound(way, 1.5 if MISTAKES[name].fit is not None else 0.0)
-        answers = scene.under(with_it).answers
+        renderer = evidence("random_scenes/seed_1", dict(scene.under(with_it).answers))
+        renderer._kept.update(scene._kept)  # what the way answers is what it answered
 
-        tally = trial(evidence("random_scenes/seed_1", dict(answers)), with_it)
+        tally = trial(renderer, with_it)
 
         assert tally is not None
         assert (tally.off, tally.agree) == (0, tally.telling)
