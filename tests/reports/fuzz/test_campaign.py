@@ -13,13 +13,10 @@ from rayproof.reports.fuzz.campaign import fuzz
 from rayproof.reports.fuzz.targets import TARGETS, Target
 
 INPUTS = {"results": 25, "history": 40}  # of which each takes longest
-APART = {"image", "mitsuba"}  # whose parsers have a process of their own
 
 
 @pytest.mark.process
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.process) if name in APART else name for name in TARGETS]
-)
+@pytest.mark.parametrize("name", TARGETS)
 def test_nothing_is_found_in_a_short_campaign(name: str, tmp_path: Path) -> None:
     figures = fuzz(name, inputs=INPUTS.get(name, 150), seconds=60, seed=7, out=tmp_path)
 
