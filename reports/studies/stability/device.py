@@ -6,12 +6,13 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
+from rayproof.reports.studies.stability.exactly import Columns
 from rayproof.tracer.device.arrays import ArrayTypes
 
 ALIGNMENT = 256  # bytes
 
 
-def uploaded(inputs: Mapping[str, np.ndarray], types: ArrayTypes) -> dict[str, Any]:
+def uploaded(inputs: Mapping[str, np.ndarray], types: ArrayTypes) -> Columns:
     """Return inputs (rays,) as floats and (rays, 3) as vectors, in the working precision, which has them exactly."""
     return {
         name: number(array, types) if array.ndim == 1 else types.Vector(*(number(c, types) for c in array.T))

@@ -8,8 +8,8 @@ from flint import arb, ctx, fmpq
 
 from rayproof.reports.studies.stability.pairs import Pair
 
-Columns = dict[str, Any]  # numbers, or triples of numbers
-Mathematics = Callable[[Columns], dict[str, Any]]
+Columns = dict[str, Any]  # named numbers, or triples of them: floats, exact numbers, intervals or Dr.Jit arrays
+Mathematics = Callable[[Columns], Columns]
 WITNESS_BITS = 512
 PER_VALUE = 4  # rays of every value of a sweep that the witness sees
 

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from rayproof.reports.studies.stability.exactly import Columns
 from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.cube import CubeArrays
@@ -11,7 +12,7 @@ from rayproof.tracer.shapes.square import SquareArrays
 from rayproof.tracer.shapes.triangles import TriangleArrays
 
 
-def record(shape: str, columns: dict[str, Any], types: ArrayTypes) -> Any:
+def record(shape: str, columns: Columns, types: ArrayTypes) -> Any:
     """Return the device record of one shape per ray; cube, plane and square are the unit ones."""
     match shape:
         case "sphere":
@@ -31,7 +32,7 @@ def record(shape: str, columns: dict[str, Any], types: ArrayTypes) -> Any:
             )
 
 
-def ray_of(columns: dict[str, Any]) -> Ray:
+def ray_of(columns: Columns) -> Ray:
     """Return the ray of the columns o and d."""
     return Ray(origin=columns["o"], direction=columns["d"])
 

@@ -35,11 +35,11 @@ class Shape(Protocol):
         """Return the input that positions it, None at the origin."""
         ...
 
-    def predicates(self, x: Columns) -> dict[str, Any]:
+    def predicates(self, x: Columns) -> Columns:
         """Return the numbers whose signs decide."""
         ...
 
-    def values(self, x: Columns) -> dict[str, Any]:
+    def values(self, x: Columns) -> Columns:
         """Return the t that come into question."""
         ...
 
@@ -67,12 +67,12 @@ class Sphere:
         a, m = dot(d, d), cross(f, d)
         return a, dot(f, d), dot(f, f) - r * r, a * r * r - dot(m, m)
 
-    def predicates(self, x: Columns) -> dict[str, Any]:
+    def predicates(self, x: Columns) -> Columns:
         """Return the margin, the outside and the approach."""
         a, h, outside, margin = self._parts(x)
         return {"margin": margin, "outside": outside, "approach": -h, "moving": a}
 
-    def values(self, x: Columns) -> dict[str, Any]:
+    def values(self, x: Columns) -> Columns:
         """Return both roots."""
         a, h, _, margin = self._parts(x)
         root = margin.sqrt()
@@ -95,11 +95,11 @@ class Plane:
 
     center = None
 
-    def predicates(self, x: Columns) -> dict[str, Any]:
+    def predicates(self, x: Columns) -> Columns:
         """Return height and descent."""
         return {"height": x["o"][2] + 0, "climb": x["d"][2] + 0}
 
-    def values(self, x: Columns) -> dict[str, Any]:
+    def values(self, x: Columns) -> Columns:
         """Return t."""
         return {"t": -x["o"][2] / x["d"][2]}
 
@@ -118,7 +118,7 @@ class Plane:
 class Square(Plane):
     """The open square abs(x), abs(y) < 0.5 in z = 0."""
 
-    def predicates(self, x: Columns) -> dict[str, Any]:
+    def predicates(self, x: Columns) -> Columns:
         """Return height, descent and the distances to the borders, times the descent."""
         o, d = x["o"], x["d"]
         across = {name: o[i] * d[2] - o[2] * d[i] for i, name in enumerate("xy")}
@@ -143,17 +143,17 @@ class Triangle:
 
     center = "a"
 
-    def _parts(self, x: Columns) -> dict[str, Any]:
+    def _parts(self, x: Columns) -> Columns:
         edge, other, from_first = minus(x["b"], x["a"]), minus(x["c"], x["a"]), minus(x["o"], x["a"])
         p, q = cross(x["d"], other), cross(from_first, edge)
         det, u, v = dot(p, edge), dot(p, from_first), dot(q, x["d"])
         return {"det": det, "u": u, "v": v, "w": det - u - v, "t": dot(q, other)}
 
-    def predicates(self, x: Columns) -> dict[str, Any]:
+    def predicates(self, x: Columns) -> Columns:
         """Return the determinants."""
         return self._parts(x)
 
-    def values(self, x: Columns) -> dict[str, Any]:
+    def values(self, x: Columns) -> Columns:
         """Return t."""
         parts = self._parts(x)
         return {"t": parts["t"] / parts["det"]}
@@ -187,7 +187,7 @@ class Cube:
             speed.append(2 * (d * towards))
         return enter, leave, speed
 
-    def predicates(self, x: Columns) -> dict[str, Any]:
+    def predicates(self, x: Columns) -> Columns:
         """Return, for every two axes, whether the one is entered before the other is left, and the signs of all t."""
         enter, leave, speed = self._bounds(x)
         overlap = {
@@ -195,7 +195,7 @@ class Cube:
         }
         return overlap | {f"enter{i}": enter[i] for i in range(3)} | {f"leave{i}": leave[i] for i in range(3)}
 
-    def values(self, x: Columns) -> dict[str, Any]:
+    def values(self, x: Columns) -> Columns:
         """Return all six t."""
         enter, leave, speed = self._bounds(x)
         return {f"enter{i}": enter[i] / speed[i] for i in range(3)} | {

@@ -4,6 +4,7 @@ Truth is computed by balls alone, ray for ray: products of these lengths leave f
 Inputs: flux, normal, away.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,17 +12,17 @@ from flint import arb, ctx
 
 from rayproof.cases.ladders.ladder import Inputs, Ladder
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.exactly import single
+from rayproof.reports.studies.stability.exactly import Columns, single
 from rayproof.reports.studies.stability.mathematics import dot
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formula import Formula
 
 BITS = 256
-DTYPES: dict[str, Any] = {"float32": np.float32, "float64": np.float64}
+DTYPES: Mapping[str, type[np.floating]] = {"float32": np.float32, "float64": np.float64}
 
 
-def exact(slot: str, x: dict[str, Any]) -> arb:
+def exact(slot: str, x: Columns) -> arb:
     """Return Phi / (4 pi r^2), or the cosine; 0 for a light at the point, where irradiance is defined to be 0."""
     squared = dot(x["away"], x["away"])
     if squared.is_zero():

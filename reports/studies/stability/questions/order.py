@@ -5,8 +5,6 @@ the farther one is a false hit, the second one passed over though it is the near
 Inputs: o, d, the first triangle a, b, c and the second one a2, b2, c2.
 """
 
-from typing import Any
-
 import numpy as np
 
 from rayproof.cases.ladders.ladder import Inputs, Ladder
@@ -27,7 +25,7 @@ def second(x: Columns) -> Columns:
     return x | {name: x[f"{name}2"] for name in "abc"}
 
 
-def compared(x: Columns) -> dict[str, Any]:
+def compared(x: Columns) -> Columns:
     """Return what decides both triangles, and t1 det1 det2 - t2 det1 det2."""
     one, other = TRIANGLE.predicates(x), TRIANGLE.predicates(second(x))
     later = one["t"] * other["det"] - other["t"] * one["det"]

@@ -75,8 +75,8 @@ class PlacedDistance:
         name = str(ladder.options["shape"])
         shape = SHAPES[name]()
 
-        def whole(mathematics: Callable[[Columns], dict[str, Any]]) -> Callable[[Columns], dict[str, Any]]:
-            def from_world(x: Columns) -> dict[str, Any]:
+        def whole(mathematics: Callable[[Columns], Columns]) -> Callable[[Columns], Columns]:
+            def from_world(x: Columns) -> Columns:
                 local: Columns = in_object_space(x)
                 number = type(local["o"][0])
                 local["c"], local["r"] = (number(0), number(0), number(0)), number(1)
@@ -130,7 +130,7 @@ class PlacedNormal:
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return the exact unit normal and the condition number of the matrix."""
 
-        def normals(x: Columns) -> dict[str, Any]:
+        def normals(x: Columns) -> Columns:
             by, _ = inverse(x)
             n = x["n"]
             # Columns of the inverse: rows of its transpose.
@@ -168,7 +168,7 @@ class PlacedNormal:
         )
 
 
-def angles(computed: np.ndarray, exact: dict[str, Any]) -> np.ndarray:
+def angles(computed: np.ndarray, exact: Columns) -> np.ndarray:
     """Return the angle [rad] between computed vectors and exact unit vectors n0, n1, n2, by atan2."""
     true = tuple(exact[f"n{i}"] for i in range(3))
     with np.errstate(all="ignore"):
@@ -207,7 +207,7 @@ class BakedDistance:
         shape = Baked()
         signs = decided(lambda x: shape.predicates(in_world_space(x)), inputs)
 
-        def values(x: Columns) -> dict[str, Any]:
+        def values(x: Columns) -> Columns:
             return shape.values(in_world_space(x))
 
         found = evaluated(values, inputs)

@@ -119,7 +119,7 @@ class SphereNormal:
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return the exact unit normal."""
 
-        def outward(x: Columns) -> dict[str, Any]:
+        def outward(x: Columns) -> Columns:
             return {f"n{i}": value for i, value in enumerate(normalized(minus(x["p"], x["c"])))}
 
         found = evaluated(outward, inputs)

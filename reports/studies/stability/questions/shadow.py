@@ -95,7 +95,7 @@ class Shadow:
         one = types.Float(1.0)
         return downloaded({"own": dr.select(own, one, 0), "stopped": dr.select(stopped, one, 0)}, len(inputs["o"]))
 
-    def _hit(self, ladder: Ladder, x: dict[str, Any], types: ArrayTypes) -> dict[str, Any]:
+    def _hit(self, ladder: Ladder, x: Columns, types: ArrayTypes) -> Columns:
         """Return the hit as the tracer computes it: t by the default formula, o + t d, normal, clearance."""
         ray = ray_of(x)
         if ladder.options.get("surface") == "sphere":
@@ -111,11 +111,11 @@ class Shadow:
         return {"t": t, "p": p, "n": n, "clearance": clearance(scale, spread=1.0, precision=types.precision)}
 
     @staticmethod
-    def _sphere(x: dict[str, Any], ray: Ray, interval: Interval) -> Any:
+    def _sphere(x: Columns, ray: Ray, interval: Interval) -> Any:
         intersect = FORMULAS[f"sphere/{FORMULAS.slots['sphere']}"].function
         return intersect(ray, SphereArrays(center=x["c"], radius=x["r"]), interval)
 
-    def _own(self, ladder: Ladder, x: dict[str, Any], feeler: Ray, interval: Interval) -> Any:
+    def _own(self, ladder: Ladder, x: Columns, feeler: Ray, interval: Interval) -> Any:
         if ladder.options.get("surface") == "sphere":
             return self._sphere(x, feeler, interval) < dr.inf
         return met(plane_t(feeler, x["point"], x["normal"]), interval)
@@ -137,7 +137,7 @@ class Shadow:
         )
 
 
-def before_light(x: Columns) -> dict[str, Any]:
+def before_light(x: Columns) -> Columns:
     """Return what is positive where the blocker's plane stands before the light, as seen from the point."""
     return {"before": dot(minus(x["light"], x["blocker"]), x["normal"])}
 

@@ -6,8 +6,6 @@ light that is a plain number, black included, though a NaN went in. Zeros of eit
 special, are decided by exact mathematics.
 """
 
-from typing import Any
-
 import numpy as np
 from flint import arb
 
@@ -105,7 +103,7 @@ class SpecialCamera:
         return marks(truth.counted, plausible, nothing(len(length)), nothing(len(length)))
 
 
-def brought(formula: Formula, x: dict[str, Any], precision: str) -> dict[str, Any]:
+def brought(formula: Formula, x: Columns, precision: str) -> Columns:
     """Return the irradiance of one light by a formula and the defaults around it."""
     configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
     law = configuration.formula("falloff")
@@ -118,7 +116,7 @@ def brought(formula: Formula, x: dict[str, Any], precision: str) -> dict[str, An
     return {"E": configuration["lambert"](facing, cosine)}
 
 
-def lit(x: Columns) -> dict[str, Any]:
+def lit(x: Columns) -> Columns:
     """Return Phi dot(N, L) / (4 pi r^2), of whatever numbers."""
     squared = dot(x["away"], x["away"])
     return {"E": x["flux"] * dot(x["normal"], x["away"]) / (4 * arb.pi() * squared * squared.sqrt())}

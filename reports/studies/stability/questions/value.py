@@ -39,17 +39,17 @@ class Asked:
     ask: Ask
 
 
-def named(*names: str) -> Callable[[Any], dict[str, Any]]:
+def named(*names: str) -> Callable[[Any], Columns]:
     """Return what gives several results their names."""
     return lambda results: dict(zip(names, results, strict=True))
 
 
-def numbered(vectors: Any) -> dict[str, Any]:
+def numbered(vectors: Any) -> Columns:
     """Return the components of vectors by their places."""
     return {f"{k}{i}": x for k, vector in enumerate(vectors) for i, x in enumerate(vector)}
 
 
-def inverted(x: Columns) -> dict[str, Any]:
+def inverted(x: Columns) -> Columns:
     """Return the inverse of the matrix m00 ... m33 by cofactors."""
     m = {(i, j): x[f"m{i}{j}"] for i, j in PLACES}
 
@@ -67,31 +67,31 @@ def inverted(x: Columns) -> dict[str, Any]:
     return {f"{i}{j}": cofactors[j, i] / determinant for i, j in PLACES}
 
 
-def inverse(formula: Formula, x: Columns) -> dict[str, Any]:
+def inverse(formula: Formula, x: Columns) -> Columns:
     """Return what a formula makes of the matrix m00 ... m33."""
     found = formula.function(matrix([[x[f"m{i}{j}"] for j in range(4)] for i in range(4)], like=x["m00"]))
     return {f"{i}{j}": found[i, j] for i, j in PLACES}
 
 
-def projected(x: Columns) -> dict[str, Any]:
+def projected(x: Columns) -> Columns:
     """Return the four numbers of a projection that are neither 0 nor 1."""
     stretch = x["far"] / (x["far"] - x["near"])
     return {"00": 1 / x["horizontal"], "11": 1 / x["vertical"], "22": stretch, "23": -(x["near"] * stretch)}
 
 
-def projection(formula: Formula, x: Columns) -> dict[str, Any]:
+def projection(formula: Formula, x: Columns) -> Columns:
     """Return the same of a formula."""
     found = formula.function(x["horizontal"], x["vertical"], x["near"], x["far"])
     return {f"{i}{j}": found[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (2, 3))}
 
 
-def view(formula: Formula, x: Columns) -> dict[str, Any]:
+def view(formula: Formula, x: Columns) -> Columns:
     """Return the translation in a formula's view matrix [m]."""
     found = formula.function(x["eye"], x["right"], x["up"], x["forward"])
     return {f"{i}3": found[i, 3] for i in range(3)}
 
 
-def cornered(x: Columns) -> dict[str, Any]:
+def cornered(x: Columns) -> Columns:
     """Return the corners of the frustum [m]."""
     found = []
     for depth, (sx, sy) in product((x["near"], x["far"]), ORDER):

@@ -40,7 +40,7 @@ def tangents(fovy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array([table[angle][0] for angle in fovy]), np.array([table[angle][1] for angle in fovy])
 
 
-def looking(x: Columns) -> dict[str, Any]:
+def looking(x: Columns) -> Columns:
     """Return the unit direction from the camera's own numbers; the tangent is the sum of two."""
     forward = normalized(minus(x["target"], x["eye"]))
     right = normalized(cross(forward, x["up"]))

@@ -5,14 +5,12 @@ the fan of triangles around the edge or vertex that it is aimed at, and all of t
 whatever the inner edges say. Silhouettes, on which a ray may properly miss all, drop out.
 """
 
-from typing import Any
-
 import drjit as dr
 import numpy as np
 
 from rayproof.cases.ladders.ladder import Inputs, Ladder
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.exactly import rational, sample, single
+from rayproof.reports.studies.stability.exactly import Columns, rational, sample, single
 from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.mathematics import cross, dot, minus
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
@@ -100,7 +98,7 @@ class Watertight:
         )
 
 
-def _pierced(x: dict[str, Any], triangle: tuple[int, int, int]) -> bool:
+def _pierced(x: Columns, triangle: tuple[int, int, int]) -> bool:
     a, b, c = (minus(x[f"p{i}"], x["o"]) for i in triangle)
     sides = [dot(cross(p, q), x["d"]) for p, q in ((a, b), (b, c), (c, a))]
     return all(side >= 0 for side in sides) or all(side <= 0 for side in sides)
