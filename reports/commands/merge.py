@@ -53,14 +53,14 @@ def merge(
         selectors=(),
         out=out,
         resume=False,
-        require=tuple(map(str, about.get("require", ()))),
+        require=tuple(about["require"]),
         jobs=1,
         timeout=0.0,
         configurations=(),
         json=json,
         history=history,
         demanded=demanded,
-        diagnose=bool(about.get("diagnose", True)),
+        diagnose=about["diagnose"],
     )
     suite.clear(out)
     with told_in_one_line():

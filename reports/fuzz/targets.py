@@ -3,6 +3,7 @@
 import base64
 import json
 import struct
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -230,6 +231,8 @@ def _results() -> RunRecord:
     }
     case = {
         "name": "a/b",
+        "planned": 1,
+        "ran": {"float32": ["NRM-1"]},
         "family": "a",
         "verdict": "fail",
         "stage": "normal",
@@ -365,6 +368,146 @@ def table() -> Target:
     return Target(name=NAME, seeds=(seed,), read=read, refusals=(ResultsError, ValueError))
 
 
+def _part() -> tuple[RunRecord, bytes]:
+    """Return the document of a part of a run, and its results.sqlite."""
+    import tempfile
+
+    from rayproof.reports.results.case_table import NAME, CaseTable
+
+    document = _results()
+    document["shard"] = {
+        "number": 1,
+        "of": 2,
+        "planned": 4,
+        "configurations": ["float32"],
+        "code": "c",
+        "plan": "p",
+        "subject": "s",
+        "demands": "d",
+        "out": "report",
+        "require": ["analytic"],
+        "diagnose": True,
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        written = CaseTable(Path(folder, NAME))
+        for place, case in enumerate(document["cases"]):
+            written.keep(f"key{place}", {**case, "family": "file"}, place=2 * place)
+        written.put_document(json.dumps({**document, "schema": 3, "cases": []}))
+        written.close()
+        return document, Path(folder, NAME).read_bytes()
+
+
+def _merged(folder: Path) -> Any:
+    from rayproof.reports.results.document import save_results
+    from rayproof.reports.run.shards import load_shards, merge
+
+    shards = load_shards([folder])
+    (folder / "all").mkdir()
+    document, _ = merge(shards, folder / "all", tracer=True)
+    return save_results(folder / "all", document)
+
+
+def part() -> Target:
+    """Return the document of a part of a run, merged."""
+    from rayproof.reports.results.case_table import NAME
+    from rayproof.reports.results.document import ResultsError
+
+    document, table = _part()
+
+    def read(path: Path) -> Any:
+        (path.parent / NAME).write_bytes(table)
+        return _merged(path.parent)
+
+    return Target(name="results.json", seeds=(json.dumps(document).encode(),), read=read, refusals=(ResultsError,))
+
+
+def part_table() -> Target:
+    """Return the results.sqlite of a part of a run, merged."""
+    from rayproof.reports.results.case_table import NAME
+    from rayproof.reports.results.document import ResultsError
+
+    def read(path: Path) -> Any:
+        try:
+            return _merged(path.parent)
+        except OSError as error:
+            raise ResultsError(str(error)) from error  # a page that says that the disk is at fault
+
+    return Target(name=NAME, seeds=(_part()[1],), read=read, refusals=(ResultsError,))
+
+
+def answer() -> Target:
+    """Return what a worker of a cluster answers to a batch of two cases, as JSON, taken up as a run does."""
+    from dataclasses import replace
+
+    from rayproof.cases.families import select
+    from rayproof.reports.results.case_table import NAME, CaseTable
+    from rayproof.reports.run.cases_under_way import Terms
+    from rayproof.reports.run.demands import Demands
+    from rayproof.reports.run.engine.batch import BadAnswerError, Batch, Limits, unpacked, write
+    from rayproof.reports.run.kept_images import EVERY_CASE
+    from rayproof.reports.run.plan import PlannedCase
+    from rayproof.reports.run.record import totals
+    from rayproof.reports.subjects import THE_TRACER
+
+    demands = Demands(
+        subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, certified=False, own=()
+    )
+    records = [{**case, "scene": f"scenes/{case['name']}.json"} for case in _results()["cases"]]
+    case = select(["primitives/sphere"])[0]
+    batch = Batch(
+        name="b",
+        run="r",
+        terms=Terms(demands=demands, subject=THE_TRACER, cached=False, patient=False),
+        limits=Limits(timeout=1.0),
+        cases=tuple(
+            PlannedCase(case=replace(case, name=str(one["name"])), configurations=("float32",)) for one in records
+        ),
+    )
+    whole = {
+        "finished": [
+            {"name": one["name"], "record": one, "files": {one["scene"]: "{}", f"images/{one['name']}/a.exr": "a"}}
+            for one in records
+        ],
+        "seconds": 1.5,
+    }
+
+    def read(path: Path) -> Any:
+        try:
+            told = json.loads(path.read_bytes())
+        except (ValueError, RecursionError) as error:
+            raise BadAnswerError("no answer of anybody's") from error
+        found = unpacked(_answered(told), batch)
+        table = CaseTable(path.parent / NAME)
+        for place, (record, files) in enumerate(found.values()):
+            write(files, path.parent)
+            table.keep(f"key{place}", record, place=place)
+        return totals.of(table.cases())
+
+    return Target(name="answer.json", seeds=(json.dumps(whole).encode(),), read=read, refusals=(BadAnswerError,))
+
+
+def _answered(told: Any) -> Any:
+    """Return the objects that the engine would have made: whatever is of another type stays so."""
+    from rayproof.reports.run.engine.batch import Answer, Finished
+
+    def bare(value: Any) -> Any:
+        return value.encode(errors="surrogatepass") if isinstance(value, str) else value
+
+    def one(case: Any) -> Any:
+        if not isinstance(case, dict) or not case.keys() >= {"name", "record", "files"}:
+            return case
+        record, files = case["record"], case["files"]
+        packed = zlib.compress(json.dumps(record).encode()) if isinstance(record, dict) else bare(record)
+        named = {name: bare(data) for name, data in files.items()} if isinstance(files, dict) else files
+        return Finished(name=case["name"], record=packed, files=named)
+
+    if not isinstance(told, dict) or not told.keys() >= {"finished", "seconds"}:
+        return told
+    finished = told["finished"]
+    cases: Any = tuple(map(one, finished)) if isinstance(finished, list) else finished
+    return Answer(finished=cases, seconds=told["seconds"])
+
+
 def history() -> Target:
     """Return a history file, shown."""
     import tempfile
@@ -412,6 +555,9 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "results": results,
     "journal": journal,
     "table": table,
+    "part": part,
+    "part table": part_table,
+    "answer": answer,
     "history": history,
     "cache": cache,
 }

@@ -17,6 +17,7 @@ from rayproof.reports.results.outcomes import Outcome
 MOST_SECONDS = 1e12  # s that a run may have taken; thousandths of it are still numbers of 64 bits
 
 Number = float | Literal["inf", "-inf", "nan"]  # JSON has no other numbers
+MOST_SHARDS = 10_000
 Count = Annotated[int, Meta(ge=0)]
 Name = Annotated[str, Meta(min_length=1)]
 Seconds = Annotated[float, Meta(ge=-MOST_SECONDS, le=MOST_SECONDS)]
@@ -410,6 +411,30 @@ class EngineRecord(TypedDict):
     refused: list[RefusedRecord]
 
 
+class ShardRecord(TypedDict):
+    """Which part of a run this is, and by what it is known which parts belong together."""
+
+    number: Annotated[int, Meta(ge=1, le=MOST_SHARDS)]
+    of: Annotated[int, Meta(ge=1, le=MOST_SHARDS)]
+    planned: Count  # cases of the whole
+    configurations: list[str]  # of the whole
+    code: str
+    plan: str
+    subject: str
+    demands: str
+    out: str  # the folder, as it was called
+    require: list[str]
+    diagnose: bool
+
+
+class MergedRecord(TypedDict):
+    """A part that a run was put together from."""
+
+    number: Count
+    of: Count
+    cases: Count
+
+
 class ReviewRecord(TypedDict, total=False):
     """A limit to look at again."""
 
@@ -458,8 +483,8 @@ class RunRecord(TypedDict, total=False):
     wrong_factors: list[str]
     gate: GateRecord
     engine: EngineRecord
-    shard: dict[str, Any]  # of a part of a run: which, and what the whole is
-    shards: list[dict[str, Any]]  # of a run that was put together: its parts
+    shard: ShardRecord  # of a part of a run
+    shards: list[MergedRecord]  # of a run that was put together
     diagnosis: list[CauseRecord]
     comparison: ComparisonRecord  # of a run beside an earlier one
     history: dict[str, Any]  # put in when the run is published beside those before it
@@ -486,21 +511,22 @@ LONGEST = 80  # characters of a bad value that are shown
 
 def problem(document: Any) -> str | None:
     """Return in a sentence what keeps a document from being a `RunRecord`, with the field and its value, or None."""
-    try:
-        msgspec.convert(document, RunRecord)
-    except msgspec.ValidationError as error:
-        said, _, place = str(error).partition(" - at `")
-        return _sentence(said, place.rstrip("`").removeprefix("$").removeprefix("."), document)
-    return None
+    return _problem(document, RunRecord)
 
 
 def problem_of_case(record: Any) -> str | None:
     """Return in a sentence what keeps a record from being a `CaseRecord`, or None."""
+    return _problem(record, CaseRecord)
+
+
+def _problem(document: Any, kind: Any) -> str | None:
     try:
-        msgspec.convert(record, CaseRecord)
+        msgspec.convert(document, kind)
     except msgspec.ValidationError as error:
         said, _, place = str(error).partition(" - at `")
-        return _sentence(said, place.rstrip("`").removeprefix("$").removeprefix("."), record)
+        return _sentence(said, place.rstrip("`").removeprefix("$").removeprefix("."), document)
+    except UnicodeEncodeError:
+        return "a name in the document is no Unicode"
     return None
 
 

@@ -8,26 +8,26 @@ import re
 import shlex
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from rayproof.reports.cache.digests import code, digest, exact
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.images import inside
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.records import MOST_SHARDS, CaseRecord, RunRecord, ShardRecord
 from rayproof.reports.run.demands import demands
 from rayproof.reports.run.plan import CODE, PlannedCase
 from rayproof.reports.run.record import totals
-from rayproof.reports.run.record.document import come_to
+from rayproof.reports.run.record.document import come_to, uncountable
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.scene_case import FAMILY, place_of
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 
-MOST = 10_000  # parts of a plan
 FILES = ("scenes", "images", "pictures", CALLS)
 ALIKE = ("code", "plan", "subject", "demands", "of")
 
@@ -40,8 +40,8 @@ def shard_of(text: str) -> tuple[int, int]:
 
     """
     found = re.fullmatch("([0-9]{1,9})/([0-9]{1,9})", text)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]) <= MOST:
-        raise ValueError(f"--shard is a part's number and of how many, such as 3/8 (at most {MOST}), got {text}")
+    if found is None or not 1 <= int(found[1]) <= int(found[2]) <= MOST_SHARDS:
+        raise ValueError(f"--shard is a part's number and of how many, such as 3/8 (at most {MOST_SHARDS}), got {text}")
     return int(found[1]), int(found[2])
 
 
@@ -55,7 +55,7 @@ def part(planned: Sequence[PlannedCase], shard: tuple[int, int]) -> tuple[Planne
     return tuple(one for one in planned if number_of(one.case.name, shard[1]) == shard[0])
 
 
-def told(request: RunRequest, planned: Sequence[PlannedCase], references: tuple[str, ...]) -> dict[str, Any]:
+def told(request: RunRequest, planned: Sequence[PlannedCase], references: tuple[str, ...]) -> ShardRecord:
     """Return what a part's results say of the whole: by which parts that belong together are known."""
     assert request.shard is not None
     asked = demands(request, references)
@@ -80,7 +80,7 @@ class Shard:
 
     folder: Path
     document: RunRecord
-    about: Mapping[str, Any]
+    about: ShardRecord
 
 
 def load_shards(folders: Sequence[Path]) -> list[Shard]:
@@ -93,13 +93,11 @@ def load_shards(folders: Sequence[Path]) -> list[Shard]:
     found: list[Shard] = []
     for folder in folders:
         document = load_results(folder)
-        about = cast("dict[str, Any]", document).get("shard")
-        if (
-            not isinstance(about, Mapping)
-            or not {"number", "planned", "out", *ALIKE} <= about.keys()
-            or not all(isinstance(about[key], int) and about[key] >= 0 for key in ("number", "planned", "of"))
-        ):
+        about = document.get("shard")
+        if about is None:
             raise ResultsError(f"{folder} holds no part of a run; `rayproof run --shard 1/2 --out DIR` makes one")
+        if about["number"] > about["of"]:
+            raise ResultsError(f"{folder} holds part {about['number']} of {about['of']}")
         if not (folder / NAME).is_file():
             raise ResultsError(f"{folder / NAME}: no such file")
         found.append(Shard(folder=folder, document=document, about=about))
@@ -123,7 +121,7 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
     The cases of parts that are not there are missing, and the run is not finished.
 
     Raises:
-        ResultsError: a record cannot be read.
+        ResultsError: a record cannot be read or counted, or there are more than were planned.
         OSError: a file cannot be read or written.
 
     """
@@ -134,11 +132,15 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
         try:
             with table.writing():
                 for place, key, record in CaseTable(shard.folder / NAME).entries():
+                    if wrong := uncountable(record):
+                        raise DamagedTableError(f"{shard.folder / NAME}: {legible(record['name'])}: {wrong}")
                     table.keep(key, _moved(record, shard, out), place=place)
         except DamagedTableError as error:
             raise ResultsError(str(error)) from error
         _copy_files(shard.folder, out)
     cases: Cases = table.cases()
+    if len(cases) > first.about["planned"]:
+        raise ResultsError(f"{first.folder} says that {first.about['planned']} cases were planned, and there are more")
     found = totals.of(cases)
     document: Any = {key: value for key, value in first.document.items() if key not in ("shard", "cases", "gate")}
     document.pop("diagnosis", None)

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-import msgspec
-
 from rayproof.reports.results.artifacts import images_of
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.records import MOST_SECONDS, CaseRecord, problem_of_case
 from rayproof.reports.run.cases_under_way import Terms
 from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.record.document import uncountable
 from rayproof.reports.run.scene_case import place_of
 
 PLACES = ("scenes", "images", "calls")  # where a case's files lie in a results folder
@@ -86,11 +86,30 @@ def unpacked(answer: Any, batch: Batch) -> dict[str, tuple[CaseRecord, Mapping[s
     """
     if not isinstance(answer, Answer):
         raise BadAnswerError(f"it answered with {type(answer).__name__}")
-    found = {one.name: (_record(one), _files(one)) for one in answer.finished}
-    asked = [one.case.name for one in batch.cases]
-    if sorted(found) != sorted(asked) or len(answer.finished) != len(asked):
+    if not _has_its_form(answer):
+        raise BadAnswerError("its answer has values of other types than an answer")
+    asked = sorted(one.case.name for one in batch.cases)
+    if sorted(one.name for one in answer.finished) != asked:
         raise BadAnswerError(f"it was asked for {len(asked)} cases and answered others")
-    return found
+    return {one.name: (_record(one), _files(one)) for one in answer.finished}
+
+
+def _has_its_form(answer: Answer) -> bool:
+    """Say whether what was unpickled holds what its classes say: nobody has looked at that before."""
+    finished: Any = answer.finished
+    return (
+        isinstance(answer.seconds, int | float)
+        and 0 <= answer.seconds <= MOST_SECONDS
+        and isinstance(finished, tuple)
+        and all(
+            isinstance(one, Finished)
+            and isinstance(one.name, str)
+            and isinstance(one.record, bytes)
+            and isinstance(one.files, dict)
+            and all(isinstance(name, str) and isinstance(data, bytes) for name, data in one.files.items())
+            for one in finished
+        )
+    )
 
 
 def _record(one: Finished) -> CaseRecord:
@@ -100,23 +119,28 @@ def _record(one: Finished) -> CaseRecord:
         if not inflater.eof:
             raise BadAnswerError(f"the record of {one.name} is cut short or larger than {LARGEST_RECORD} bytes")
         record = json.loads(text)
-        msgspec.convert(record, CaseRecord)
-    except (zlib.error, ValueError, TypeError, RecursionError) as error:
-        raise BadAnswerError(f"the record of {one.name}: {error}") from None
+        if wrong := problem_of_case(record) or uncountable(record):
+            raise BadAnswerError(f"the record of {one.name}: {wrong}")
+    except (zlib.error, ValueError, RecursionError) as error:
+        raise (
+            error
+            if isinstance(error, BadAnswerError)
+            else BadAnswerError(legible(f"the record of {one.name}: {error}"))
+        ) from None
     if record["name"] != one.name:
         raise BadAnswerError(f"the record of {one.name} is that of another case")
     named = [record.get("scene"), *images_of(record)]
     elsewhere = record.get("artifacts", {})
     if lacking := [name for name in named if name and name not in one.files and name not in elsewhere]:
-        raise BadAnswerError(f"the record of {one.name} names {lacking[0]}, which did not come with it")
+        raise BadAnswerError(legible(f"the record of {one.name} names {lacking[0]}, which did not come with it"))
     return record
 
 
 def _files(one: Finished) -> Mapping[str, bytes]:
     size = 0
     for name, data in one.files.items():
-        if not isinstance(data, bytes) or not _belongs(name, one.name):
-            raise BadAnswerError(f"{name} is no file of {one.name}")
+        if not _belongs(name, one.name):
+            raise BadAnswerError(legible(f"{name} is no file of {one.name}"))
         size += len(data)
     if size > LARGEST_FILES:
         raise BadAnswerError(f"the files of {one.name} have {size} bytes, more than {LARGEST_FILES}")

@@ -33,6 +33,7 @@ MOST_LOCAL = 64  # workers of a cluster on this machine
 LOOK = 1.0  # s between looks at which workers there are
 LATE = 5.0  # s that a scheduler may take to say so
 PARTING = 5.0  # s for workers to be told that a run is over
+ENDING = 20.0  # s for a cluster of this machine to end; one of its workers that is stopped is killed after 4 s
 # What the engine's processes serve in plain text by themselves, of their state, to whoever asks.
 PAGES = ("distributed.scheduler.http.routes", "distributed.worker.http.routes")
 
@@ -355,7 +356,7 @@ def _local(number: int, security: "Security") -> Iterator[str]:
 
 def _closed(cluster: Any) -> None:
     with contextlib.suppress(Exception):
-        cluster.close(timeout=PARTING)
+        cluster.close(timeout=ENDING)
 
 
 def _why(error: BaseException) -> str:

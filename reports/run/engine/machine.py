@@ -6,6 +6,7 @@ renderers, their kernels and their caches are theirs, and end when the run does,
 """
 
 import contextlib
+import multiprocessing
 import os
 import threading
 import time
@@ -15,6 +16,7 @@ from multiprocessing.util import Finalize
 from pathlib import PurePath
 
 from rayproof.reports.cache.store import usual_store
+from rayproof.reports.processes.parent_death import end_with_parent
 from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Source, Terms
@@ -144,7 +146,14 @@ def stop(run: str) -> None:
 
 
 def tell(terms: Terms) -> tuple[Facts, int]:
-    """Return what this machine is, and how many processors it has."""
+    """Return what this machine is, and how many processors it has.
+
+    From then on a worker below a nanny ends with it even where it is stopped, and its processes with the worker: the
+    engine has a thread watch the nanny, which does not run then.
+    """
+    nanny = multiprocessing.parent_process()
+    if nanny is not None and nanny.pid is not None:
+        end_with_parent(nanny.pid)
     return facts(terms), processors()
 
 

@@ -7,10 +7,12 @@ from datetime import datetime
 from importlib.metadata import version
 from typing import Any, cast
 
+from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run.panel import Panel
 from rayproof.reports.run.plan import PlannedCase, configurations_of
+from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.common_factors import wrong
 from rayproof.reports.run.record.totals import Totals
 from rayproof.reports.subjects import Subject
@@ -76,3 +78,12 @@ def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
         "findings": found.findings,
     }
     return told
+
+
+def uncountable(record: CaseRecord) -> str | None:
+    """Return in a line what keeps a record that somebody else wrote from being counted with a run's, or None."""
+    try:
+        come_to(totals.of((record,)), planned=1, tracer=True)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        return legible(f"{type(error).__name__}: {error}")
+    return None

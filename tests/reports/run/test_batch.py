@@ -10,8 +10,9 @@ import pytest
 
 from rayproof.reports.run.engine.batch import Answer, BadAnswerError, Batch, Finished, packed, unpacked
 from tests.reports.run.test_dispatch import LIMITS, TERMS, planned
+from tests.reports.run.test_dispatch import RECORD as PLAYED
 
-RECORD = {"name": "played/0", "family": "played", "verdict": "pass", "renders": [], "scene": "scenes/played/0.json"}
+RECORD = {**PLAYED, "scene": "scenes/played/0.json"}
 BATCH = Batch(name="a", run="b", terms=TERMS, limits=LIMITS, cases=(planned(0),))
 GOOD = Finished(
     name="played/0", record=zlib.compress(json.dumps(RECORD).encode()), files={"scenes/played/0.json": b"{}"}
@@ -55,9 +56,13 @@ def record(**changes: Any) -> Finished:
         ("a text", "answered with str"),
         (Answer(finished=(), seconds=1.0), "answered others"),
         (Answer(finished=(GOOD, GOOD), seconds=1.0), "answered others"),
-        (Answer(finished=(replace(GOOD, name="played/1"),), seconds=1.0), "another case"),
+        (Answer(finished=(replace(GOOD, name="played/1"),), seconds=1.0), "answered others"),
         (Answer(finished=(record(name="played/1"),), seconds=1.0), "another case"),
         (Answer(finished=(record(verdict="splendid"),), seconds=1.0), "verdict"),
+        (Answer(finished=(record(planned=1),), seconds=1.0), "planned 1 but 0"),
+        (Answer(finished=GOOD, seconds=1.0), "other types"),
+        (Answer(finished=(replace(GOOD, files={"scenes/played/0.json": "text"}),), seconds=1.0), "other types"),
+        (Answer(finished=(GOOD,), seconds=float("nan")), "other types"),
         (Answer(finished=(record(pixels="images/played/0.js"),), seconds=1.0), "did not come with it"),
         (Answer(finished=(replace(GOOD, record=GOOD.record[:-9]),), seconds=1.0), "cut short"),
         (Answer(finished=(replace(GOOD, record=b"no zlib"),), seconds=1.0), "record of played/0"),

@@ -170,6 +170,22 @@ def kept(out: Path) -> int:
         return 0
 
 
+@pytest.mark.process
+def test_a_run_that_is_killed_leaves_nothing_running_though_its_workers_are_stopped(tmp_path: Path) -> None:
+    about = (*scenes(tmp_path, 9), "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
+    process = started(tmp_path, *about, "--scheduler", "local:2")
+    try:
+        workers = eventually(lambda: engine_workers(process))
+        for one in workers:
+            one.suspend()
+    finally:
+        process.kill()
+        process.communicate(timeout=60)
+
+    assert workers
+    assert eventually(lambda: not running(tmp_path), 10.0)
+
+
 def running(folder: Path) -> list[psutil.Process]:
     """Return the processes whose temporary files are below a folder."""
     place = str(folder / "tmp")

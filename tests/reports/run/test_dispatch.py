@@ -27,6 +27,10 @@ DEMANDS = Demands(
 )
 TERMS = Terms(demands=DEMANDS, subject=THE_TRACER, cached=False, patient=False)
 LIMITS = Limits(timeout=60.0, jobs=1)
+RECORD: dict[str, Any] = {
+    "name": "played/0", "family": "played", "verdict": "pass", "renders": [], "planned": 0, "checks": [], "ran": {},
+    "covers": [],
+}  # fmt: skip
 FACTS = Facts(told={"Python": "3"}, model="any")
 
 
@@ -94,7 +98,7 @@ class Played:
         return Event(task="", value=dict(self.there))
 
     def _case(self, one: PlannedCase) -> Any:
-        record = {"name": one.case.name, "family": "played", "verdict": "pass", "renders": []}
+        record = {**RECORD, "name": one.case.name}
         return packed(one.case.name, record, self._folder)
 
 
