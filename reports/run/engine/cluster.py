@@ -7,6 +7,7 @@ This module alone imports the engine's packages, and they are imported when a cl
 """
 
 import asyncio
+import atexit
 import contextlib
 import logging
 import queue
@@ -324,9 +325,11 @@ def _local(number: int, security: "Security") -> Iterator[str]:
     """Yield the address of a cluster of this machine, with certificates of its own."""
     import dask.config
     from distributed import LocalCluster
+    from distributed.deploy.spec import close_clusters
     from distributed.utils import LoopRunner
 
     folder = tempfile.gettempdir()
+    atexit.unregister(close_clusters)  # it complains of one that is stopped while it starts; its workers are daemonic
     runner = LoopRunner()
     ensure_running()  # here: where it is started by whoever needs it first, that thread hears Ctrl-C again
     with deaf():  # and so are the workers, which are started from the runner's thread: Ctrl-C is for this process
@@ -334,22 +337,25 @@ def _local(number: int, security: "Security") -> Iterator[str]:
     with contextlib.ExitStack() as stack:
         stack.callback(runner.stop)
         stack.enter_context(dask.config.set(dict.fromkeys(PAGES, ())))
-        cluster: Any = LocalCluster(
-            loop=runner.loop,
-            n_workers=number,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            protocol="tls://",
-            security=security,
-            dashboard_address=None,  # pyright: ignore[reportArgumentType]  none is served
-            worker_dashboard_address=None,
-            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # else the same port of all addresses, always
-            memory_limit=0,
-            silence_logs=logging.CRITICAL,
-            local_directory=folder,
-            env={"TMPDIR": folder},  # which ends with this process's, also where workers were killed
-        )
+        try:
+            cluster: Any = LocalCluster(
+                loop=runner.loop,
+                n_workers=number,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                protocol="tls://",
+                security=security,
+                dashboard_address=None,  # pyright: ignore[reportArgumentType]  none is served
+                worker_dashboard_address=None,
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # else the same port of all addresses, always
+                memory_limit=0,
+                silence_logs=logging.CRITICAL,
+                local_directory=folder,
+                env={"TMPDIR": folder},  # which ends with this process's, also where workers were killed
+            )
+        except (OSError, RuntimeError, TimeoutError) as error:
+            raise ClusterError(f"--scheduler {LOCAL}{number}: no cluster started here: {_why(error)}") from None
         stack.callback(_closed, cluster)
         yield cluster.scheduler_address
 

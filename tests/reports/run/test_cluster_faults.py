@@ -17,6 +17,7 @@ import pytest
 
 from rayproof.reports.processes.process_tree import descendants
 from rayproof.reports.results.case_table import NAME as JOURNAL
+from rayproof.reports.soak.disturbing import ENGINE_WORKER, processes
 from rayproof.reports.soak.scenarios import CANNOT_MOUNT, NARROW
 from tests.reports.run.test_scheduler import CHECKOUT, found, scenes, site, slow_program
 
@@ -168,6 +169,35 @@ def kept(out: Path) -> int:
             return int(journal.execute("SELECT count(*) FROM cases").fetchone()[0])
     except sqlite3.OperationalError:
         return 0
+
+
+@pytest.mark.process
+@pytest.mark.parametrize(
+    ("whom", "how", "ends"),
+    [
+        ("main", signal.SIGTERM, (130, "rayproof: interrupted\n")),
+        (
+            "worker",
+            signal.SIGABRT,
+            (2, "rayproof: --scheduler local:2: no cluster started here: Nanny failed to start.\n"),
+        ),
+    ],
+)
+def test_a_cluster_that_is_stopped_while_it_starts_ends_in_one_line(
+    tmp_path: Path, whom: str, how: signal.Signals, ends: tuple[int, str]
+) -> None:
+    process = started(tmp_path, "primitives/sphere", "--out", tmp_path / "out", "--scheduler", "local:2")
+    try:
+        workers = eventually(lambda: processes(process.pid).get(ENGINE_WORKER))
+        (workers[0] if whom == "worker" else process).send_signal(how)
+        _, complaint = process.communicate(timeout=60)
+    finally:
+        process.kill()
+
+    assert (process.returncode, complaint) == ends
+    assert eventually(lambda: not running(tmp_path), 10.0)
+    assert list((tmp_path / "tmp").iterdir()) == []
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.process
