@@ -526,7 +526,7 @@ def _problem(document: Any, kind: Any) -> str | None:
         said, _, place = str(error).partition(" - at `")
         return _sentence(said, place.rstrip("`").removeprefix("$").removeprefix("."), document)
     except UnicodeEncodeError:
-        return "a name in the document is no Unicode"
+        return "a text in the document is no Unicode"
     return None
 
 
