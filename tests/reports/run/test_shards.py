@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from rayproof.cases.families import select
+from rayproof.cases.scene_json import save_scene
 from rayproof.reports.results.document import load_results
 from rayproof.reports.run.shards import number_of, shard_of
 
@@ -35,9 +37,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a whole run, and its two parts."""
     place = tmp_path_factory.mktemp("parts")
     # The sphere's scene as a file of the user's own, too: its command names the folder.
-    assert rayproof("run", CASES[0], "--out", place / "first").returncode == 0
     scene = place / "mine.json"
-    scene.write_text((place / "first" / "scenes" / f"{CASES[0]}.json").read_text())
+    save_scene(select(CASES[:1])[0].scene, scene)
     for name, words in {"whole": (), "one": ("--shard", "1/2"), "two": ("--shard", "2/2")}.items():
         done = rayproof("run", *CASES, scene, *words, "--out", place / name)
         assert done.returncode == 0, done.stderr

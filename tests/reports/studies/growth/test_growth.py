@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.studies.growth import measuring
+from rayproof.reports.studies.growth import checkouts, measuring
 from rayproof.reports.studies.growth.checkouts import Ratio, Round, compared, ratios
 from rayproof.reports.studies.growth.marginal import Further, marginal
 from rayproof.reports.studies.growth.measuring import Cost, GrowthError, SuiteCost, cluster_ratios, measured
@@ -122,20 +122,40 @@ def test_the_ratio_of_two_checkouts_is_taken_within_a_round() -> None:
     assert ratios(rows) == {"at first": Ratio(1.1, (1.1, 1.1), 3)}
 
 
-@pytest.mark.process
-@pytest.mark.parametrize("holder", [pytest.param("", id="packages-at-the-top"), "python/rayproof"])
-def test_each_checkout_runs_its_own_code(tmp_path: Path, holder: str) -> None:
-    other = tmp_path / "other"
-    package = other / holder / "reports"
+def checkout(folder: Path, holder: str, lines: str) -> Path:
+    """Return a checkout whose command does nothing but `lines`, its packages in the folder `holder` of it."""
+    package = folder / holder / "reports"
     package.mkdir(parents=True)
-    for folder in {package, package.parent} - {other}:
-        (folder / "__init__.py").touch()
+    for one in {package, package.parent} - {folder}:
+        (one / "__init__.py").touch()
     if holder:
-        (other / "reports").symlink_to(package)
-    (package / "cli.py").write_text("def main():\n    return 'the other checkout was asked'\n")
+        (folder / "reports").symlink_to(package)
+    (package / "cli.py").write_text(f"def main():\n    {lines}\n")
+    return folder
+
+
+OTHER = "return 'the other checkout was asked'"
+REPORT = """import pathlib, sys
+    out = pathlib.Path(sys.argv[-1])
+    out.mkdir()
+    (out / "index.html").touch()"""
+
+
+@pytest.mark.process
+def test_each_checkout_runs_its_own_code(tmp_path: Path) -> None:
+    other = checkout(tmp_path / "other", "python/rayproof", OTHER)
 
     with pytest.raises(GrowthError, match="the other checkout was asked"):
         list(compared(other, ("primitives/plane",), rounds=1))
+
+
+@pytest.mark.process
+def test_so_does_one_with_its_packages_at_the_top(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = checkout(tmp_path / "here", "python/rayproof", REPORT)
+    monkeypatch.setattr(checkouts, "CHECKOUT", here)
+
+    with pytest.raises(GrowthError, match="the other checkout was asked"):
+        list(compared(checkout(tmp_path / "other", "", OTHER), (), rounds=1))
 
 
 @pytest.mark.parametrize(
