@@ -1,42 +1,41 @@
 """A run's memory: what was found of the same answers is said again, of any others it is not."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.cli import main
 from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.run import verdict_memory
 from rayproof.reports.run.case_run import flawless
 from rayproof.reports.run.tasks import kinds
-from tests.reports.commands.conftest import Rayproof, rayproof
 
-__all__ = ["rayproof"]
 CASE = "inside/sphere"
 OURS = "tracer-float32"
 
 
-@pytest.fixture
-def submitted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Return the kinds of all tasks that a run gives to its workers."""
-    kinds: list[str] = []
-    submit = Pool.submit
+class Kinds(list[str]):
+    """The kinds of all tasks that runs give to their workers while a patch is in force."""
 
-    def counted(self: Pool, kind: str, *rest: Any, **more: Any) -> None:
-        kinds.append(kind)
-        submit(self, kind, *rest, **more)
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        super().__init__()
+        submit = Pool.submit
 
-    monkeypatch.setattr(Pool, "submit", counted)
-    return kinds
+        def counted(pool: Pool, kind: str, *rest: Any, **more: Any) -> None:
+            self.append(kind)
+            submit(pool, kind, *rest, **more)
+
+        patch.setattr(Pool, "submit", counted)
 
 
-def ran(rayproof: Rayproof, folder: Path, *options: object) -> dict[str, Any]:
+def ran(folder: Path, *options: object) -> dict[str, Any]:
     """Run the case and return its record."""
-    arguments = ["run", CASE, "--out", folder, "--configuration", "float32", *options]
-    assert rayproof(*arguments).code == 0
+    assert main(["run", CASE, "--out", str(folder), "--configuration", "float32", *map(str, options)]) == 0
     (record,) = json.loads((folder / "results.json").read_text())["cases"]
     return record
 
@@ -51,45 +50,61 @@ def told(record: dict[str, Any]) -> dict[str, Any]:
     return ours
 
 
+class First(NamedTuple):
+    """The first run with a cache: its folder, its record and the kinds of its tasks."""
+
+    folder: Path
+    record: dict[str, Any]
+    kinds: list[str]
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Iterator[First]:
+    """Run the case with a cache of its own, which stays in force for the runs that come after."""
+    folder = tmp_path_factory.mktemp("memory")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RAYPROOF_CACHE", str(folder / "cache"))
+        with pytest.MonkeyPatch.context() as counting:
+            kinds = Kinds(counting)
+            record = ran(folder / "first")
+        yield First(folder / "first", record, kinds)
+
+
 @pytest.mark.process
 def test_the_same_answers_are_judged_once_and_rendered_every_time(
-    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, submitted: list[str]
+    first: First, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path / "cache"))
-    first = ran(rayproof, tmp_path / "first")
-    before = list(submitted)
-    submitted.clear()
+    submitted = Kinds(monkeypatch)
 
-    second = ran(rayproof, tmp_path / "second")
+    second = ran(tmp_path / "second")
 
-    assert "judge" in before
+    assert "judge" in first.kinds
     assert submitted == ["tracer"], "no reference and no judge was needed"
-    assert told(second) == told(first)
-    assert (first["remembered"], second["remembered"]) == (False, True)
-    assert (first["judge_seconds"] > 0, second["judge_seconds"]) == (True, 0)
+    assert told(second) == told(first.record)
+    assert (first.record["remembered"], second["remembered"]) == (False, True)
+    assert (first.record["judge_seconds"] > 0, second["judge_seconds"]) == (True, 0)
     assert {r["renderer"]: r["cached"] for r in second["renders"]} == {
-        r["renderer"]: r["renderer"] != OURS for r in first["renders"]
+        r["renderer"]: r["renderer"] != OURS for r in first.record["renders"]
     }
-    for name in (first["scene"], first["pixels"]):
-        assert (tmp_path / "second" / name).read_bytes() == (tmp_path / "first" / name).read_bytes()
+    for name in (second["scene"], second["pixels"]):
+        assert (tmp_path / "second" / name).read_bytes() == (first.folder / name).read_bytes()
     assert (tmp_path / "second" / "index.html").is_file()
 
 
 @pytest.mark.process
+@pytest.mark.parametrize(
+    "options", [pytest.param(("--formula", "sphere/textbook"), id="formula"), pytest.param(("--no-cache",), id="cache")]
+)
+@pytest.mark.usefixtures("first")
 def test_other_answers_and_runs_without_memory_are_judged_anew(
-    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, submitted: list[str]
+    options: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path / "cache"))
-    ran(rayproof, tmp_path / "first")
+    submitted = Kinds(monkeypatch)
 
-    for name, options in {
-        "formula": ("--formula", "sphere/textbook"),
-        "without": ("--no-cache",),
-    }.items():
-        submitted.clear()
-        ran(rayproof, tmp_path / name, *options)
-        assert "judge" in submitted, name
-    assert not any(kind == kinds.RECALLING for kind in submitted), "without a cache it is not asked"
+    ran(tmp_path / "other", *options)
+
+    assert "judge" in submitted
+    assert (kinds.RECALLING in submitted) == ("--no-cache" not in options), "without a cache it is not asked"
 
 
 def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:
