@@ -182,7 +182,7 @@ def code_of(request: RunRequest, results: RunRecord, found: totals.Totals, conso
     for name in silent:
         console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
     missing = results["summary"]["planned"] - found.cases.total()
-    code = exit_code([*concerning(found.cases.elements(), tracer=tracer), *[Outcome.MISSING] * missing])
+    code = exit_code([*concerning(found.cases.elements(), tracer=tracer), *[Outcome.MISSING] * (missing > 0)])
     if demanded is not None:
         if demanded.lets_through:
             return FAILED if results["gate"]["red"] or silent else 0

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import time
+from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -13,7 +14,18 @@ from typing import cast
 
 import psutil
 
-from rayproof.reports.soak.disturbing import ENGINE_WORKER, LAST, MEMORY, STOP, TARGETS, Signal, chosen, hit, processes
+from rayproof.reports.soak.disturbing import (
+    ENGINE_WORKER,
+    LAST,
+    MEMORY,
+    NANNY,
+    STOP,
+    TARGETS,
+    Signal,
+    chosen,
+    hit,
+    processes,
+)
 from rayproof.reports.soak.engine import Engine, engine
 from rayproof.reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, deadlines, patience
 
@@ -52,7 +64,9 @@ class Round:
                 hits = self._disturb(run.process, moment if number == 0 else "random", run.since + SLACK * seconds)
                 self._tally.kills += [(one.name, one.target, one.moment) for one in hits]
                 ended = self._site.finished(run, SLACK * seconds * (1 + len(hits)) + deadlines(hits, timeout))
-            told = ", ".join(f"{one.name} to {one.target}" for one in hits) or "nothing"
+            counts = Counter(f"{one.name} to {one.target}" for one in hits)
+            told = ", ".join(f"{what}, {count} times" if count > 1 else what for what, count in counts.items())
+            told = told or "nothing"
             tell(f"{self._out.name}, {moment}: {told}; ended with {ended.code} after {ended.seconds:.1f} s")
             self._note(ended, told)
         # On this machine alone, wherever the rest was found.
@@ -127,7 +141,17 @@ class Round:
         return hits
 
     def _processes(self, process: subprocess.Popen[bytes]) -> dict[str, list[psutil.Process]]:
-        return processes(process.pid, *(self._engine.pids if self._engine is not None else ()))
+        """Return the processes of a run; workers of the engine and nannies only where a batch is under way there.
+
+        Else none of them would ever have started.
+        """
+        found = processes(process.pid, *(self._engine.pids if self._engine is not None else ()))
+        at_work = {*(above.pid for kind in ANSWERING for one in found.get(kind, ()) for above in _above(one))}
+        return {
+            kind: here
+            for kind, some in found.items()
+            if (here := [one for one in some if kind not in (ENGINE_WORKER, NANNY) or one.pid in at_work])
+        }
 
     def _at_random(self, process: subprocess.Popen[bytes]) -> Signal | None:
         groups = {**self._processes(process), "main": [psutil.Process(process.pid)]} if process.poll() is None else {}
@@ -177,6 +201,13 @@ class Round:
                 one = self._send(psutil.Process(process.pid), "main", "while a file is replaced", "SIGKILL")
                 return [one] if one is not None else []
             time.sleep(TURN)
+        return []
+
+
+def _above(process: psutil.Process) -> list[psutil.Process]:
+    try:
+        return process.parents()
+    except psutil.NoSuchProcess:
         return []
 
 

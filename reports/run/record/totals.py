@@ -93,7 +93,7 @@ class Totals:
         Of another subject than the tracer those cases count that it supports.
         """
         outcomes = concerning(self.cases.elements(), tracer=tracer)
-        return worst(outcomes + [Outcome.MISSING] * (planned - self.cases.total()))
+        return worst(outcomes + [Outcome.MISSING] * (planned > self.cases.total()))
 
     @property
     def examined(self) -> dict[str, int]:

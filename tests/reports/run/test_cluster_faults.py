@@ -270,3 +270,23 @@ def test_a_worker_whose_disk_is_full_gets_no_more_work(tmp_path: Path) -> None:
     engine = json.loads((tmp_path / "out" / "results.json").read_text())["engine"]
     assert sorted(one["cases"] for one in engine["workers"]) == [0, 6]
     assert len(engine["refused"]) == 1
+
+
+@pytest.mark.process
+def test_a_scheduler_that_hangs_is_not_waited_for_forever(tmp_path: Path) -> None:
+    about = (*scenes(tmp_path, 9), "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
+    with site(tmp_path / "site") as cluster:
+        cluster.worker()
+        at = ("--scheduler", cluster.address, *cluster.tls, "--wait", 20)
+        process = started(tmp_path, *about, *at, settings="dispatch.LIFETIME, dispatch.LARGEST = 5.0, 2")
+        try:
+            assert eventually(lambda: kept(tmp_path / "out"))
+            cluster.scheduler.send_signal(signal.SIGSTOP)
+            printed, complaint = process.communicate(timeout=120)
+        finally:
+            process.kill()
+
+    assert (process.returncode, complaint) == (3, "")
+    assert "no worker is left, and no other one came within 20 s" in printed
+    assert json.loads((tmp_path / "out" / "results.json").read_text())["finished"] is False
+    assert len(found(tmp_path / "out")) == kept(tmp_path / "out")
