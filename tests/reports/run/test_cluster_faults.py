@@ -290,3 +290,36 @@ def test_a_scheduler_that_hangs_is_not_waited_for_forever(tmp_path: Path) -> Non
     assert "no worker is left, and no other one came within 20 s" in printed
     assert json.loads((tmp_path / "out" / "results.json").read_text())["finished"] is False
     assert len(found(tmp_path / "out")) == kept(tmp_path / "out")
+
+
+@pytest.mark.process
+def test_a_program_that_hangs_floods_and_forks_is_ended_on_a_worker_with_all_its_children(tmp_path: Path) -> None:
+    (path,) = scenes(tmp_path, 1)
+    nap = f"86397.{os.getpid()}"  # s; no other process sleeps as long, nor another run of this test
+    script = tmp_path / "render"
+    script.write_text(
+        f'#!/bin/sh\n[ "$1" = --capabilities ] && exit 1\nyes | head -c 30000000\nyes | head -c 30000000 >&2\n'
+        f"setsid sleep {nap} &\nexec sleep {nap}\n"
+    )
+    script.chmod(0o755)
+
+    def sleeping() -> list[psutil.Process]:
+        return [one for one in psutil.process_iter(["cmdline"]) if nap in (one.info["cmdline"] or ())[1:2]]
+
+    about = (path, "--subject", f"exec:{script} {{scene}} {{output}}", "--timeout", 5, "--out", tmp_path / "out")
+    with site(tmp_path / "site") as cluster:
+        worker = cluster.worker()
+        process = started(tmp_path, *about, "--scheduler", cluster.address, *cluster.tls)
+        try:
+            begun = eventually(sleeping)
+            printed, complaint = process.communicate(timeout=200)
+        finally:
+            process.kill()
+
+        assert begun
+        assert process.returncode == 3, printed + complaint
+        assert [one["verdict"] for one in found(tmp_path / "out")] == ["error"]
+        assert "5 s" in found(tmp_path / "out")[0]["reason"]
+        assert sleeping() == []
+        assert worker.poll() is None
+        assert eventually(lambda: not below(worker), 10.0), "the run is over for its worker, too"
