@@ -3,11 +3,10 @@
 import errno
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.records import ComparisonRowRecord, RunRecord
 
 NOT_MEASURED = 3
 FEW = 12  # names in a line
@@ -210,11 +209,11 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
     return 0
 
 
-def _cells(row: dict[str, Any]) -> list[str]:
+def _cells(row: ComparisonRowRecord) -> list[str]:
     worst, (before, after, quotient) = row["worst"], row["seconds"]
     verdict = row["after"] if row["before"] == row["after"] else f"{row['before']} -> {row['after']}"
     change = "-"
-    if worst is not None and row["decades"] > 0:
+    if worst is not None and worst["before"] is not None and worst["after"] is not None and row["decades"] > 0:
         place = f"{worst['stage']} {worst['configuration']} {worst['reference']}"
         change = f"{place}: {worst['before'][1]:.3g} -> {worst['after'][1]:.3g}"
     pixels = row.get("pixels")

@@ -21,7 +21,7 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import ALL_OF, Drawing, drawn_usually
 from rayproof.reports.results.atomic import remove_drafts
 from rayproof.reports.results.case_table import NAME as JOURNAL
-from rayproof.reports.results.case_table import amend, briefs, named
+from rayproof.reports.results.case_table import amend, amending, briefs, named
 from rayproof.reports.results.document import save_results, write_results
 from rayproof.reports.results.headline import causes, examined_line, no_say, worse_by_cause
 from rayproof.reports.results.headline import worst_first as worst_cases_first
@@ -210,22 +210,24 @@ def _link_calls(folder: Path, results: RunRecord) -> None:
     """Write into each record where its call is kept."""
     if not (folder / CALLS).is_dir():
         return
-    for case in briefs(results["cases"]):
-        path = Path(CALLS, place_of(case["name"]), TOLD)
-        if (folder / path).is_file():
-            amend(results["cases"], case, call=path.as_posix())
+    with amending(results["cases"]):
+        for case in briefs(results["cases"]):
+            path = Path(CALLS, place_of(case["name"]), TOLD)
+            if (folder / path).is_file():
+                amend(results["cases"], case, call=path.as_posix())
 
 
 def _blame(results: RunRecord, *, tracer: bool) -> None:
     """Write into each failing case's record which items its stages leave to blame."""
     from rayproof.reports.diagnosis.blaming import by_stages, put
 
-    for brief in briefs(results["cases"]):
-        if brief["verdict"] == Outcome.FAIL and (case := named(results["cases"], brief["name"])) is not None:
-            blamed = by_stages(case, ran=tracer)
-            if blamed is not None:
-                put(case, blamed)
-                _keep(results, case)
+    with amending(results["cases"]):
+        for brief in briefs(results["cases"]):
+            if brief["verdict"] == Outcome.FAIL and (case := named(results["cases"], brief["name"])) is not None:
+                blamed = by_stages(case, ran=tracer)
+                if blamed is not None:
+                    put(case, blamed)
+                    _keep(results, case)
 
 
 def _keep(results: RunRecord, case: CaseRecord) -> None:

@@ -15,7 +15,7 @@ from rayproof.reports.cache import pictures
 from rayproof.reports.cache.store import Store
 from rayproof.reports.publish.scene3d import gl
 from rayproof.reports.publish.scene3d.drawing_child import DrawingChild
-from rayproof.reports.results.case_table import amend, named
+from rayproof.reports.results.case_table import amend, amending, named
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.images import inside
 from rayproof.reports.results.records import CaseRecord, RunRecord
@@ -117,10 +117,11 @@ class Drawing:
 
     def tell(self, cases: Sequence[CaseRecord]) -> None:
         """Write into the records of a run where pictures and views of its cases are, as far as they were made."""
-        for name, paths in self._found.items():
-            case = named(cases, name)
-            if case is not None:
-                amend(cases, case, **paths)
+        with amending(cases):
+            for name, paths in self._found.items():
+                case = named(cases, name)
+                if case is not None:
+                    amend(cases, case, **paths)
 
     @property
     def count(self) -> int:
