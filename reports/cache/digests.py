@@ -52,6 +52,9 @@ class Key:
         return digest(exact(self))
 
 
+PLAIN = frozenset({str, int, float, bool, type(None)})
+
+
 def digest(content: Any) -> str:
     """Return the SHA-256 of JSON data."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -59,6 +62,8 @@ def digest(content: Any) -> str:
 
 def exact(value: Any) -> Any:
     """Return data as JSON data: dataclasses with the name of their type, arrays and meshes by their digests."""
+    if type(value) in PLAIN:  # most of what a scene is made of
+        return value
     if isinstance(value, Mesh):
         return ["Mesh", value.digest, value.file]
     if isinstance(value, np.ndarray | np.generic):

@@ -134,8 +134,7 @@ class Pool:
     def spare(self) -> int:
         """Start what can start, and return how many more tasks could compute."""
         self.start()
-        sleeping = self._sleeping
-        return self._jobs - sum(kind not in sleeping for kind, _ in self._busy())
+        return self._jobs - self._computing(self._sleeping)
 
     @property
     def idle(self) -> bool:
@@ -187,6 +186,10 @@ class Pool:
     def _busy(self) -> dict[tuple[str, int], _Worker]:
         return {place: worker for place, worker in self._workers.items() if worker.done is not None}
 
+    def _computing(self, sleeping: Collection[str]) -> int:
+        """Return how many workers have a task and do not sleep over it."""
+        return sum(worker.done is not None and kind not in sleeping for (kind, _), worker in self._workers.items())
+
     def start(self) -> None:
         """Give waiting tasks, in order, to idle workers of their kind, and wait for nobody."""
         for queue in (self._urgent, self._waiting):
@@ -196,18 +199,20 @@ class Pool:
         postponed: list[_Waiting] = []
         full: set[str] = set()  # kinds whose workers all have a task
         sleeping = self._sleeping
-        while queue:
-            computing = sum(kind not in sleeping for kind, _ in self._busy())
-            if computing >= self._jobs and not sleeping - full:
-                break
+        computing = self._computing(sleeping)
+        # Small cases wait by the hundred, and mostly nobody has room for any of them.
+        asleep = sleeping.intersection(one.kind for one in queue)
+        while queue and (computing < self._jobs or not asleep <= full):
             one = queue.popleft()
-            has_turn = one.kind in sleeping or computing < self._jobs
-            left = None if one.most is None or not has_turn else one.most()
+            if one.kind in full or not (one.kind in sleeping or computing < self._jobs):
+                postponed.append(one)
+                continue
+            left = None if one.most is None else one.most()
             if left is not None and left <= 0:
                 one.done(Reply(value=None, error="no time is left for its case", trace=None, seconds=0.0))
                 continue
-            place = self._free_place(one.kind) if has_turn and one.kind not in full else None
-            if place is None and has_turn:
+            place = self._free_place(one.kind)
+            if place is None:
                 full.add(one.kind)
             if place is None or (one.large and any(worker.large for worker in self._busy().values())):
                 postponed.append(one)
@@ -224,6 +229,7 @@ class Pool:
                 worker.process.connection.post(one.task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
+            computing = self._computing(sleeping)
         queue.extendleft(reversed(postponed))
 
     def _free_place(self, kind: str) -> tuple[str, int] | None:

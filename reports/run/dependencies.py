@@ -45,6 +45,9 @@ class Dependencies:
     def __init__(self, demands: Demands, subject: Subject) -> None:
         self._demands, self._subject = demands, subject
         self._asked: set[Part] = set()
+        # What many cases share is worked out once for each choice of configurations and routes, and of parts.
+        self._of_choices: dict[tuple[tuple[str, ...], ...], dict[str, str]] = {}
+        self._of_parts: dict[tuple[Part, ...], str] = {}
 
     @property
     def known(self) -> bool:
@@ -53,13 +56,20 @@ class Dependencies:
 
     def of(self, planned: PlannedCase) -> dict[str, str]:
         """Return digests of what is asked, and of what answers; what is equal has not changed."""
-        trials = [trial.title for trial in planned.trials]
+        choice = planned.configurations, planned.routes, tuple(trial.title for trial in planned.trials)
+        if choice not in self._of_choices:
+            self._of_choices[choice] = {
+                "demands": digest(exact([self._demands, *choice]))[:DIGITS],
+                "formulas": digest(self._declared(planned.configurations))[:DIGITS],
+                "machine": digest(machine())[:DIGITS],
+            }
+        parts = tuple(self._parts(planned))
+        if parts not in self._of_parts:
+            self._of_parts[parts] = digest([code(modules, without=without) for modules, without in parts])[:DIGITS]
         return {
             "case": digest(exact(planned.case))[:DIGITS],
-            "demands": digest(exact([self._demands, planned.configurations, planned.routes, trials]))[:DIGITS],
-            "formulas": digest(self._declared(planned.configurations))[:DIGITS],
-            "machine": digest(machine())[:DIGITS],
-            "code": digest([code(modules, without=without) for modules, without in self._parts(planned)])[:DIGITS],
+            **self._of_choices[choice],
+            "code": self._of_parts[parts],
         }
 
     def sources(self) -> dict[str, str]:
