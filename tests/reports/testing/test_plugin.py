@@ -1,10 +1,14 @@
 """The pytest plug-in, from a stranger's test suite: one item a case; right answers pass, wrong ones say why not."""
 
+import os
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
 
 import pytest
-
-pytest_plugins = ["pytester"]
 
 MINE = """
 import drjit as dr
@@ -42,27 +46,91 @@ def test_conforms(conformance):
 """
 
 
-@pytest.fixture
-def suite(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
-    """Return an empty test suite that sees rayproof and its plug-in as any installed one would."""
-    root = Path(__file__).resolve().parents[3] / "python"
-    monkeypatch.setenv("PYTHONPATH", str(root))
-    return pytester
+def averaging(check: str, *, change: str = ROUNDED) -> str:
+    """Return a suite that takes a case of 8 x 8 samples a pixel."""
+    return (
+        RENDERER.format(change=change)
+        .replace('"primitives/s*", stages=("distance", "normal")', '"antialiased/sphere", stages=("radiance",)')
+        .replace("conformance.check(render)", check)
+    )
 
 
-def outcomes(suite: pytest.Pytester, *arguments: str) -> tuple[dict[str, int], str]:
-    result = suite.runpytest_subprocess("-p", "no:cacheprovider", *arguments)
-    return result.parseoutcomes(), result.stdout.str() + result.stderr.str()
+WRONG_MARKERS = {
+    '@pytest.mark.rayproof("no/such")': "no case matches",
+    '@pytest.mark.rayproof("primitives", color=1)': "no option is called 'color'",
+    '@pytest.mark.rayproof("primitives", formula="sphere/none")': "sphere/none",
+    "": "needs @pytest.mark.rayproof",
+}
+# The files of a stranger's suite.
+SUITE = {
+    "right_formula": FOUR_LINES.format("nearest_hit"),
+    "wrong_formula": FOUR_LINES.format("swollen"),
+    "right": RENDERER.format(change=ROUNDED),
+    "wrong_normal": RENDERER.format(change="-image if stage == 'normal' else " + ROUNDED),
+    "finer": averaging("conformance.check(render)"),
+    "wrong_finer": averaging(
+        "conformance.check(render)",
+        change=f"image * 1.01 if stage == 'radiance' and scene.camera.width > 24 else {ROUNDED}",
+    ),
+    "images_alone": averaging("conformance.check(render(conformance.scene, conformance.stages))"),
+    "missing": RENDERER.format(change=ROUNDED).replace(
+        "in answers.items()}", "in answers.items() if stage == 'normal'}"
+    ),
+    "unmeasured": RENDERER.format(change=ROUNDED)
+    .replace('"primitives/s*"', '"behind/sphere"')
+    .replace('"distance", "normal"', '"radiance",'),
+    **{
+        f"marker{number}": f"import pytest\n{marker}\ndef test_it(conformance):\n    conformance.check()\n"
+        for number, marker in enumerate(WRONG_MARKERS)
+    },
+}
+
+
+def pytest_on(folder: Path, *arguments: str) -> str:
+    """Run pytest on a folder's suite, which sees rayproof and its plug-in as any installed one would."""
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[3] / "python")}
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    return done.stdout + done.stderr
+
+
+class Said(NamedTuple):
+    """What became of the items of a file: their names, their outcomes and what was said of them."""
+
+    names: list[str]
+    outcomes: set[str]
+    text: str
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Said]:
+    """Run the stranger's suite once; return what was said of a file of it."""
+    folder = tmp_path_factory.mktemp("suite")
+    (folder / "mine.py").write_text(MINE)
+    for name, text in SUITE.items():
+        (folder / f"test_{name}.py").write_text(text)
+    printed = pytest_on(folder, "--continue-on-collection-errors", "--junit-xml", "found.xml")
+    assert (folder / "found.xml").is_file(), printed
+    items = list(ElementTree.parse(folder / "found.xml").iter("testcase"))
+
+    def of(name: str) -> Said:
+        ours = [one for one in items if f"test_{name}" in (one.get("classname"), one.get("name"))]
+        assert ours, printed
+        return Said(
+            [one.get("name", "") for one in ours],
+            {part.tag for one in ours for part in one} or {"passed"},
+            "".join(f"{part.get('message')} {part.text}" for one in ours for part in one),
+        )
+
+    return of
 
 
 @pytest.mark.process
-def test_a_formula_in_four_lines_passes(suite: pytest.Pytester) -> None:
-    suite.makepyfile(mine=MINE, test_mine=FOUR_LINES.format("nearest_hit"))
+def test_a_formula_in_four_lines_passes(said: Callable[[str], Said]) -> None:
+    found = said("right_formula")
 
-    found, text = outcomes(suite, "-v")
-
-    assert found == {"passed": 1}, text
-    assert "test_mine[primitives/sphere]" in text
+    assert found.outcomes == {"passed"}, found.text
+    assert found.names == ["test_mine[primitives/sphere]"]
 
 
 def test_a_file_s_formula_runs_in_the_configuration_that_is_asked_for(tmp_path: Path) -> None:
@@ -80,128 +148,67 @@ def test_a_file_s_formula_runs_in_the_configuration_that_is_asked_for(tmp_path: 
 
 
 @pytest.mark.process
-def test_a_wrong_formula_fails_and_names_the_stage(suite: pytest.Pytester) -> None:
-    suite.makepyfile(mine=MINE, test_mine=FOUR_LINES.format("swollen"))
+def test_a_wrong_formula_fails_and_names_the_stage(said: Callable[[str], Said]) -> None:
+    found = said("wrong_formula")
 
-    found, text = outcomes(suite)
-
-    assert found == {"failed": 1}
-    assert "primitives/sphere: fail at" in text
-    assert "HIT-1" in text
+    assert found.outcomes == {"failure"}
+    assert "primitives/sphere: fail at" in found.text
+    assert "HIT-1" in found.text
 
 
 @pytest.mark.process
-def test_a_renderer_s_own_suite_runs_the_cases(suite: pytest.Pytester) -> None:
-    suite.makepyfile(test_renderer=RENDERER.format(change=ROUNDED))
+def test_a_renderer_s_own_suite_runs_the_cases(said: Callable[[str], Said]) -> None:
+    found = said("right")
 
-    found, text = outcomes(suite)
-
-    assert set(found) == {"passed"}, text
-    assert found["passed"] >= 2
+    assert found.outcomes == {"passed"}, found.text
+    assert len(found.names) >= 2
 
 
 @pytest.mark.process
-def test_a_renderer_that_is_wrong_fails(suite: pytest.Pytester) -> None:
-    suite.makepyfile(test_renderer=RENDERER.format(change="-image if stage == 'normal' else " + ROUNDED))
+def test_a_renderer_is_asked_for_the_finer_image_where_a_case_averages(said: Callable[[str], Said]) -> None:
+    found = said("finer")
 
-    found, text = outcomes(suite)
-
-    assert set(found) == {"failed"}, text
-    assert "fail at normal" in text
-
-
-def averaging(check: str, *, change: str = ROUNDED) -> str:
-    """Return a suite that takes a case of 8 x 8 samples a pixel."""
-    return (
-        RENDERER.format(change=change)
-        .replace('"primitives/s*", stages=("distance", "normal")', '"antialiased/sphere", stages=("radiance",)')
-        .replace("conformance.check(render)", check)
-    )
-
-
-@pytest.mark.process
-def test_a_renderer_is_asked_for_the_finer_image_where_a_case_averages(suite: pytest.Pytester) -> None:
-    suite.makepyfile(test_renderer=averaging("conformance.check(render)"))
-
-    found, text = outcomes(suite)
-
-    assert found == {"passed": 1}, text
-
-
-@pytest.mark.process
-def test_a_wrong_finer_image_fails(suite: pytest.Pytester) -> None:
-    wrong = f"image * 1.01 if stage == 'radiance' and scene.camera.width > 24 else {ROUNDED}"
-    suite.makepyfile(test_renderer=averaging("conformance.check(render)", change=wrong))
-
-    found, text = outcomes(suite)
-
-    assert found == {"failed": 1}, text
-    assert "fail at radiance" in text
-
-
-@pytest.mark.process
-def test_images_alone_do_not_do_where_a_case_averages(suite: pytest.Pytester) -> None:
-    suite.makepyfile(test_renderer=averaging("conformance.check(render(conformance.scene, conformance.stages))"))
-
-    found, text = outcomes(suite)
-
-    assert found == {"failed": 1}, text
-    assert "give a function" in text
-
-
-@pytest.mark.process
-def test_a_stage_that_was_promised_and_is_missing_fails(suite: pytest.Pytester) -> None:
-    suite.makepyfile(
-        test_renderer=RENDERER.format(change=ROUNDED).replace(
-            "in answers.items()}", "in answers.items() if stage == 'normal'}"
-        )
-    )
-
-    found, text = outcomes(suite)
-
-    assert set(found) == {"failed"}, text
-    assert "gave no distance" in text
-
-
-@pytest.mark.process
-def test_what_cannot_be_measured_is_skipped_and_not_passed(suite: pytest.Pytester) -> None:
-    body = (
-        RENDERER.format(change=ROUNDED)
-        .replace('"primitives/s*"', '"behind/sphere"')
-        .replace('"distance", "normal"', '"radiance",')
-    )
-    suite.makepyfile(test_renderer=body)
-
-    found, text = outcomes(suite)
-
-    assert found == {"skipped": 1}, text
+    assert found.outcomes == {"passed"}, found.text
+    assert len(found.names) == 1
 
 
 @pytest.mark.process
 @pytest.mark.parametrize(
-    ("marker", "message"),
+    ("name", "message"),
     [
-        ('@pytest.mark.rayproof("no/such")', "no case matches"),
-        ('@pytest.mark.rayproof("primitives", color=1)', "no option is called 'color'"),
-        ('@pytest.mark.rayproof("primitives", formula="sphere/none")', "sphere/none"),
-        ("", "needs @pytest.mark.rayproof"),
+        ("wrong_normal", "fail at normal"),
+        ("wrong_finer", "fail at radiance"),
+        ("images_alone", "give a function"),
+        ("missing", "gave no distance"),
     ],
 )
-def test_a_wrong_marker_is_told(suite: pytest.Pytester, marker: str, message: str) -> None:
-    suite.makepyfile(f"import pytest\n{marker}\ndef test_it(conformance):\n    conformance.check()\n")
+def test_a_renderer_that_is_wrong_fails_and_so_does_one_that_answers_too_little(
+    said: Callable[[str], Said], name: str, message: str
+) -> None:
+    found = said(name)
 
-    found, text = outcomes(suite)
-
-    assert "passed" not in found
-    assert message in text
+    assert found.outcomes == {"failure"}, found.text
+    assert message in found.text
 
 
 @pytest.mark.process
-def test_a_suite_that_does_not_use_it_imports_nothing_of_it(suite: pytest.Pytester) -> None:
-    suite.makepyfile(
+def test_what_cannot_be_measured_is_skipped_and_not_passed(said: Callable[[str], Said]) -> None:
+    assert said("unmeasured").outcomes == {"skipped"}
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("number", range(len(WRONG_MARKERS)), ids=list(WRONG_MARKERS.values()))
+def test_a_wrong_marker_is_told(said: Callable[[str], Said], number: int) -> None:
+    found = said(f"marker{number}")
+
+    assert found.outcomes <= {"error", "failure"}
+    assert list(WRONG_MARKERS.values())[number] in found.text
+
+
+@pytest.mark.process
+def test_a_suite_that_does_not_use_it_imports_nothing_of_it(tmp_path: Path) -> None:
+    (tmp_path / "test_it.py").write_text(
         "import sys\ndef test_it():\n    assert not {'drjit', 'mitsuba', 'numpy', 'trimesh'} & set(sys.modules)\n"
     )
 
-    found, text = outcomes(suite)
-
-    assert found == {"passed": 1}, text
+    assert "1 passed" in pytest_on(tmp_path)
