@@ -24,7 +24,7 @@ def stand_guards() -> None:
 
     Raises:
         BrokenHarnessError: one got a wrong answer; nothing that the harness says can be believed.
-        OSError: no guard could be asked, because the disk is full, for example.
+        OSError, MemoryError: no guard could be asked, because the disk is full, for example.
 
     """
     from rayproof.reference import REFERENCES
@@ -53,7 +53,7 @@ def stand_guards() -> None:
     for guard in guards:
         try:
             guard()
-        except BrokenHarnessError:
+        except (BrokenHarnessError, MemoryError):
             raise
         except OSError as fall:
             if fall.errno in EXHAUSTED:

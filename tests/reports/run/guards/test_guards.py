@@ -76,3 +76,13 @@ def test_a_field_that_a_keys_digest_leaves_out_is_noticed(monkeypatch: pytest.Mo
 
     with pytest.raises(BrokenHarnessError, match=r"PictureKey has the same key whatever PictureKey\.stage is"):
         keys.guard_keys()
+
+
+def test_a_machine_without_memory_is_no_broken_harness(monkeypatch: pytest.MonkeyPatch) -> None:
+    def starved() -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("rayproof.reports.run.guards.loader.guard_loader", starved)
+
+    with pytest.raises(MemoryError):
+        stand_guards()
