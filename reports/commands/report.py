@@ -92,7 +92,7 @@ def report(
     say(f"report: {folder / 'index.html'}")
     write_one_file(folder, results, asked=single_file)
     if parquet is not None:
-        from rayproof.reports.publish.parquet import write_checks
+        from rayproof.reports.results.parquet import write_checks
 
         count = write_checks(parquet, results)
         say(f"checks: {count} in {parquet} ({parquet.stat().st_size / 1e6:.2f} MB)")
