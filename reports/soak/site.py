@@ -144,7 +144,8 @@ class Site:
                 self.forget()
                 ended = self.finished(self.start(out, program=program, timeout=AMPLE, at=at), self.ample)
                 if ended.code not in (0, 1):
-                    raise RuntimeError(f"an undisturbed run ended with {ended.code}: {ended.complaint[-300:]}")
+                    told = " ".join((ended.complaint or ended.said).split())[-300:]
+                    raise RuntimeError(f"an undisturbed run ended with {ended.code}: {told}")
                 seconds = ended.seconds
             self._undisturbed[program] = (self.verdicts(out), seconds)
         return self._undisturbed[program]
