@@ -189,6 +189,10 @@ def main(arguments: Sequence[str]) -> NoReturn:
     program = [str(folder / "bin" / "python"), "-m", "pytest"] if testing else [str(folder / "bin" / "rayproof")]
     if testing:
         os.chdir(CHECKOUT)
+        if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+            # Tests start hundreds of processes, each of which would compile all that it imports. Nothing is written
+            # beside the sources all the same.
+            os.environ.setdefault("PYTHONPYCACHEPREFIX", str(folder / "pycache"))
         program += in_processes(arguments[1:])
     os.execv(program[0], [*program, *arguments[1 if testing else 0 :]])
 

@@ -148,3 +148,18 @@ def test_whole_folders_and_what_markers_choose_are_tested_in_several_processes(
     arguments: list[str], several: bool
 ) -> None:
     assert bool(launcher.in_processes(arguments)) == several
+
+
+def test_tests_keep_compiled_files_in_the_environment_where_none_may_lie_beside_the_sources(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surroundings = {"PYTHONDONTWRITEBYTECODE": "1", "RAYPROOF_VENV": str(tmp_path)}
+    monkeypatch.setattr(os, "environ", surroundings)
+    monkeypatch.setattr(launcher, "is_ready", lambda *_: True)
+    monkeypatch.setattr(os, "execv", lambda *_: sys.exit(0))
+    monkeypatch.chdir(CHECKOUT)
+
+    with pytest.raises(SystemExit):
+        launcher.main(["test"])
+
+    assert surroundings == {"PYTHONPYCACHEPREFIX": str(tmp_path / "pycache"), "RAYPROOF_VENV": str(tmp_path)}
