@@ -46,6 +46,8 @@ else
     cp "$kept" "$2"
 fi
 kill $child
+wait $child 2> /dev/null  # what is still about to end would count as left running
+exit 0
 """
 
 Verdicts = dict[str, Any]  # case -> its verdict, and that of each of its checks
