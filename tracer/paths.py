@@ -11,7 +11,7 @@ from math import radians, tan
 import numpy as np
 
 from rayproof.cases.scene import Scene, Shape
-from rayproof.tracer.acceleration.builder import MOST_BY_AREA
+from rayproof.tracer.acceleration.builder import PIECE
 from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.triangle_bvh import bounds
 from rayproof.tracer.configuration import Configuration
@@ -194,10 +194,8 @@ PATHS: tuple[Path, ...] = (
     _path("trees/a single leaf", "one item in a tree", lambda r: 1 in r.counts),
     _path("trees/one root", "an even number of levels", lambda r: any(n > 1 and _levels(n) % 2 == 0 for n in r.counts)),
     _path("trees/two roots", "an odd number of levels", lambda r: any(n > 1 and _levels(n) % 2 for n in r.counts)),
-    _path(
-        "builder/by area", "a tree by the surface-area heuristic", lambda r: any(n <= MOST_BY_AREA for n in r.counts)
-    ),
-    _path("builder/by medians", "a tree by medians", lambda r: any(n > MOST_BY_AREA for n in r.counts)),
+    _path("builder/at once", "a tree that is built in one piece", lambda r: any(n <= PIECE for n in r.counts)),
+    _path("builder/in pieces", "a larger tree, cut into pieces first", lambda r: any(n > PIECE for n in r.counts)),
     _path("shear/together", "rays of a tile turn as the middle one", lambda r: bool(_triangles(r)) and _narrow(r)),
     _path("shear/each by itself", "each ray turns by itself", lambda r: bool(_triangles(r)) and not _narrow(r)),
     _path(

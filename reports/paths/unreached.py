@@ -6,6 +6,7 @@ BENCH = "asked by `bench` and by tests of branches; it computes no image"
 JUDGE = "asked by the judge and the command line; nothing is rendered by it"
 HUGE = "trees beyond 2^80 m are walked without culling, in float64: tests/tracer/shapes/test_representable.py"
 SEVERAL = "leaves of several items, over 2^21 faces: tests/tracer/test_acceleration.py"
+HALVES = "trees of over 2^19 items are cut in halves: tests/tracer/acceleration/test_builder.py"
 OWN = "a formula from a user's own file, which no case has"
 NOT_ASKED = "a refusal: only kinds that have it are asked"
 REFUSED = "a refusal: tests/tracer/shapes/test_representable.py and test_configuration.py"
@@ -55,6 +56,10 @@ LINES: Mapping[str, str] = {
         "first[1:] - 1)], axis=0)"
     ): SEVERAL,
     "acceleration/quantised_boxes.py:np.minimum(leaves, others, out=leaves)": SEVERAL,
+    (
+        "acceleration/builder.py:return longest, self._first(leaves * nodes.number + leaves // 2) - "
+        "self._first(leaves * nodes.number)"
+    ): HALVES,
     "acceleration/triangle_bvh.py:return None": "meshes without a face that has an area: tests/tracer/test_render.py",
     "device/arrays.py:if wanted:": REFUSED,
     "device/coherent_branches.py:found.append(some)": BENCH,

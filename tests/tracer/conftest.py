@@ -7,11 +7,13 @@ import pytest
 from rayproof.tracer.acceleration.triangle_bvh import host_forest
 
 
-@pytest.fixture(params=["by area", "by median"])
+@pytest.fixture(params=["at once", "in pieces", "in halves"])
 def each_builder(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Build the trees of triangles as those of small meshes are, and as those of large ones."""
+    """Build trees as those of small meshes are, as those of large ones, and as those of very large ones."""
     host_forest.cache_clear()
-    if request.param == "by median":
+    if request.param == "in pieces":
+        monkeypatch.setattr("rayproof.tracer.acceleration.builder.PIECE", 2)
+    elif request.param == "in halves":
         monkeypatch.setattr("rayproof.tracer.acceleration.builder.MOST_BY_AREA", 0)
     yield
     host_forest.cache_clear()

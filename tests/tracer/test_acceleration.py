@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Mesh
-from rayproof.tracer.acceleration.grid_boxes import on_grid
-from rayproof.tracer.acceleration.median_build import Tree, build
+from rayproof.tracer.acceleration.builder import Tree, tree_over
+from rayproof.tracer.acceleration.grid_boxes import GridBoxes
 from rayproof.tracer.acceleration.packet_bounds import Beam
-from rayproof.tracer.acceleration.quantised_boxes import HostNodes, quantise
 from rayproof.tracer.acceleration.traversal import NONE, Walk, any_hit, nearest
-from rayproof.tracer.acceleration.triangle_bvh import HostTriangleHierarchy, TriangleHierarchy, bounds, host_forest
+from rayproof.tracer.acceleration.triangle_bvh import HostTriangleHierarchy, TriangleHierarchy, host_forest
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.device.buffers import DeviceBuffers
@@ -161,59 +160,8 @@ def test_a_skipped_shape_is_not_met() -> None:
     np.testing.assert_array_equal(rest, met(single(ray, forest(soup(20), types), formula, interval)))
 
 
-def box_of(nodes: HostNodes, node: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return lower and upper corner [m] of a node that is read as a child."""
-    word = nodes.words[node // 4, node % 4]
-    return nodes.base + (word & 0xFFFF) * nodes.step, nodes.base + (word >> 16) * nodes.step
-
-
-# Up to a group of leaves, full and nearly empty ones, and more than is split together, on several threads.
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 8, 9, 64, 65, 1025, 40_000])
-def test_every_triangle_lies_in_a_leaf_and_in_all_boxes_above_it(count: int) -> None:
-    corners = soup(count)
-    lower, upper = bounds(corners.reshape(-1, 9))
-    tree = build(lower, upper)
-    nodes = quantise(tree, on_grid(lower, upper))
-    first = tree.first(np.arange(tree.leaves + 1))
-    root = 2 if nodes.leaves.bit_length() % 2 == 0 else 1
-
-    assert set(tree.slots) == set(range(count))
-    assert set(np.diff(first)) <= {tree.size - 1, tree.size}
-    assert first[-1] == tree.total == len(tree.slots) - tree.size + 1
-    for leaf in range(0, tree.leaves, 1 + tree.leaves // 500):
-        for slot in range(first[leaf], first[leaf + 1]):
-            node = tree.leaves + leaf
-            while node >= max(2, 2 * root - 2):
-                low, high = box_of(nodes, node)
-                assert (low <= lower[:, tree.slots[slot]]).all()
-                assert (high >= upper[:, tree.slots[slot]]).all()
-                node //= 4
-
-
-def test_a_leaf_without_a_triangle_makes_no_box_larger() -> None:
-    lower, upper = bounds(soup(5).reshape(-1, 9))
-    tree = build(lower, upper)
-    nodes = quantise(tree, on_grid(lower, upper))
-    empty = np.flatnonzero(np.diff(tree.first(np.arange(tree.leaves + 1))) == 0)
-
-    assert len(empty) == 3
-    for leaf in empty.tolist():
-        low, high = box_of(nodes, tree.leaves + leaf)
-        assert (low > high).all()
-
-
-def test_siblings_part_at_the_median_of_the_longest_axis() -> None:
-    corners = soup(64) * np.array([1, 10, 1], dtype=np.float32)
-    lower, upper = bounds(corners.reshape(-1, 9))
-    tree = build(lower, upper)
-    y = ((lower + upper) / 2)[1, tree.slots[: tree.total]]
-
-    assert y[:32].max() <= y[32:].min()
-
-
 def test_a_tree_with_all_leaves_that_a_traversal_can_count_has_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rayproof.tracer.acceleration.median_build.MOST_LEAVES", 8)
-    monkeypatch.setattr("rayproof.tracer.acceleration.builder.MOST_BY_AREA", 0)
+    monkeypatch.setattr("rayproof.tracer.acceleration.builder.MOST_LEAVES", 8)
     types = array_types("float32")
     corners, ray = soup(61), bundle(types)
     interval = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
@@ -242,9 +190,9 @@ def test_degenerate_triangles_are_left_out() -> None:
 def test_meshes_of_the_same_content_share_one_tree(monkeypatch: pytest.MonkeyPatch) -> None:
     built: list[int] = []
 
-    def counted(lower: np.ndarray, upper: np.ndarray) -> Tree:
-        built.append(lower.shape[1])
-        return build(lower, upper)
+    def counted(boxes: GridBoxes) -> Tree:
+        built.append(len(boxes.rows))
+        return tree_over(boxes)
 
     monkeypatch.setattr("rayproof.tracer.acceleration.triangle_bvh.tree_over", counted)
 
@@ -253,8 +201,3 @@ def test_meshes_of_the_same_content_share_one_tree(monkeypatch: pytest.MonkeyPat
     assert built == [30, 31]
     assert first is again
     assert first is not other
-
-
-def test_no_triangle_is_no_tree() -> None:
-    with pytest.raises(ValueError, match="at least one item"):
-        build(np.zeros((3, 0)), np.zeros((3, 0)))

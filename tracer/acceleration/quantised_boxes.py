@@ -14,8 +14,8 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
+from rayproof.tracer.acceleration.builder import Tree
 from rayproof.tracer.acceleration.grid_boxes import AXES, LOWER, STEPS, UPPER, GridBoxes
-from rayproof.tracer.acceleration.median_build import Tree
 from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.device.buffers import DeviceBuffers, aligned, packets
 from rayproof.tracer.device.kernel_constants import KernelConstants

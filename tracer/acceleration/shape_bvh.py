@@ -41,11 +41,12 @@ def host_crowd(members: Members) -> HostShapeHierarchy:
     boxes = np.array([one.box for one in shapes])
     identity = all(one.transform.identity for one in shapes)
     lower, upper = boxes[:, 0].T, boxes[:, 1].T
-    tree = tree_over(lower, upper)
+    boxes = on_grid(lower, upper)
+    tree = tree_over(boxes)
     records = np.array([one.packed(identity=identity) for one in shapes])
     return HostShapeHierarchy(
         like=shapes[0],
-        nodes=quantise(tree, on_grid(lower, upper)),
+        nodes=quantise(tree, boxes),
         records=records[tree.slots],
         numbers=np.array([index for index, _ in members], dtype=np.int32)[tree.slots],
         identity=identity,

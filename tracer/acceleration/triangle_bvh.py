@@ -102,8 +102,9 @@ def host_forest(meshes: Meshes, *, parts: bool = True) -> HostTriangleHierarchy 
     lower, upper, owner = *bounds(corners), None
     if parts and slanting(corners):
         lower, upper, owner = in_parts(corners, lower, upper)
-    tree = tree_over(lower, upper)
-    nodes = quantise(tree, on_grid(lower, upper))
+    boxes = on_grid(lower, upper)
+    tree = tree_over(boxes)
+    nodes = quantise(tree, boxes)
     del lower, upper
     owners = tree.slots if owner is None else owner[tree.slots]
     records = aligned((len(owners), RECORD), np.uint32)

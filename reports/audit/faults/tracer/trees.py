@@ -8,7 +8,7 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.faults.tracer.planting import function, method
-from rayproof.tracer.acceleration import builder, median_build, packet_split, parts, sah_build, traversal
+from rayproof.tracer.acceleration import builder, packet_split, parts, traversal
 from rayproof.tracer.acceleration.bvhs import Hierarchies
 from rayproof.tracer.acceleration.quantised_boxes import Nodes
 from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy
@@ -23,18 +23,22 @@ def _without_last(tree: Any, count: int) -> Any:
     return replace(tree, slots=np.where(tree.slots == count - 1, 0, tree.slots).astype(tree.slots.dtype))
 
 
-def _median(right: Any, lower: Any, upper: Any) -> Any:
-    return _without_last(right(lower, upper), lower.shape[1])
+def _odd(right: Any, boxes: Any) -> Any:
+    tree, count = right(boxes), len(boxes.rows)
+    return _without_last(tree, count) if count % 2 and 1 < count <= builder.PIECE else tree
 
 
-def _odd(right: Any, lower: Any, upper: Any) -> Any:
-    tree, count = right(lower, upper), lower.shape[1]
-    return _without_last(tree, count) if count % 2 and count > 1 else tree
+def _thousand(right: Any, boxes: Any) -> Any:
+    tree, count = right(boxes), len(boxes.rows)
+    return _without_last(tree, count) if 1000 < count <= builder.PIECE else tree
 
 
-def _thousand(right: Any, lower: Any, upper: Any) -> Any:
-    tree, count = right(lower, upper), lower.shape[1]
-    return _without_last(tree, count) if count > 1000 else tree
+def _last_of_pieces(right: Any, growing: Any, part: Any, leaves: int) -> Any:
+    halves = right(growing, part, leaves)
+    if leaves < growing.leaves:
+        return halves
+    last = part.items.max()
+    return [replace(half, items=np.where(half.items == last, 0, half.items)) for half in halves]
 
 
 def _part_lost(right: Any, corners: Any, lower: Any, upper: Any) -> Any:
@@ -124,21 +128,11 @@ OVER, THOUSAND, NINE = "faces/over_two_to_the_15", "faces/thousand_and_25", "fac
 MET = (Stage.DISTANCE, Stage.VISIBILITY)
 
 function(
-    "median_last_item",
-    median_build.build,
-    _median,
-    "The median builder loses its last item.",
-    path="builder/by medians",
-    stage=Stage.OBJECT,
-    also=MET,
-    cases=(OVER,),
-)
-function(
     "odd_count_last_item",
-    sah_build.build_by_area,
+    builder.tree_over,
     _odd,
-    "The builder by area loses the last of an odd number of items.",
-    path="builder/by area",
+    "A tree that is built at once loses the last of an odd number of items.",
+    path="builder/at once",
     stage=Stage.OBJECT,
     also=MET,
     cases=(NINE, "faces/above_each_other"),
@@ -147,11 +141,22 @@ function(
     "last_of_a_thousand",
     builder.tree_over,
     _thousand,
-    "The last triangle of more than 1000 is lost.",
-    path="builder/by area",
+    "The last of more than 1000 items of a tree that is built at once is lost.",
+    path="builder/at once",
     stage=Stage.OBJECT,
     also=MET,
-    cases=(THOUSAND, OVER),
+    cases=(THOUSAND,),
+)
+method(
+    "last_item_of_pieces",
+    builder._Growing,
+    "halves",
+    _last_of_pieces,
+    "A tree that is cut into pieces loses its last item.",
+    path="builder/in pieces",
+    stage=Stage.OBJECT,
+    also=MET,
+    cases=(OVER,),
 )
 function(
     "part_of_a_triangle",

@@ -1,0 +1,209 @@
+"""A tree holds every item once, its nodes' boxes hold their items, and it is cut where that costs least."""
+
+import numpy as np
+import pytest
+
+from rayproof.cases.benchmark.meshes import bumpy, terrain
+from rayproof.cases.scene import Mesh
+from rayproof.tracer.acceleration import builder
+from rayproof.tracer.acceleration.area_cuts import MOST_CUTS, SAMPLE
+from rayproof.tracer.acceleration.builder import CUTS, Tree, tree_over
+from rayproof.tracer.acceleration.grid_boxes import LOWER, STEPS, UPPER, GridBoxes, on_grid
+from rayproof.tracer.acceleration.quantised_boxes import HostNodes, quantise
+from rayproof.tracer.acceleration.triangle_bvh import bounds
+from rayproof.tracer.shapes.triangles import baked
+
+Corners = tuple[np.ndarray, np.ndarray]  # lower and upper ones of boxes, (3, n) [m]
+
+
+def boxes(count: int, *, seed: int = 1, size: float = 1.0) -> Corners:
+    random = np.random.default_rng(seed)
+    lower = random.uniform(-size, size, (3, count)).astype(np.float32)
+    return lower, lower + random.uniform(0, size / 5, (3, count)).astype(np.float32)
+
+
+def area(rows: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Return half the area of boxes on a grid; of those inside out 0."""
+    words = rows.astype(np.float64)
+    x, y, z = (np.maximum(STEPS - words[..., LOWER + k] - words[..., UPPER + k], 0) * step[k] for k in range(3))
+    return x * y + y * z + z * x
+
+
+def inner_area(tree: Tree, on: GridBoxes) -> float:
+    """Return half the area of all boxes above the leaves of a tree without larger ones."""
+    level = on.rows[tree.slots[tree.first(np.arange(tree.leaves))]]
+    level[tree.empty] = STEPS
+    total = 0.0
+    while len(level) > 1:
+        level = np.minimum(level[::2], level[1::2])
+        total += float(area(level, on.step).sum())
+    return total
+
+
+def items_of(tree: Tree, leaves: range) -> np.ndarray:
+    """Return the items in some leaves, in ascending order."""
+    first = tree.first(np.arange(tree.leaves + 1))
+    filled = [leaf for leaf in leaves if not tree.empty[leaf]]
+    return np.sort(np.concatenate([tree.slots[first[leaf] : first[leaf + 1]] for leaf in filled]))
+
+
+def box_of(nodes: HostNodes, node: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return lower and upper corner [m] of a node that is read as a child."""
+    word = nodes.words[node // 4, node % 4]
+    return nodes.base + (word & 0xFFFF) * nodes.step, nodes.base + (word >> 16) * nodes.step
+
+
+@pytest.mark.usefixtures("each_builder")
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 8, 9, 100, 1023, 1024, 1025])
+def test_every_item_stands_in_one_leaf(count: int) -> None:
+    tree = tree_over(on_grid(*boxes(count)))
+
+    assert tree.leaves >= count > tree.leaves // 2
+    assert tree.size == 1
+    assert items_of(tree, range(tree.leaves)).tolist() == list(range(count))
+    assert set(tree.slots) == set(range(count))
+
+
+@pytest.mark.usefixtures("each_builder")
+@pytest.mark.parametrize("most", [4, 16])
+def test_where_there_are_no_more_leaves_they_hold_several_items(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(builder, "MOST_LEAVES", most)
+
+    tree = tree_over(on_grid(*boxes(61)))
+
+    held = np.diff(tree.first(np.arange(tree.leaves + 1)))
+    assert (tree.leaves, tree.total, tree.size) == (most, 61, -(-61 // most))
+    assert set(held) <= {tree.size - 1, tree.size}
+    assert items_of(tree, range(most)).tolist() == list(range(61))
+    assert len(tree.slots) == tree.total + tree.size - 1
+
+
+@pytest.mark.usefixtures("each_builder")
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 9, 100, 1025])
+def test_boxes_hold_their_items_and_nothing_for_leaves_without(count: int) -> None:
+    lower, upper = boxes(count)
+    on = on_grid(lower, upper)
+    tree = tree_over(on)
+    nodes = quantise(tree, on)
+    root = 2 if nodes.leaves.bit_length() % 2 == 0 else 1
+
+    for leaf in range(tree.leaves):
+        node = tree.leaves + leaf
+        while node >= max(2, 2 * root - 2):
+            low, high = box_of(nodes, node)
+            if tree.empty[leaf]:
+                assert (low > high).all()
+                break
+            (item,) = items_of(tree, range(leaf, leaf + 1))
+            assert (low <= lower[:, item]).all()
+            assert (high >= upper[:, item]).all()
+            node //= 4
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_root_is_cut_where_that_is_cheapest(seed: int) -> None:
+    count = 2 * CUTS - 27
+    on = on_grid(*boxes(count, seed=seed))
+    tree = tree_over(on)
+    half = tree.leaves // 2
+
+    def cost(items: np.ndarray) -> float:
+        others = np.setdiff1d(np.arange(count), items)
+        return sum(len(side) * float(area(on.rows[side].min(axis=0), on.step)) for side in (items, others))
+
+    known = []
+    for axis in range(3):
+        words = on.rows.astype(np.int64)
+        order = np.argsort((words[:, LOWER + axis] + STEPS - words[:, UPPER + axis]) // 2, kind="stable")
+        known += [cost(order[:k]) for k in range(max(1, count - half), min(half, count - 1) + 1)]
+    # Costs are compared by the upper bits of a float32.
+    assert cost(items_of(tree, range(half))) <= min(known) * (1 + MOST_CUTS * 2.0**-23)
+
+
+def test_a_root_with_more_items_than_are_looked_at_is_cut_nearly_as_well() -> None:
+    count = 4 * CUTS * SAMPLE + 5
+    lower, upper = boxes(count)
+    # Two crowds apart, of which the cut between them is far the cheapest.
+    lower[0, : count * 2 // 5] += 50
+    upper[0, : count * 2 // 5] += 50
+    tree = tree_over(on_grid(lower, upper))
+
+    sides = [items_of(tree, range(k * tree.leaves // 2, (k + 1) * tree.leaves // 2)) for k in range(2)]
+
+    # Between two cuts that are compared lie at most so many items.
+    between = tree.leaves // 2 // CUTS
+    mixed = [min((side < count * 2 // 5).sum(), (side >= count * 2 // 5).sum()) for side in sides]
+    assert sum(mixed) <= between
+    assert abs(len(sides[0]) - len(sides[1])) > between
+
+
+def test_a_tree_in_halves_is_cut_in_the_middle_of_the_longest_axis(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(builder, "MOST_BY_AREA", 0)
+    lower, upper = boxes(64)
+    lower[1] *= 10
+    upper[1] *= 10
+    tree = tree_over(on_grid(lower, upper))
+    y = (lower + upper)[1, tree.slots]
+
+    # Middles are compared on the grid.
+    assert y[:32].max() <= y[32:].min() + 4 * (upper[1].max() - lower[1].min()) / STEPS
+
+
+@pytest.mark.usefixtures("each_builder")
+def test_boxes_that_lie_in_one_place_are_spread() -> None:
+    tree = tree_over(on_grid(*(np.full((3, 300), value, dtype=np.float32) for value in (0.25, 0.5))))
+
+    assert items_of(tree, range(tree.leaves)).tolist() == list(range(300))
+
+
+@pytest.mark.usefixtures("each_builder")
+@pytest.mark.parametrize("size", [1e-30, 1e30, 3e38])
+def test_sizes_at_the_ends_of_the_floats_are_no_matter(size: float) -> None:
+    with np.errstate(all="raise"):
+        tree = tree_over(on_grid(*(np.float32(size) * (end / np.float32(2)) for end in boxes(200))))
+
+    assert items_of(tree, range(tree.leaves)).tolist() == list(range(200))
+
+
+def test_without_a_box_there_is_no_tree() -> None:
+    with pytest.raises(ValueError, match="at least one item"):
+        on_grid(np.zeros((3, 0), np.float32), np.zeros((3, 0), np.float32))
+
+
+# Of all boxes above the leaves, what a tree in halves has.
+@pytest.mark.parametrize(("mesh", "share"), [(bumpy(4), 0.92), (terrain(50), 0.82)], ids=["bumpy", "terrain"])
+@pytest.mark.parametrize("piece", [2**15, 2**8])
+def test_there_is_less_to_meet_than_in_a_tree_in_halves(
+    mesh: Mesh, share: float, piece: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on = on_grid(*bounds(baked(mesh)))
+    monkeypatch.setattr(builder, "PIECE", piece)
+    by_area = inner_area(tree_over(on), on)
+    monkeypatch.setattr(builder, "MOST_BY_AREA", 0)
+
+    assert by_area < share * inner_area(tree_over(on), on)
+
+
+def test_pieces_make_no_worse_tree(monkeypatch: pytest.MonkeyPatch) -> None:
+    on = on_grid(*boxes(3000))
+    at_once = inner_area(tree_over(on), on)
+    monkeypatch.setattr(builder, "PIECE", 256)
+
+    # Where pieces are cut, sixteen items between two cuts stand for all, so that a cut may lie beside the best one.
+    assert inner_area(tree_over(on), on) == pytest.approx(at_once, rel=0.03)
+
+
+@pytest.mark.parametrize("piece", [2**15, 16])
+def test_of_items_in_one_place_along_an_axis_neighbours_stay_together(
+    piece: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(builder, "PIECE", piece)
+    monkeypatch.setattr(builder, "MOST_BY_AREA", 0)
+    # Three columns, numbered in no order, the middle one of which is cut.
+    x, y = (np.ravel(part).astype(np.float32) for part in np.mgrid[:3, :21])
+    lower = np.stack([100 * x, y, 0 * x])[:, np.random.default_rng(3).permutation(63)]
+    tree = tree_over(on_grid(lower, lower + np.float32(1)))
+
+    below, above = (lower[:, items_of(tree, range(k * 32, (k + 1) * 32))] for k in range(2))
+
+    assert below[1, below[0] == 100].max() < above[1, above[0] == 100].min()
