@@ -41,7 +41,7 @@ def test_a_call_of_what_is_no_program_is_refused_in_one_line(rayproof: Rayproof,
     assert not (tmp_path / "call").exists()
 
 
-@pytest.mark.process
+@pytest.mark.references
 def test_a_program_s_pixel_stands_beside_those_of_the_panel(rayproof: Rayproof, tmp_path: Path) -> None:
     scene = select(["primitives/sphere"])[0].scene
     answers = Analytic().render(scene, stages_of(scene))

@@ -109,6 +109,7 @@ def test_intensity_becomes_flux(tmp_path: Path) -> None:
     np.testing.assert_allclose(light.flux, 4 * np.pi * np.array([2, 3, 4]))
 
 
+@pytest.mark.references
 def test_a_spectrum_of_light_has_the_colour_that_mitsuba_gives_it(tmp_path: Path) -> None:
     body = LIGHT.replace('<rgb name="intensity" value="2, 3, 4"/>', '<spectrum name="intensity" value="5"/>')
     (light,) = read(tmp_path, SENSOR + body + BALL).scene.lights
