@@ -84,6 +84,20 @@ def save_results(folder: Path, results: RunRecord) -> Path:
     return folder / TABLE_NAME
 
 
+def save_early(folder: Path, results: RunRecord) -> None:
+    """Keep a run that has its verdicts and waits for what may take long, so that a kill costs no more than that.
+
+    It is written to results.sqlite alone, which has its cases already; an earlier run's results.json goes, which would
+    be read instead. Raises as `save_results` does.
+    """
+    cases = results["cases"]
+    if isinstance(cases, Cases):
+        cases.table.put_document(as_json(_rest(results, IN_A_TABLE)))
+        (folder / NAME).unlink(missing_ok=True)
+    else:
+        save_results(folder, results)
+
+
 def write_results(path: Path, results: RunRecord) -> Path:
     """Write results.json under another name, whatever the number of cases, a record at a time; return `path`.
 

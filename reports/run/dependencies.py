@@ -48,6 +48,7 @@ class Dependencies:
         # What many cases share is worked out once for each choice of configurations and routes, and of parts.
         self._of_choices: dict[tuple[tuple[str, ...], ...], dict[str, str]] = {}
         self._of_parts: dict[tuple[Part, ...], str] = {}
+        self._parts_of: dict[tuple[tuple[str, ...], tuple[str, ...]], tuple[Part, ...]] = {}  # configurations and slots
 
     @property
     def known(self) -> bool:
@@ -63,7 +64,7 @@ class Dependencies:
                 "formulas": digest(self._declared(planned.configurations))[:DIGITS],
                 "machine": digest(machine())[:DIGITS],
             }
-        parts = tuple(self._parts(planned))
+        parts = self._parts(planned)
         if parts not in self._of_parts:
             self._of_parts[parts] = digest([code(modules, without=without) for modules, without in parts])[:DIGITS]
         return {
@@ -80,18 +81,21 @@ class Dependencies:
         """Return the files that a case depends on, by their paths below the package."""
         return frozenset[str]().union(*(_paths(*each) for each in self._parts(planned)))
 
-    def _parts(self, planned: PlannedCase) -> list[Part]:
+    def _parts(self, planned: PlannedCase) -> tuple[Part, ...]:
         """Return the parts of the code: what all cases share, then each formula's module by itself."""
-        parts: list[Part] = self._of_formulas(planned) if self._subject.is_tracer else [(CODE, (FAMILIES,))]
-        self._asked.update(parts)
-        return parts
+        slots = FORMULAS.asked(planned.case.scene) if self._subject.is_tracer else ()
+        asked = planned.configurations, slots
+        if asked not in self._parts_of:
+            parts = self._of_formulas(*asked) if self._subject.is_tracer else ((CODE, (FAMILIES,)),)
+            self._parts_of[asked] = parts
+            self._asked.update(parts)
+        return self._parts_of[asked]
 
-    def _of_formulas(self, planned: PlannedCase) -> list[Part]:
-        slots = FORMULAS.asked(planned.case.scene)
-        chosen = [Configuration.parse(name) for name in planned.configurations]
+    def _of_formulas(self, configurations: tuple[str, ...], slots: tuple[str, ...]) -> tuple[Part, ...]:
+        chosen = [Configuration.parse(name) for name in configurations]
         asked = sorted({one.formula(slot).module for one in chosen for slot in slots})
         shared = (CODE, (FAMILIES, *self._formulas))
-        return [shared, *(((one,), (FAMILIES, *(other for other in self._formulas if other != one))) for one in asked)]
+        return shared, *(((one,), (FAMILIES, *(other for other in self._formulas if other != one))) for one in asked)
 
     def _declared(self, configurations: tuple[str, ...]) -> list[list[str]]:
         """Return which formulas stand in every slot, asked for or not, and what is said of them."""

@@ -22,7 +22,7 @@ from rayproof.reports.publish.scene3d.pictures import ALL_OF, Drawing, drawn_usu
 from rayproof.reports.results.atomic import remove_drafts
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import amend, amending, briefs, named
-from rayproof.reports.results.document import save_results, write_results
+from rayproof.reports.results.document import save_early, save_results, write_results
 from rayproof.reports.results.headline import causes, examined_line, no_say, worse_by_cause
 from rayproof.reports.results.headline import worst_first as worst_cases_first
 from rayproof.reports.results.images import keeps_images
@@ -135,7 +135,7 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
             results["shard"] = shard
             results["configurations"] = shard["configurations"]
         if drawing.pending:
-            save_results(request.out, results)  # before anybody waits for a picture
+            save_early(request.out, results)  # before anybody waits for a picture
             shown.enter_context(console.status("drawing"))
     drawing.tell(results["cases"])
     find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
@@ -158,7 +158,7 @@ def find_out(request: RunRequest, results: RunRecord, console: Console, *, trace
     _link_calls(request.out, results)
     _blame(results, tracer=tracer)
     if request.diagnose and whole and results["summary"][Outcome.FAIL.value]:
-        save_results(request.out, results)  # before anybody waits for a cause
+        save_early(request.out, results)  # before anybody waits for a cause
         _diagnose(request, results, console)
 
 

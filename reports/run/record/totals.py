@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import asdict
 from typing import Any, cast
 
 from rayproof.cases.case import ITEMS
@@ -126,7 +125,7 @@ class Totals:
 
         Of more than `LISTED` checks the first ones.
         """
-        return [asdict(entry) | {"met": self._met.get(entry.name, [])} for entry in known_findings()]
+        return [{**vars(entry), "met": self._met.get(entry.name, [])} for entry in known_findings()]
 
     def silent(self, required: Iterable[str]) -> tuple[str, ...]:
         """Return the required references that measured nothing in any case."""
@@ -189,36 +188,50 @@ def _nothing_covered() -> dict[str, dict[str, Any]]:
 
 def _cover(found: dict[str, dict[str, Any]], record: CaseRecord) -> None:
     """Add to each specification item what a case measured of it."""
+    compared = [check for check in record["checks"] if Outcome(check["verdict"]) in MEASURED]
+    # Many items are measured by the same checks: what these come to is worked out once.
+    known: dict[tuple[tuple[str, ...], frozenset[str], bool], tuple[bool, set[str], CheckRecord] | None] = {}
     for item in record["covers"]:
-        entry = found[item]
         stages = STAGE_ITEMS.get(item) or STAGE_ITEMS[item.split("-")[0]]
-        measured = [
-            check
-            for check in record["checks"]
-            if check["stage"] in stages
-            and Outcome(check["verdict"]) in MEASURED
-            and item in record["ran"].get(check["configuration"], ())
-            and _exercised(item, check)
-        ]
-        if not measured:
+        ran = frozenset(configuration for configuration, items in record["ran"].items() if item in items)
+        shows_in_misses = item.split("-")[0] in ("CAM", "HIT")
+        which = stages, ran, shows_in_misses
+        if which not in known:
+            known[which] = _together(
+                [
+                    check
+                    for check in compared
+                    if check["stage"] in stages
+                    and check["configuration"] in ran
+                    and (shows_in_misses or _hits_something(check))
+                ]
+            )
+        told = known[which]
+        if told is None:
             continue
+        failed, references, worst_check = told
+        entry = found[item]
         entry["cases"] += 1
-        entry["failed"] += any(check["verdict"] == Outcome.FAIL.value for check in measured)
-        for check in measured:
-            entry["references"].add(check["reference"])
-            ratio = at_worst(check["ratio"])
-            if ratio > at_worst(entry["worst_ratio"]) or entry["worst_check"] is None:
-                entry["worst_ratio"] = check["ratio"]
-                entry["worst_check"] = _name(record, check)
+        entry["failed"] += failed
+        entry["references"] |= references
+        if entry["worst_check"] is None or at_worst(worst_check["ratio"]) > at_worst(entry["worst_ratio"]):
+            entry["worst_ratio"] = worst_check["ratio"]
+            entry["worst_check"] = _name(record, worst_check)
 
 
-def _exercised(item: str, check: CheckRecord) -> bool:
-    """Say whether the check met the item at all: where nothing is hit nothing is turned, lit or seen.
+def _together(checks: list[CheckRecord]) -> tuple[bool, set[str], CheckRecord] | None:
+    """Return whether one of the checks fails, their references, and the one nearest to its limit; None of none."""
+    if not checks:
+        return None
+    failed = any(check["verdict"] == Outcome.FAIL.value for check in checks)
+    return failed, {check["reference"] for check in checks}, max(checks, key=lambda check: at_worst(check["ratio"]))
+
+
+def _hits_something(check: CheckRecord) -> bool:
+    """Say whether a check met a surface at all: where nothing is hit nothing is turned, lit or seen.
 
     A miss tells of hit tests and cameras as much as a hit does.
     """
-    if item.split("-")[0] in ("CAM", "HIT"):
-        return True
     measured = check.get("end_to_end")
     return measured is None or measured["interior"] > 0
 
