@@ -19,7 +19,7 @@ from rayproof.reports import HOLDER
 from rayproof.reports.cache import signing, store
 from rayproof.reports.processes.process_tree import adopt_orphans, descendants
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.engine.dispatch import LIFETIME
+from rayproof.reports.run.engine.vetting import LIFETIME
 from rayproof.reports.soak.disturbing import ENGINE_WORKER, Signal
 from rayproof.reports.soak.engine import made_by_the_run
 from rayproof.reports.studies.growth.scenes import small_scenes

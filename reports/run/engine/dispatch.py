@@ -10,20 +10,20 @@ import itertools
 import time
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.processes.worker import Reply
-from rayproof.reports.results.records import CaseRecord, EngineRecord, RefusedRecord, WorkerRecord
+from rayproof.reports.results.records import CaseRecord, EngineRecord
 from rayproof.reports.run.cases_under_way import Terms
 from rayproof.reports.run.engine import machine
 from rayproof.reports.run.engine.batch import BadAnswerError, Batch, Limits, unpacked, write
-from rayproof.reports.run.engine.cluster import Cluster, ClusterError, Event, Place, WorkerState, reached
-from rayproof.reports.run.engine.facts import Facts, facts
+from rayproof.reports.run.engine.cluster import Cluster, Event, Place, reached
+from rayproof.reports.run.engine.vetting import GLANCE, LIFETIME, Vetting, Worker
+from rayproof.reports.run.engine.waiting import Structure, Waiting
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record.unjudged import unjudged
@@ -31,35 +31,7 @@ from rayproof.reports.run.size import estimate
 
 WINDOW = 2  # batches on their way to a worker: one that it does, and one that waits there
 WORK = 4.0  # s that a worker has with a batch
-LARGEST = 200  # cases of a batch
-AHEAD = 2000  # cases among which those of one structure are looked for
-LIFETIME = 60.0  # s without a sign of life after which a worker is lost
 LOSSES = 2  # workers that a case alone may cost
-GLANCE = 1.0  # s, the longest wait at a time
-SILENCE = 60.0  # s that a worker has to tell what it is, its references' versions included
-
-
-@dataclass(kw_only=True)
-class Worker:
-    """A worker that found its way to the run."""
-
-    address: str
-    state: WorkerState
-    processor: str = ""
-    jobs: int = 0
-    told: bool = False  # what it is, so that it may get work
-    asked: float  # when
-    seen: float  # when it last gave a sign of life
-    sent: list[str] = field(default_factory=list)  # names of batches on their way
-    structure: Any = None  # of the cases that it got last
-    cases: int = 0
-    lost: int = 0
-
-    def record(self) -> WorkerRecord:
-        """Return it as results name it."""
-        return {
-            "id": self.address, "processor": self.processor, "jobs": self.jobs, "cases": self.cases, "lost": self.lost
-        }  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +58,7 @@ class Dispatch:
     Where none is left, another one may come within `patience` seconds.
     """
 
-    def __init__(self, cluster: Cluster, terms: Terms, limits: Limits, vetting: "Vetting", *, patience: float) -> None:
+    def __init__(self, cluster: Cluster, terms: Terms, limits: Limits, vetting: Vetting, *, patience: float) -> None:
         self._cluster, self._terms, self._limits = cluster, terms, limits
         self._vetting, self._patience = vetting, patience
         self._folder = Path()
@@ -127,7 +99,7 @@ class Dispatch:
         `finished` gets each with its record, whose files are in `folder` by then; `glance` is called now and then.
         """
         self._folder, self._record = folder, finished
-        waiting = _Waiting(iter(cases))
+        waiting = Waiting(iter(cases))
         while (waiting or self._again or self._sent) and self.gone is None and not enough():
             self._hand_out(waiting)
             glance()
@@ -159,7 +131,7 @@ class Dispatch:
             "refused": self._vetting.refused,
         }
 
-    def _hand_out(self, waiting: "_Waiting") -> None:
+    def _hand_out(self, waiting: Waiting) -> None:
         for worker in [one for one in self._vetting.workers.values() if one.told]:
             while self._again and not worker.sent:
                 self._send(worker, self._again.popleft(), alone=True)
@@ -170,7 +142,7 @@ class Dispatch:
                 self._send(worker, cases, alone=False)
 
     @property
-    def _taken(self) -> set[Any]:
+    def _taken(self) -> set[Structure | None]:
         """Return the structures that workers have kernels of."""
         return {one.structure for one in self._vetting.workers.values()}
 
@@ -325,185 +297,3 @@ def dispatch(
             yield found
         finally:
             found.close()
-
-
-class Vetting:
-    """Which workers there are, and which of them may have work: those that would find what this machine finds."""
-
-    def __init__(self, cluster: Cluster, terms: Terms, limits: Limits, *, tell: Callable[[str], None]) -> None:
-        self._cluster, self._terms, self._limits, self._tell = cluster, terms, limits, tell
-        self._ours: Facts = facts(terms)
-        self._asked: dict[str, str] = {}  # name of the question -> worker
-        self._away: set[str] = set()  # refused or lost: an address that comes back is another worker
-        self._run = uuid.uuid4().hex[:12]
-        self.workers: dict[str, Worker] = {}
-        self.ever: list[Worker] = []
-        self.refused: list[RefusedRecord] = []
-
-    @property
-    def count(self) -> int:
-        """Return how many workers may have work."""
-        return max(1, sum(one.told for one in self.workers.values()))
-
-    def wait(self, seconds: float) -> None:
-        """Wait until a worker may have work.
-
-        Raises:
-            ClusterError: none came in so many seconds, or each that came differs.
-
-        """
-        until = time.monotonic() + seconds
-        while not any(one.told for one in self.workers.values()):
-            event = self._cluster.next(GLANCE)
-            if event is not None and not event.task:
-                if event.lost is not None:
-                    raise ClusterError(f"--scheduler: {event.lost}")
-                self.look(event.value)
-            elif event is not None:
-                self.take(event)
-            self.silent(LIFETIME)
-            if self.refused and not self.workers:
-                first = self.refused[0]
-                more = f", and {len(self.refused) - 1} more like it" if len(self.refused) > 1 else ""
-                raise ClusterError(f"--scheduler: no worker may have work: {first['id']}: {first['why']}{more}")
-            if time.monotonic() > until:
-                raise ClusterError(f"--scheduler: no worker came within {seconds:g} s (--wait)")
-
-    def look(self, there: Mapping[str, WorkerState]) -> list[Worker]:
-        """Take up which workers there are, ask new ones what they are, and return those that have gone."""
-        now = time.monotonic()
-        for address, state in there.items():
-            worker = self.workers.get(address)
-            if worker is None and address not in self._away:
-                self.workers[address] = Worker(address=address, state=state, asked=now, seen=now)
-                question = f"rayproof-{self._run}-facts-{address}"
-                self._asked[question] = address
-                self._cluster.send(question, machine.tell, self._terms, worker=address)
-            elif worker is not None and state.last_seen != worker.state.last_seen:
-                worker.state, worker.seen = state, now
-        gone = [self.workers.pop(address) for address in list(self.workers) if address not in there]
-        self._forget(gone)
-        return gone
-
-    def take(self, event: Event) -> bool:
-        """Take up what a worker says of itself; say whether it was that."""
-        address = self._asked.pop(event.task, None)
-        if address is None:
-            return False
-        self._cluster.forget(event.task)
-        worker = self.workers.get(address)
-        if worker is None:
-            return True
-        if event.error is not None or event.lost is not None or not _is_told(event.value):
-            why = event.error if event.error is not None else event.lost or "it does not say what it is"
-            self.refuse(address, f"{type(why).__name__}: {why}" if isinstance(why, BaseException) else why)
-            return True
-        theirs, processors = event.value
-        difference = self._ours.difference(theirs)
-        if difference is not None:
-            self.refuse(address, difference)
-            return True
-        worker.told, worker.processor, worker.jobs = True, theirs.model, self._limits.jobs or processors
-        self.ever.append(worker)
-        return True
-
-    def refuse(self, address: str, why: str) -> Worker | None:
-        """Give a worker no more work."""
-        why = " ".join(why.split())
-        self.refused.append({"id": address, "why": why})
-        self._tell(f"worker {address} gets no work: {why}")
-        self._away.add(address)
-        worker = self.workers.pop(address, None)
-        self._forget([worker] if worker is not None else [])
-        return worker
-
-    def silent(self, seconds: float) -> list[Worker]:
-        """Return the workers that gave no sign of life for so long, which have no work from now on."""
-        now = time.monotonic()
-        for one in [one for one in self.workers.values() if not one.told and now - one.asked > SILENCE]:
-            self.refuse(one.address, f"it did not say within {SILENCE:g} s what it is")
-        silent = [one for one in self.workers.values() if now - one.seen > seconds]
-        for one in silent:
-            self._away.add(one.address)
-            del self.workers[one.address]
-        self._forget(silent)
-        return silent
-
-    def _forget(self, gone: Iterable[Worker]) -> None:
-        addresses = {one.address for one in gone}
-        for question in [question for question, address in self._asked.items() if address in addresses]:
-            del self._asked[question]
-            self._cluster.forget(question)
-
-
-def _is_told(value: Any) -> bool:
-    """Say whether an answer has the form of what a worker tells; it is foreign data."""
-    return (
-        isinstance(value, tuple)
-        and len(value) == 2
-        and isinstance(value[0], Facts)
-        and isinstance(value[0].told, dict)
-        and isinstance(value[1], int)
-    )
-
-
-class _Waiting:
-    """The cases that nobody has yet, of which so many are read ahead as to find those of one structure."""
-
-    def __init__(self, cases: Iterator[PlannedCase]) -> None:
-        self._cases = cases
-        self._by_structure: dict[Any, deque[PlannedCase]] = {}
-        self._count = 0
-        self.more = True  # beyond those that are read
-        self._read()
-
-    def __bool__(self) -> bool:
-        return self._count > 0
-
-    @property
-    def all(self) -> Iterator[PlannedCase]:
-        """Yield those that are read."""
-        return itertools.chain.from_iterable(self._by_structure.values())
-
-    def take(
-        self,
-        structure: Any,
-        seconds: float,
-        takes: Callable[[Iterable[PlannedCase]], float],
-        taken: Iterable[Any],
-    ) -> tuple[tuple[PlannedCase, ...], Any]:
-        """Return cases of so many seconds, at least one, and their structure: this one as long as there are any.
-
-        Otherwise one that nobody in `taken` has, if there is one, and the one of which there are most.
-        """
-        cases: list[PlannedCase] = []
-        spent = 0.0
-        while self._count and len(cases) < LARGEST and (not cases or spent < seconds):
-            if structure not in self._by_structure:
-                busy = set(taken)
-                structure = max(self._by_structure, key=lambda one: (one not in busy, len(self._by_structure[one])))
-            queue = self._by_structure[structure]
-            one = queue.popleft()
-            if not queue:
-                del self._by_structure[structure]
-            self._count -= 1
-            cases.append(one)
-            spent += takes((one,))
-        self._read()
-        return tuple(cases), structure
-
-    def _read(self) -> None:
-        while self.more and self._count < AHEAD:
-            one = next(self._cases, None)
-            if one is None:
-                self.more = False
-                return
-            self._by_structure.setdefault(_structure(one), deque()).append(one)
-            self._count += 1
-
-
-def _structure(one: PlannedCase) -> Any:
-    """Return what decides which kernels a case needs, about: scenes that share it mostly share them."""
-    scene = one.case.scene
-    shapes = tuple(type(shape).__name__ for shape in scene.shapes)
-    return one.configurations, shapes, len(scene.lights), scene.shading, scene.clip, one.case.samples

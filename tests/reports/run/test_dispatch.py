@@ -12,11 +12,12 @@ from rayproof.cases.families import select
 from rayproof.reports.run.cases_under_way import Terms
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.engine import dispatch as module
-from rayproof.reports.run.engine import machine
+from rayproof.reports.run.engine import machine, vetting
 from rayproof.reports.run.engine.batch import Answer, Batch, Limits, packed
 from rayproof.reports.run.engine.cluster import ClusterError, Event, WorkerState
-from rayproof.reports.run.engine.dispatch import Dispatch, Vetting
+from rayproof.reports.run.engine.dispatch import Dispatch
 from rayproof.reports.run.engine.facts import Facts
+from rayproof.reports.run.engine.vetting import Vetting
 from rayproof.reports.run.kept_images import EVERY_CASE
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.subjects import THE_TRACER
@@ -121,7 +122,7 @@ def put_through(cluster: Played, cases: list[PlannedCase], folder: Path) -> tupl
 
 @pytest.fixture(autouse=True)
 def _as_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "facts", lambda terms: FACTS)
+    monkeypatch.setattr(vetting, "facts", lambda terms: FACTS)
 
 
 def test_who_kills_workers_is_an_error_and_no_innocent_neighbour_is(tmp_path: Path) -> None:
@@ -187,7 +188,7 @@ def test_a_worker_that_differs_is_named_with_the_first_difference(
 ) -> None:
     ours = Facts(told={"Python": "3", "processor features": "avx2 avx512f fma"}, model="any")
     theirs = Facts(told={"Python": "3", "processor features": "avx2 fma"}, model="any")
-    monkeypatch.setattr(module, "facts", lambda terms: ours)
+    monkeypatch.setattr(vetting, "facts", lambda terms: ours)
     monkeypatch.setitem(globals(), "FACTS", theirs)
     cluster = Played(tmp_path, 1, lambda batch: "answer")
 

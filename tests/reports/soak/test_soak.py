@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 from rayproof.reports.commands.soak import document
-from rayproof.reports.run.engine.dispatch import LIFETIME
+from rayproof.reports.run.engine.vetting import LIFETIME
 from rayproof.reports.soak.disturbing import MEMORY, PAUSE, STOP, Signal, _kind, chosen, hit, processes
 from rayproof.reports.soak.engine import engine
 from rayproof.reports.soak.rounds import Round
