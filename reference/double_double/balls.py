@@ -10,7 +10,7 @@ import numpy as np
 from rayproof.cases.baking import world_triangles
 from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square
 from rayproof.reference.double_double.constants import Rational
-from rayproof.reference.double_double.pairs import Bool, Float
+from rayproof.reference.double_double.pair_arithmetic import Bool, Float
 from rayproof.reference.double_double.surfaces import Span
 from rayproof.reference.double_double.vectors import Vector
 

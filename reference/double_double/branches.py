@@ -5,7 +5,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.reference.double_double.pairs import Bool, Pair
+from rayproof.reference.double_double.pair_arithmetic import Bool, Pair
 from rayproof.reference.double_double.questions import Questions
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.reference.double_double.pairs import Pair
+from rayproof.reference.double_double.pair_arithmetic import Pair
 
 DIGITS = 10**60  # roots and tangents are worked out to so many units
 Rational = tuple[Fraction, Fraction, Fraction]

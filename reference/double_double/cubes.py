@@ -8,7 +8,7 @@ import drjit as dr
 from rayproof.cases.scene import Cube
 from rayproof.reference.double_double.branches import only_where
 from rayproof.reference.double_double.constants import Rational, unit
-from rayproof.reference.double_double.pairs import Bool, Pair, larger, select, smaller
+from rayproof.reference.double_double.pair_arithmetic import Bool, Pair, larger, select, smaller
 from rayproof.reference.double_double.placements import placement_of
 from rayproof.reference.double_double.questions import Questions
 from rayproof.reference.double_double.surfaces import Crossing, Span

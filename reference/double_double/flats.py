@@ -5,7 +5,7 @@ from typing import Any
 
 from rayproof.cases.scene import Plane, Square
 from rayproof.reference.double_double.constants import Rational, pair, unit
-from rayproof.reference.double_double.pairs import Bool
+from rayproof.reference.double_double.pair_arithmetic import Bool
 from rayproof.reference.double_double.placements import placement_of
 from rayproof.reference.double_double.questions import Questions
 from rayproof.reference.double_double.surfaces import Crossing, Span

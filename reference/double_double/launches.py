@@ -8,7 +8,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, exr_channels
-from rayproof.reference.double_double.pairs import Pair
+from rayproof.reference.double_double.pair_arithmetic import Pair
 from rayproof.reference.double_double.questions import Questions
 from rayproof.reference.double_double.stages import NEXT, Rows, rays
 from rayproof.reference.double_double.worlds import World

@@ -9,7 +9,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.reference.double_double.pairs import Bool, Float, Pair
+from rayproof.reference.double_double.pair_arithmetic import Bool, Float, Pair
 
 LOW_MARGIN = 2.0**-80
 

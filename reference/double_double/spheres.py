@@ -6,7 +6,7 @@ from rayproof.cases.scene import Sphere
 from rayproof.reference.double_double.branches import only_where
 from rayproof.reference.double_double.constants import Rational, pair
 from rayproof.reference.double_double.constants import dot as exact_dot
-from rayproof.reference.double_double.pairs import Bool, select, sqrt
+from rayproof.reference.double_double.pair_arithmetic import Bool, select, sqrt
 from rayproof.reference.double_double.placements import placement_of
 from rayproof.reference.double_double.questions import Questions
 from rayproof.reference.double_double.surfaces import Crossing, Span

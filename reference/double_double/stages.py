@@ -8,7 +8,7 @@ import drjit as dr
 from rayproof.cases.stages import Stage
 from rayproof.reference.double_double.balls import Ball
 from rayproof.reference.double_double.branches import only_where
-from rayproof.reference.double_double.pairs import Bool, Pair, inverse_sqrt, select
+from rayproof.reference.double_double.pair_arithmetic import Bool, Pair, inverse_sqrt, select
 from rayproof.reference.double_double.questions import Questions
 from rayproof.reference.double_double.surfaces import Crossing, Seen, Span
 from rayproof.reference.double_double.vectors import Vector, dot, minus, plus, scaled, terms, unit

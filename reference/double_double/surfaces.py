@@ -6,7 +6,7 @@ All questions are signs of polynomials in the ray, as exact mathematics would as
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from rayproof.reference.double_double.pairs import Bool, Float, Pair
+from rayproof.reference.double_double.pair_arithmetic import Bool, Float, Pair
 from rayproof.reference.double_double.questions import LOW_MARGIN, Questions
 from rayproof.reference.double_double.vectors import Vector
 

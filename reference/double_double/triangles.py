@@ -10,7 +10,7 @@ import numpy as np
 from rayproof.cases.baking import world_triangles
 from rayproof.cases.scene import Mesh, Triangle
 from rayproof.reference.double_double.constants import Rational, cross, dot, fractions, minus, parts, unit
-from rayproof.reference.double_double.pairs import Bool, Pair, select
+from rayproof.reference.double_double.pair_arithmetic import Bool, Pair, select
 from rayproof.reference.double_double.placements import placement_of
 from rayproof.reference.double_double.questions import Questions
 from rayproof.reference.double_double.surfaces import Crossing, Span

@@ -7,7 +7,7 @@ from typing import Any
 import drjit as dr
 
 from rayproof.reference.double_double.constants import pair
-from rayproof.reference.double_double.pairs import Float, Pair, inner, inverse_sqrt
+from rayproof.reference.double_double.pair_arithmetic import Float, Pair, inner, inverse_sqrt
 
 Vector = tuple[Pair, Pair, Pair]
 

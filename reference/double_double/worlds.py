@@ -9,7 +9,7 @@ from rayproof.reference.double_double.balls import Ball, ball_of
 from rayproof.reference.double_double.constants import PI, Rational, cross, fractions, minus, pair, tangent, unit
 from rayproof.reference.double_double.cubes import SeenCube
 from rayproof.reference.double_double.flats import SeenPlane
-from rayproof.reference.double_double.pairs import Float, Pair
+from rayproof.reference.double_double.pair_arithmetic import Float, Pair
 from rayproof.reference.double_double.spheres import SeenSphere
 from rayproof.reference.double_double.surfaces import Seen, Span
 from rayproof.reference.double_double.triangles import SeenTriangles

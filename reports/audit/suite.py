@@ -11,8 +11,8 @@ from rich.console import Console
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
 from rayproof.reports.audit import findings
-from rayproof.reports.audit.before_laws import before_the_laws, told
-from rayproof.reports.audit.graded_work import QUANTITIES
+from rayproof.reports.audit.faults_against_laws import before_the_laws, told
+from rayproof.reports.audit.graded_task import QUANTITIES
 from rayproof.reports.audit.orders import (
     CaseOrder,
     CaseReport,

@@ -15,12 +15,12 @@ def serve_audit(kind: str, connection: Any) -> None:
 
 def work(order: CaseOrder | GuardOrder | GradedOrder | LiarOrder) -> Any:
     """Do one order and return its report."""
-    from rayproof.reports.audit import case_work, graded_work, guard_work, liar
+    from rayproof.reports.audit import case_task, graded_task, guard_task, liar
 
     if isinstance(order, CaseOrder):
-        return case_work.work(order)
+        return case_task.work(order)
     if isinstance(order, GuardOrder):
-        return guard_work.work(order)
+        return guard_task.work(order)
     if isinstance(order, LiarOrder):
         return liar.work(order)
-    return graded_work.work(order)
+    return graded_task.work(order)

@@ -16,8 +16,8 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
 from rayproof.reference.certified.cameras import camera_answer
 from rayproof.reference.certified.continuing import continued
+from rayproof.reports.certify.judged_values import CERTIFIED, Held, Pixel, certified_answers
 from rayproof.reports.certify.perturbed import CORNERS, perturbed
-from rayproof.reports.certify.values import CERTIFIED, Held, Pixel, certified_answers
 from rayproof.reports.judge.comparison import camera
 from rayproof.reports.judge.comparison.check import Check
 from rayproof.reports.judge.comparison.common_factors import bias

@@ -8,8 +8,8 @@ from rayproof.cases.case import Case
 from rayproof.cases.laws import LAWS
 from rayproof.cases.stages import Stage
 from rayproof.reports.laws.judging import Judged
+from rayproof.reports.laws.law_task import serve_laws
 from rayproof.reports.laws.orders import LawOrder, LawReport
-from rayproof.reports.laws.work import serve_laws
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.subjects import Subject

@@ -20,7 +20,7 @@ from rayproof.reports.judge.panel_record import adjudication
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.self_test.at_edges import edge_sentinels
 from rayproof.reports.judge.self_test.known_answer import CASE, SCENE, BrokenJudgeError, Sentinel, rounded, spoilt_at
-from rayproof.reports.judge.self_test.limits import guard_limits
+from rayproof.reports.judge.self_test.limits_by_hand import guard_limits
 from rayproof.reports.judge.self_test.panel import panel_sentinels, step_sentinels
 from rayproof.reports.judge.self_test.several_references import witness_sentinels
 from rayproof.reports.judge.tolerance.edges import Edges

@@ -10,6 +10,7 @@ from rayproof.cases.scene import Scene
 from rayproof.reports.studies.bench import CONTENDERS, Prepared
 from rayproof.reports.studies.bench.branches import shared
 from rayproof.reports.studies.bench.errors import error, sampled
+from rayproof.reports.studies.bench.kernel_arithmetic import loops
 from rayproof.reports.studies.bench.kernels import Kernel
 from rayproof.reports.studies.bench.limits import limit
 from rayproof.reports.studies.bench.measuring import (
@@ -24,7 +25,6 @@ from rayproof.reports.studies.bench.measuring import (
     timed,
 )
 from rayproof.reports.studies.bench.records import BenchRecord, ContenderRecord, LimitRecord, MachineRecord, SceneRecord
-from rayproof.reports.studies.bench.work import loops
 
 SCHEMA = 1
 UNKNOWN_LIMIT: LimitRecord = {"limit_fraction": None, "limit_by": None, "limit_sum_fraction": None}

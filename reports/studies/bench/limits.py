@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 from rayproof.cases.scene import Scene
 from rayproof.reports.studies.bench.branches import count
+from rayproof.reports.studies.bench.kernel_arithmetic import loops, work
 from rayproof.reports.studies.bench.kernels import Kernel
 from rayproof.reports.studies.bench.records import LimitRecord, MachineRecord
-from rayproof.reports.studies.bench.work import loops, work
 
 BYTES = 12  # a pixel's three float32 channels
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from rayproof.reports.studies.stability.pairs import Pair
+from rayproof.reports.studies.stability.bounded_pairs import Pair
 
 Columns = dict[str, Any]  # named numbers, or triples of them: floats, exact numbers, intervals or Dr.Jit arrays
 Mathematics = Callable[[Columns], Columns]

@@ -10,9 +10,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rayproof.reports.studies.stability.bounded_pairs import Pair
 from rayproof.reports.studies.stability.exactly import Columns
 from rayproof.reports.studies.stability.mathematics import cross, dot, minus
-from rayproof.reports.studies.stability.pairs import Pair
 
 Signs = Mapping[str, np.ndarray]
 

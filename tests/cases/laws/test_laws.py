@@ -14,7 +14,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.laws.judging import judge
-from rayproof.reports.laws.work import small
+from rayproof.reports.laws.law_task import small
 
 # Each holds shapes, lights and clipping that some law needs; between them every law has something to say.
 CASES = ("random_scenes/seed_2", "sidedness/plane_from_below_two_sided")

@@ -10,7 +10,7 @@ from rayproof.cases.baking import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.reference.double_double.backends import types
 from rayproof.reference.double_double.balls import ball_of
-from rayproof.reference.double_double.pairs import Pair
+from rayproof.reference.double_double.pair_arithmetic import Pair
 from rayproof.reference.double_double.surfaces import Span
 from tests.reference.analytic.scenes import icosphere, matrix
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from rayproof.reference.double_double.backends import types
 from rayproof.reference.double_double.branches import only_where
-from rayproof.reference.double_double.pairs import Pair
+from rayproof.reference.double_double.pair_arithmetic import Pair
 from rayproof.reference.double_double.questions import Questions
 
 

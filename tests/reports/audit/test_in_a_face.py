@@ -4,7 +4,7 @@ import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import IDENTITY, Camera, Cube, Scene
-from rayproof.reports.audit.case_work import work
+from rayproof.reports.audit.case_task import work
 from rayproof.reports.audit.orders import CaseOrder
 from rayproof.reports.audit.planted import planted
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from rayproof.cases.ladders.ladder import Inputs, Ladder
 from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.studies.stability.bounded_pairs import Pair
 from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import decided, evaluated, sample, witnessed
 from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
-from rayproof.reports.studies.stability.pairs import Pair
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.reports.studies.stability.shapes import SHAPES, Hit, towards
 from rayproof.tracer.device.arrays import array_types

@@ -15,11 +15,11 @@ from flint import arb
 
 from rayproof.cases.ladders.ladder import Inputs, Ladder
 from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.studies.stability.bounded_pairs import Pair
 from rayproof.reports.studies.stability.conditioned import Conditioned
 from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import Columns, Mathematics, evaluated, parts, sample, witnessed
 from rayproof.reports.studies.stability.mathematics import dot, plus, times
-from rayproof.reports.studies.stability.pairs import Pair
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.tracer.camera.corners import ORDER
 from rayproof.tracer.device.arrays import array_types

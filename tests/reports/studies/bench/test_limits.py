@@ -9,10 +9,10 @@ import pytest
 
 from rayproof.cases.benchmark.scenes import chosen
 from rayproof.reports.studies.bench.branches import shared
+from rayproof.reports.studies.bench.kernel_arithmetic import Work, loops, work
 from rayproof.reports.studies.bench.kernels import Kernel, kernels
 from rayproof.reports.studies.bench.limits import limit
 from rayproof.reports.studies.bench.machine import CHAIN, WIDTH, _add, _chained, _divide, _multiply_add, _root
-from rayproof.reports.studies.bench.work import Work, loops, work
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.frames import Frames

@@ -4,7 +4,7 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.reports.audit import findings
-from rayproof.reports.audit.case_work import work
+from rayproof.reports.audit.case_task import work
 from rayproof.reports.audit.orders import CaseOrder
 from rayproof.reports.audit.planted import planted
 

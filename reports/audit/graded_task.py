@@ -13,7 +13,7 @@ import numpy as np
 from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage
-from rayproof.reports.audit.case_work import candidate, judge, witness
+from rayproof.reports.audit.case_task import candidate, judge, witness
 from rayproof.reports.audit.oracle import PatientOracle
 from rayproof.reports.audit.orders import GradedOrder, GradedReport
 from rayproof.reports.judge.renderers import Candidate

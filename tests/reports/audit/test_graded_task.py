@@ -3,7 +3,7 @@
 import pytest
 
 from rayproof.cases.families import select
-from rayproof.reports.audit.graded_work import QUANTITIES, work
+from rayproof.reports.audit.graded_task import QUANTITIES, work
 from rayproof.reports.audit.orders import GradedOrder
 
 (CASE,) = select(["primitives/sphere"])

@@ -12,7 +12,7 @@ from drjit.llvm import Float64
 
 from rayproof.reference.double_double.backends import fast_math_off, unavailable
 from rayproof.reference.double_double.constants import PI, root, tangent, unit
-from rayproof.reference.double_double.pairs import Pair, inner, inverse_sqrt, sqrt, two_product, two_sum
+from rayproof.reference.double_double.pair_arithmetic import Pair, inner, inverse_sqrt, sqrt, two_product, two_sum
 
 COUNT = 400
 U = Fraction(1, 2**53)

@@ -6,7 +6,7 @@ import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
-from rayproof.reports.audit.before_laws import FaultOrder, FaultReport, before_the_laws, meet, summed_up, told
+from rayproof.reports.audit.faults_against_laws import FaultOrder, FaultReport, before_the_laws, meet, summed_up, told
 from rayproof.reports.audit.planted import PlantedFault, planted
 from rayproof.reports.laws.suite import Pair
 
