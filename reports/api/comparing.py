@@ -4,10 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rayproof.reports.api.outcome import Run, Table, legible_lines, table
 from rayproof.reports.run.llvm import choose_packaged_llvm
+
+if TYPE_CHECKING:
+    from rayproof.reports.studies.compare.records import FormulaComparison, RunComparison
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +76,7 @@ def compare(
     return _comparison(compare_formulas(questions(cases, *pair), *pair, repetitions=repetitions | 1, tell=tell))
 
 
-def _comparison(record: dict[str, Any]) -> Comparison:
+def _comparison(record: "FormulaComparison | RunComparison") -> Comparison:
     from rayproof.reports.studies.compare.pages import COLUMNS, rows
 
     columns = COLUMNS["runs" if "changed" in record else "formulas"]

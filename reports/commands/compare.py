@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rayproof.reports.commands.output import console, say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, one_line, own, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:  # it would load what only this command needs
+    from rayproof.reports.studies.compare.records import FormulaComparison, RunComparison
 
 REPETITIONS = 31
 FEWEST = 9  # with fewer a 95 % interval of a median is the range of all values
@@ -70,7 +73,9 @@ def compare(
     return 0
 
 
-def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str) -> dict[str, Any]:
+def formulas(
+    base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str
+) -> "FormulaComparison":
     """Return the comparison of two formulas or configurations."""
     from rayproof.tracer.device.llvm import select
 
@@ -97,7 +102,7 @@ def formulas(base: str, candidate: str, selectors: Sequence[str], repetitions: i
             raise
 
 
-def show(result: dict[str, Any]) -> None:
+def show(result: "FormulaComparison | RunComparison") -> None:
     """Print the verdict, the families and the control."""
     from rayproof.reports.studies.compare.pages import COLUMNS, rows
 

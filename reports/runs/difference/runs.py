@@ -7,7 +7,6 @@ judged, and there is no control.
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from rayproof.reports.results.records import CaseRecord, CheckRecord, ComparedCh
 from rayproof.reports.runs.difference.checks import ORDER, paired
 from rayproof.reports.runs.difference.record import comparison
 from rayproof.reports.studies.compare.findings import LEAST_DIGITS
+from rayproof.reports.studies.compare.records import CaseMove, FamilyMove, RunComparison
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval
 from rayproof.reports.studies.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
 
@@ -28,7 +28,7 @@ LEAST_FAMILIES = 6
 Check = CheckRecord
 
 
-def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
+def compare_runs(base: Path, candidate: Path) -> RunComparison:
     """Return what differs between the results of two folders, as docs/compare.md describes it.
 
     Raises:
@@ -76,7 +76,7 @@ def compare_runs(base: Path, candidate: Path) -> dict[str, Any]:
 
 def _case(
     worst: ComparedCheckRecord | None, one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]
-) -> dict[str, Any]:
+) -> CaseMove:
     after = {_key(check): check for check in other.get("checks", [])}
     digits: dict[str, float] = {}
     for check in one.get("checks", []):
@@ -127,7 +127,7 @@ def _gained(before: Check, after: Check) -> float | None:
     return math.log10(errors[0] / errors[1])
 
 
-def _by_family(cases: Sequence[Mapping[str, Any]]) -> dict[str, list[float]]:
+def _by_family(cases: Sequence[CaseMove]) -> dict[str, list[float]]:
     families: dict[str, list[float]] = {}
     for case in cases:
         if case["digits_gained"] is not None:
@@ -135,7 +135,7 @@ def _by_family(cases: Sequence[Mapping[str, Any]]) -> dict[str, list[float]]:
     return families
 
 
-def _digits(cases: Sequence[Mapping[str, Any]]) -> tuple[float | None, tuple[float, float] | None]:
+def _digits(cases: Sequence[CaseMove]) -> tuple[float | None, tuple[float, float] | None]:
     """Return the mean over families, and its interval with families drawn again; of few families no interval."""
     means = np.array([np.mean(values) for values in _by_family(cases).values()])
     if len(means) < LEAST_FAMILIES:
@@ -144,7 +144,7 @@ def _digits(cases: Sequence[Mapping[str, Any]]) -> tuple[float | None, tuple[flo
     return float(means.mean()), percentile_interval(drawn, level=LEVEL)
 
 
-def _times(cases: Sequence[Mapping[str, Any]]) -> tuple[float | None, tuple[float, float] | None]:
+def _times(cases: Sequence[CaseMove]) -> tuple[float | None, tuple[float, float] | None]:
     """Return the median over cases of the seconds that the tracer took, after over before."""
     ratios = np.array([case["seconds"][1] / case["seconds"][0] for case in cases if min(case["seconds"]) > 0])
     if not len(ratios):
@@ -153,7 +153,7 @@ def _times(cases: Sequence[Mapping[str, Any]]) -> tuple[float | None, tuple[floa
     return float(np.median(ratios)), percentile_interval(np.median(drawn, axis=1), level=LEVEL)
 
 
-def _families(cases: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _families(cases: Sequence[CaseMove]) -> list[FamilyMove]:
     means = {family: float(np.mean(values)) for family, values in _by_family(cases).items()}
     return [
         {
@@ -165,7 +165,7 @@ def _families(cases: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     ]
 
 
-def _word(changed: Sequence[Mapping[str, Any]], digits: float | None, interval: tuple[float, float] | None) -> str:
+def _word(changed: Sequence[CaseMove], digits: float | None, interval: tuple[float, float] | None) -> str:
     moves = {ORDER.index(case["after"]) > ORDER.index(case["before"]) for case in changed}
     if len(moves) == 2:
         return TRADE
@@ -180,7 +180,7 @@ def _sentence(
     word: str,
     base: Path,
     candidate: Path,
-    changed: Sequence[Mapping[str, Any]],
+    changed: Sequence[CaseMove],
     digits: float | None,
     interval: tuple[float, float] | None,
     shared: int,

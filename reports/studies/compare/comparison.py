@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from rayproof.reports.studies.compare.contenders import Contender, differing, st
 from rayproof.reports.studies.compare.findings import Finding, Timing, finding, overall, overall_timing, timing
 from rayproof.reports.studies.compare.pairing import PairedStage, needed, paired, shown
 from rayproof.reports.studies.compare.questions import Question
-from rayproof.reports.studies.compare.records import family_record
+from rayproof.reports.studies.compare.records import ComparedAbout, FormulaComparison, SideRecord, family_record
 from rayproof.reports.studies.compare.statistics import LEVEL, Interval, shared
 from rayproof.reports.studies.compare.timing import Job, interleaved
 from rayproof.reports.studies.compare.verdicts import accuracy, outcome, sentence, speed
@@ -35,7 +34,7 @@ def compare(
     *,
     repetitions: int,
     tell: Callable[[str], None] = lambda _: None,
-) -> dict[str, Any]:
+) -> FormulaComparison:
     """Return the comparison as docs/compare.md describes it; `tell` is told what is being done.
 
     Raises:
@@ -106,9 +105,9 @@ def _timings(
 
 def _assembled(
     side: _Side, control: _Side, base: Contender, candidate: Contender, stages: tuple[Stage, ...], repetitions: int
-) -> dict[str, Any]:
+) -> FormulaComparison:
     _, control_interval = overall_timing(control.timings, level=LEVEL)
-    about = {
+    about: ComparedAbout = {
         "base": base.label,
         "candidate": candidate.label,
         "configurations": [base.configuration.name, candidate.configuration.name],
@@ -128,9 +127,7 @@ def _assembled(
     }
 
 
-def _said(
-    side: _Side, base: str, candidate: str, controls: Sequence[Timing], control_interval: Interval
-) -> dict[str, Any]:
+def _said(side: _Side, base: str, candidate: str, controls: Sequence[Timing], control_interval: Interval) -> SideRecord:
     """Return verdict, digits, times and families of one side."""
     alpha = 1 - shared(LEVEL, len(side.findings))
     accuracies = [accuracy(one, alpha=alpha) for one in side.findings]

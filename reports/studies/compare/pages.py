@@ -1,6 +1,7 @@
 """A comparison to read: rows of a table, and the same as Markdown."""
 
-from typing import Any
+from rayproof.reports.studies.compare.records import FamilyRecord, FormulaComparison, RunComparison
+from rayproof.reports.studies.compare.statistics import Interval
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "formulas": (
@@ -10,7 +11,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
-def rows(result: dict[str, Any]) -> list[list[str]]:
+def rows(result: FormulaComparison | RunComparison) -> list[list[str]]:
     """Return the table's rows of a comparison of formulas or of runs."""
     if "changed" in result:
         return [
@@ -21,7 +22,7 @@ def rows(result: dict[str, Any]) -> list[list[str]]:
     return [_row(one, controls[one["family"]]) for one in result["families"]]
 
 
-def _row(one: dict[str, Any], control: dict[str, Any]) -> list[str]:
+def _row(one: FamilyRecord, control: FamilyRecord) -> list[str]:
     wrong = one["wrong"]
     changed = f"{wrong['base']} -> {wrong['candidate']} of {one['pixels']}"
     tails = [
@@ -41,18 +42,18 @@ def _row(one: dict[str, Any], control: dict[str, Any]) -> list[str]:
     ]
 
 
-def interval(pair: Any) -> str:
+def interval(pair: Interval) -> str:
     """Return "[low, high]"."""
     return f"[{pair[0]:.3f}, {pair[1]:.3f}]"
 
 
-def _digits(value: float | None, bounds: Any) -> str:
+def _digits(value: float | None, bounds: Interval | None) -> str:
     if value is None:
         return "-"
     return f"{value:+.2f}" if bounds is None else f"{value:+.2f} [{bounds[0]:.2f}, {bounds[1]:.2f}]"
 
 
-def markdown(result: dict[str, Any]) -> str:
+def markdown(result: FormulaComparison | RunComparison) -> str:
     """Return the comparison as Markdown."""
     kind = "runs" if "changed" in result else "formulas"
     columns = COLUMNS[kind]
