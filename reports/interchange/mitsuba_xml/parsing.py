@@ -3,13 +3,63 @@
 import json
 from bisect import bisect_right
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, final
 
 import numpy as np
 
 from rayproof.reports.interchange.mitsuba_xml.scanning import DEEPEST_INCLUDE
 
 NEWLINE = ord("\n")
+
+
+@final
+class StoredReference(TypedDict):
+    """A property that is another element, by its place among all of them."""
+
+    element: int
+
+
+@final
+class StoredSpectrum(TypedDict):
+    """A property that is a spectrum, by its samples."""
+
+    spectrum: list[float]
+    uniform: bool
+
+
+@final
+class StoredMatrix(TypedDict):
+    """A property that is a transform: four rows of four."""
+
+    matrix: list[list[float]]
+
+
+@final
+class StoredOther(TypedDict):
+    """A property of any other kind, in words."""
+
+    other: str
+
+
+Plain = bool | int | float | str | list[float] | list[list[float]]
+Stored = Plain | StoredReference | StoredSpectrum | StoredMatrix | StoredOther
+
+
+class StoredElement(TypedDict):
+    """One element as JSON holds it."""
+
+    kind: str
+    plugin: str
+    id: str
+    place: str  # file, line and column
+    properties: dict[str, Stored]
+
+
+class StoredFile(TypedDict):
+    """What the parser's process hands over of a file."""
+
+    files: list[str]  # that were read, the first one first
+    elements: list[StoredElement]  # the root first
 
 
 def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
@@ -37,7 +87,8 @@ def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
         raise ValueError(str(error)) from None
     files = [_Lines(Path(str(name)), Path(path).parent) for name in state.files]
     elements = [_element(node, files[node.file_index].place(node.offset)) for node in state.nodes]
-    return {}, json.dumps({"files": [str(name) for name in state.files], "elements": elements}).encode()
+    found: StoredFile = {"files": [str(name) for name in state.files], "elements": elements}
+    return {}, json.dumps(found).encode()
 
 
 class _Lines:
@@ -53,7 +104,7 @@ class _Lines:
         return f"{self._name} (line {line}, col {offset - self._starts[line - 1] + 1})"
 
 
-def _element(node: Any, place: str) -> dict[str, Any]:
+def _element(node: Any, place: str) -> StoredElement:
     properties = node.props
     return {
         "kind": str(node.type).rpartition(".")[2],
@@ -64,7 +115,7 @@ def _element(node: Any, place: str) -> dict[str, Any]:
     }
 
 
-def _value(value: Any) -> Any:
+def _value(value: Any) -> Stored:
     """Return a property as JSON holds it; what is no number, text or list of numbers is an object with its kind."""
     kind = type(value).__name__
     if kind == "ResolvedReference":

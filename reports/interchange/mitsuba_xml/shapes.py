@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
 from rayproof.cases.mesh_file import read_mesh
-from rayproof.cases.scene import Cube, Mesh, Plane, SceneError, Shape, Sphere, Square
+from rayproof.cases.scene import Cube, Mesh, Plane, Rgb, SceneError, Shape, Sphere, Square
 from rayproof.reports.interchange.mitsuba_xml import PLANE
 from rayproof.reports.interchange.mitsuba_xml.materials import material_of
 from rayproof.reports.interchange.mitsuba_xml.tree import Element
@@ -16,6 +16,13 @@ from rayproof.reports.interchange.numbers import matrix, vector
 Drop = Callable[[str], None]
 TWICE = np.diag([2.0, 2.0, 2.0, 1.0])
 TURNED = np.diag([1.0, 1.0, -1.0, 1.0])  # under the inverse transpose a square's normal turns around
+
+
+class Surface(TypedDict):
+    """What a shape of any kind has beside its geometry."""
+
+    albedo: Rgb
+    two_sided: bool
 
 
 def count_shapes(element: Element, counts: dict[int, int] | None = None, depth: int = 0) -> int:
@@ -78,38 +85,37 @@ def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> 
     for _, emitter in element.children("Emitter"):
         drop(f"{emitter.place}: the {emitter.plugin} light of the shape; it neither lights nor shines")
     albedo, two_sided = material_of(element, drop)
-    common = {"albedo": albedo, "two_sided": two_sided}
     try:
-        return known[element.plugin](element, folder, drop, to_world, common)
+        return known[element.plugin](element, folder, drop, to_world, {"albedo": albedo, "two_sided": two_sided})
     except SceneError as error:
         raise SceneError(f"{element.place}: {error}") from None
 
 
-def _flipped(element: Element, common: dict[str, Any]) -> bool:
+def _flipped(element: Element, surface: Surface) -> bool:
     # Both sides look alike on a two-sided shape.
-    return bool(element.get("flip_normals", False)) and not common["two_sided"]
+    return bool(element.get("flip_normals", False)) and not surface["two_sided"]
 
 
-def _sphere(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, common: dict[str, Any]) -> Shape:
+def _sphere(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
     center = vector(element.get("center", (0.0, 0.0, 0.0)))
-    if _flipped(element, common):
+    if _flipped(element, surface):
         drop(f"{element.place}: flip_normals; the sphere faces outward")
-    return Sphere(center=center, radius=float(element.get("radius", 1.0)), to_world=matrix(to_world), **common)
+    return Sphere(center=center, radius=float(element.get("radius", 1.0)), to_world=matrix(to_world), **surface)
 
 
-def _cube(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, common: dict[str, Any]) -> Shape:
-    if _flipped(element, common):
+def _cube(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+    if _flipped(element, surface):
         drop(f"{element.place}: flip_normals; the cube faces outward")
-    return Cube(to_world=matrix(to_world @ TWICE), **common)
+    return Cube(to_world=matrix(to_world @ TWICE), **surface)
 
 
-def _rectangle(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, common: dict[str, Any]) -> Shape:
-    turned = TURNED if _flipped(element, common) else np.eye(4)
-    return Square(to_world=matrix(to_world @ TWICE @ turned), **common)
+def _rectangle(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+    turned = TURNED if _flipped(element, surface) else np.eye(4)
+    return Square(to_world=matrix(to_world @ TWICE @ turned), **surface)
 
 
-def _plane(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, common: dict[str, Any]) -> Shape:
-    return Plane(to_world=matrix(to_world), **common)
+def _plane(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+    return Plane(to_world=matrix(to_world), **surface)
 
 
 def _folder_of(name: str, element: Element) -> Path:
@@ -120,11 +126,11 @@ def _folder_of(name: str, element: Element) -> Path:
         return element.folders[0]
 
 
-def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, common: dict[str, Any]) -> Shape:
+def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
     name = str(element.get("filename", ""))
     vertices, faces = read_mesh(name, _folder_of(name, element), element.budget)
     if not element.get("face_normals", False):
         drop(f"{element.place}: vertex normals, if {element.get('filename', '')} has any; the mesh is shaded by faces")
-    if _flipped(element, common):
+    if _flipped(element, surface):
         faces = faces[:, ::-1]
-    return Mesh(vertices=vertices, faces=faces, to_world=matrix(to_world), **common)
+    return Mesh(vertices=vertices, faces=faces, to_world=matrix(to_world), **surface)

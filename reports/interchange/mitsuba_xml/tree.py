@@ -12,6 +12,7 @@ from rayproof.cases.budget import BYTES_A_BYTE, FREE_BYTES, Budget
 from rayproof.cases.foreign import ForeignError, ask
 from rayproof.cases.scene import SceneError
 from rayproof.cases.scene_fields import shown
+from rayproof.reports.interchange.mitsuba_xml.parsing import Plain, Stored, StoredFile
 from rayproof.reports.interchange.mitsuba_xml.scanning import scan
 
 # What Mitsuba's parser may take beside its own code.
@@ -41,6 +42,9 @@ class Reference:
     element: int
 
 
+Property = Plain | Transform | Spectrum | Reference
+
+
 @dataclass(frozen=True, kw_only=True)
 class Element:
     """One element: its kind ("Shape", "BSDF", "Emitter", ...), its plug-in's name and its properties."""
@@ -49,7 +53,7 @@ class Element:
     plugin: str
     id: str
     place: str  # file, line and column, with its id where it has one
-    properties: dict[str, Any]
+    properties: dict[str, Property]
     budget: Budget  # the scene's: an element may be met again and again
     folders: tuple[Path, ...]  # where the files lie that it may name
     _all: list["Element"]
@@ -116,7 +120,7 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = ()) -> Element:
         )
     except ForeignError as error:
         raise SceneError(str(error)) from None
-    document = json.loads(content)
+    document: StoredFile = json.loads(content)
     inside = [folder.resolve() for folder in (path.parent, *allowed)]
     for included in map(Path, document["files"][1:]):
         if not any(included.resolve().is_relative_to(folder) for folder in inside):
@@ -139,7 +143,7 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = ()) -> Element:
     return elements[0]
 
 
-def _property(value: Any) -> Any:
+def _property(value: Stored) -> Property:
     if not isinstance(value, dict):
         return value
     if "element" in value:
