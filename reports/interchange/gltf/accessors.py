@@ -7,6 +7,7 @@ import numpy as np
 from rayproof.cases.scene import SceneError
 from rayproof.cases.scene_fields import shown
 from rayproof.reports.interchange.gltf.document import Document
+from rayproof.reports.interchange.gltf.entries import AccessorEntry, BufferViewEntry
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COUNTS = {"SCALAR": 1, "VEC3": 3}
@@ -19,7 +20,7 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
         SceneError: the accessor is sparse, compressed, of another kind, or reaches beyond its bytes.
 
     """
-    accessor = document.one("accessors", index)
+    accessor = document.one(AccessorEntry, index)
     if accessor.get("type") != kind or kind not in COUNTS:
         raise SceneError(f"accessor {index} must be {kind}, got {shown(accessor.get('type'))}")
     if "sparse" in accessor:
@@ -31,7 +32,7 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
     document.budget.expand(count * components * element.itemsize, by=f"accessor {shown(index)} of {count} elements")
     if "bufferView" not in accessor:
         return np.zeros((count, components), dtype=element)
-    view = document.one("bufferViews", accessor["bufferView"])
+    view = document.one(BufferViewEntry, accessor["bufferView"])
     buffer = _buffer(document, view)
     start = _whole(view, "byteOffset", index, 0) + _whole(accessor, "byteOffset", index, 0)
     stride = _whole(view, "byteStride", index, element.itemsize * components)
@@ -51,14 +52,14 @@ def _fractions(whole: np.ndarray) -> np.ndarray:
     return np.maximum(whole / float(np.iinfo(whole.dtype).max), -1.0)
 
 
-def _buffer(document: Document, view: dict[str, Any]) -> memoryview:
+def _buffer(document: Document, view: BufferViewEntry) -> memoryview:
     index = view.get("buffer")
     if not isinstance(index, int) or not 0 <= index < len(document.buffers):
         raise SceneError(f"a buffer view names no buffer: {shown(index)}")
     return document.buffers[index]
 
 
-def _whole(members: dict[str, Any], name: str, index: Any, usual: int | None = None) -> int:
+def _whole(members: AccessorEntry | BufferViewEntry, name: str, index: Any, usual: int | None = None) -> int:
     value = members.get(name, usual)
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:
         raise SceneError(f"accessor {index}: {name} must be a whole number >= 0, got {shown(value)}")

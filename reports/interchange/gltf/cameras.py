@@ -2,19 +2,19 @@
 
 from collections.abc import Callable
 from math import degrees
-from typing import Any
 
 import numpy as np
 
 from rayproof.cases.scene import Camera, SceneError
 from rayproof.reports.interchange import Size
 from rayproof.reports.interchange.framing import SIZE
+from rayproof.reports.interchange.gltf.entries import CameraEntry
 from rayproof.reports.interchange.numbers import vector
 
 NO_END = 1e5  # an infinite projection's far plane, in units of its near plane
 
 
-def camera_of(camera: dict[str, Any], to_world: np.ndarray, size: Size, drop: Callable[[str], None]) -> Camera | None:
+def camera_of(camera: CameraEntry, to_world: np.ndarray, size: Size, drop: Callable[[str], None]) -> Camera | None:
     """Return a perspective camera, placed; None for an orthographic one, and say so.
 
     Raises:

@@ -14,6 +14,7 @@ from rayproof.cases.mesh_headers import glb_problem
 from rayproof.cases.own_folder import content_of, path_within
 from rayproof.cases.scene import SceneError
 from rayproof.cases.scene_fields import shown
+from rayproof.reports.interchange.gltf.entries import LISTS, BufferEntry, Entry, Root
 
 LARGEST = 512 * 2**20  # bytes, of the file and of each buffer
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
@@ -23,22 +24,22 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 class Document:
     """The JSON part, the bytes of each buffer, and what may still be spent on them."""
 
-    json: dict[str, Any]
+    json: Root
     buffers: tuple[memoryview, ...]
     budget: Budget = field(default_factory=Budget)
 
-    def listed(self, kind: str) -> list[dict[str, Any]]:
+    def listed(self, kind: type[Entry]) -> list[Entry]:
         """Return the document's top-level list of a kind; empty where it has none."""
-        found = self.json.get(kind, [])
+        found = self.json.get(LISTS[kind], [])
         if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
-            raise SceneError(f"{kind} must be a list of objects")
+            raise SceneError(f"{LISTS[kind]} must be a list of objects")
         return found
 
-    def one(self, kind: str, index: Any) -> dict[str, Any]:
+    def one(self, kind: type[Entry], index: Any) -> Entry:
         """Return the entry of a list that an index names; raise SceneError if there is none."""
         entries = self.listed(kind)
         if not isinstance(index, int) or not 0 <= index < len(entries):
-            raise SceneError(f"{kind} has {len(entries)} entries, none at {shown(index)}")
+            raise SceneError(f"{LISTS[kind]} has {len(entries)} entries, none at {shown(index)}")
         return entries[index]
 
 
@@ -71,16 +72,19 @@ def read_document(path: Path) -> Document:
         document = json.loads(text)
     except (ValueError, RecursionError):
         raise SceneError("is not glTF: its JSON cannot be read") from None
-    version = document.get("asset", {}).get("version") if isinstance(document, dict) else None
-    if version is None or not str(version).startswith("2."):
+    if (version := _version(document)) is None or not str(version).startswith("2."):
         raise SceneError(f"must be glTF of version 2, got {shown(version)}")
     found = Document(json=document, buffers=())
     # The binary chunk is that of the first buffer (section 4.4.3.3); any other without a uri holds nothing.
     files = _Files(path.parent, budget)
     buffers = tuple(
-        _buffer(buffer, files, b"" if index else binary) for index, buffer in enumerate(found.listed("buffers"))
+        _buffer(buffer, files, b"" if index else binary) for index, buffer in enumerate(found.listed(BufferEntry))
     )
     return Document(json=document, buffers=buffers, budget=budget)
+
+
+def _version(document: Any) -> Any:
+    return document.get("asset", {}).get("version") if isinstance(document, dict) else None
 
 
 class _Files:
@@ -108,7 +112,7 @@ class _Files:
         return self._contents[uri]
 
 
-def _buffer(buffer: dict[str, Any], files: _Files, binary: bytes) -> memoryview:
+def _buffer(buffer: BufferEntry, files: _Files, binary: bytes) -> memoryview:
     """Return a buffer's bytes (section 3.6.1)."""
     length, uri = buffer.get("byteLength"), buffer.get("uri")
     if not isinstance(length, int) or not 0 <= length <= LARGEST:

@@ -9,6 +9,7 @@ from rayproof.cases.scene import Mesh, Rgb
 from rayproof.cases.scene_fields import shown
 from rayproof.reports.interchange.gltf.accessors import array
 from rayproof.reports.interchange.gltf.document import Document
+from rayproof.reports.interchange.gltf.entries import MaterialEntry, MeshEntry, PrimitiveEntry
 from rayproof.reports.interchange.numbers import matrix, vector
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -34,7 +35,7 @@ def meshes_of(document: Document, index: Any, to_world: np.ndarray, drop: Drop) 
         SceneError: an array or a value is not what glTF or the specification allows.
 
     """
-    mesh = document.one("meshes", index)
+    mesh = document.one(MeshEntry, index)
     for number, primitive in enumerate(mesh.get("primitives", [])):
         place = f"mesh {shown(mesh.get('name', index))}, primitive {number}"
         mode = primitive.get("mode", TRIANGLES)
@@ -80,11 +81,11 @@ def _faces(corners: np.ndarray, mode: int) -> np.ndarray:
     return corners[np.stack([number, number + 1 + odd, number + 2 - odd], axis=1)]
 
 
-def _material(document: Document, primitive: dict[str, Any], place: str, drop: Drop) -> tuple[Rgb, bool]:
+def _material(document: Document, primitive: PrimitiveEntry, place: str, drop: Drop) -> tuple[Rgb, bool]:
     """Return albedo and two-sidedness; glTF's default material is white, metal and one-sided (section 3.9.6)."""
     if "material" not in primitive:
         return (1.0, 1.0, 1.0), False
-    material = document.one("materials", primitive["material"])
+    material = document.one(MaterialEntry, primitive["material"])
     surface = material.get("pbrMetallicRoughness", {})
     if "baseColorTexture" in surface:
         drop(f"{place}: its base colour's texture")

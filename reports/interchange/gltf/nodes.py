@@ -9,24 +9,25 @@ from scipy.spatial.transform import Rotation
 from rayproof.cases.scene import SceneError
 from rayproof.cases.scene_fields import shown
 from rayproof.reports.interchange.gltf.document import Document
+from rayproof.reports.interchange.gltf.entries import NodeEntry, SceneEntry
 
 
-def placed_nodes(document: Document) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
+def placed_nodes(document: Document) -> Iterator[tuple[NodeEntry, np.ndarray]]:
     """Yield each node of the default scene with its matrix to the world, float64 (4, 4).
 
     Raises:
         SceneError: a node has two parents or is its own ancestor, or its numbers are no transform.
 
     """
-    scenes = document.listed("scenes")
+    scenes = document.listed(SceneEntry)
     if not scenes:
         raise SceneError("it has no scene")
-    roots = document.one("scenes", document.json.get("scene", 0)).get("nodes", [])
+    roots = document.one(SceneEntry, document.json.get("scene", 0)).get("nodes", [])
     waiting = [(index, np.eye(4)) for index in reversed(roots)]
     seen: set[int] = set()
     while waiting:
         index, outer = waiting.pop()
-        node = document.one("nodes", index)
+        node = document.one(NodeEntry, index)
         if index in seen:
             raise SceneError(f"node {index} has two parents, or is its own ancestor")
         seen.add(index)
@@ -36,7 +37,7 @@ def placed_nodes(document: Document) -> Iterator[tuple[dict[str, Any], np.ndarra
         waiting += [(child, to_world) for child in reversed(node.get("children", []))]
 
 
-def _local(node: dict[str, Any], index: int) -> np.ndarray:
+def _local(node: NodeEntry, index: int) -> np.ndarray:
     """Return a node's matrix: given by columns, or translation times rotation times scale (section 3.5.3)."""
     if "matrix" in node:
         return _numbers(node["matrix"], 16, index).reshape(4, 4).T

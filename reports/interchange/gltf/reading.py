@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from math import pi
 from pathlib import Path
-from typing import Any
+from typing import Final
 
 import numpy as np
 
@@ -13,11 +13,12 @@ from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
 from rayproof.reports.interchange.framing import camera_for, light_for
 from rayproof.reports.interchange.gltf.cameras import camera_of
 from rayproof.reports.interchange.gltf.document import Document, read_document
+from rayproof.reports.interchange.gltf.entries import AnimationEntry, CameraEntry, LightOfNode, MeshEntry, SceneEntry
 from rayproof.reports.interchange.gltf.meshes import meshes_of
 from rayproof.reports.interchange.gltf.nodes import placed_nodes
 from rayproof.reports.interchange.numbers import vector
 
-LIGHTS = "KHR_lights_punctual"
+LIGHTS: Final = "KHR_lights_punctual"
 UNDERSTOOD = (LIGHTS, "KHR_mesh_quantization")
 
 
@@ -54,7 +55,7 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
     lights: list[PointLight] = []
     nodes = list(placed_nodes(document))
     # Before any is built: a mesh may be named by every node.
-    named = [document.one("meshes", node["mesh"]) for node, _ in nodes if "mesh" in node]
+    named = [document.one(MeshEntry, node["mesh"]) for node, _ in nodes if "mesh" in node]
     document.budget.spend("shapes", sum(len(mesh.get("primitives", [])) for mesh in named), by="it with all its nodes")
     for node, to_world in nodes:
         if "skin" in node:
@@ -62,14 +63,14 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
         if "mesh" in node:
             meshes += meshes_of(document, node["mesh"], to_world, drop)
         if "camera" in node:
-            found = camera_of(document.one("cameras", node["camera"]), to_world, size, drop)
+            found = camera_of(document.one(CameraEntry, node["camera"]), to_world, size, drop)
             cameras += [found] if found else []
         light = node.get("extensions", {}).get(LIGHTS)
         if light is not None:
             lights += _light(document, light, to_world, drop)
-    if document.listed("animations"):
+    if document.listed(AnimationEntry):
         drop("its animations")
-    if (scenes := len(document.listed("scenes"))) > 1:
+    if (scenes := len(document.listed(SceneEntry))) > 1:
         drop(f"{scenes - 1} of {scenes} scenes; the default one counts")
     if len(cameras) > 1:
         drop(f"{len(cameras) - 1} of {len(cameras)} cameras; the first one counts")
@@ -83,7 +84,7 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
 
 
 def _light(
-    document: Document, reference: dict[str, Any], to_world: np.ndarray, drop: Callable[[str], None]
+    document: Document, reference: LightOfNode, to_world: np.ndarray, drop: Callable[[str], None]
 ) -> list[PointLight]:
     """Return a point light: `intensity` is in candela, taken as W/sr, so the flux is 4 pi times it."""
     known = document.json.get("extensions", {}).get(LIGHTS, {}).get("lights", [])
