@@ -22,7 +22,8 @@ CHECKOUT = Path(__file__).resolve().parent
 APT = "on Debian 12: apt-get install python3 python3-venv libatomic1"
 STAMP = "rayproof-setup.json"
 # A process of all tests takes up to 2.4 GB, so that not every processor of a large machine gets one.
-SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile"]
+# Files are begun in the order of tests/conftest.py, which has the longest first.
+SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile", "--no-loadscope-reorder"]
 IN_PROGRESS = {"state": "in progress"}
 
 

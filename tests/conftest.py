@@ -10,6 +10,7 @@ import multiprocessing.util
 import os
 import sys
 from collections.abc import Generator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,6 +20,7 @@ from rayproof.tracer.device import llvm
 
 llvm.select()
 
+HERE = Path(__file__).parent
 STARTS = {"os.exec", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "subprocess.Popen"}
 RENDERERS = {"bpy", "mitsuba", "pyradiance"}  # not embreex: trimesh imports it, whatever it is asked
 # Who asks for one of these fixtures has its marker: what they start serves all tests, and is heard of in the first.
@@ -30,6 +32,25 @@ MARKED = {
     "radiance": "references",
     "tachyon": "references",
 }
+# Files that take half a minute or more of about twenty, the longest first. Where files run side by side they are
+# begun in this order, since one that is begun last is waited for alone.
+LONGEST = (
+    "test_architecture.py",
+    "reports/run/test_cluster_faults.py",
+    "reports/run/test_scheduler.py",
+    "reports/processes/test_pool.py",
+    "reports/testing/test_timed_frames.py",
+    "reports/publish/test_accessibility.py",
+    "examples/test_notebooks.py",
+    "reports/studies/stability/test_targets.py",
+    "reports/diagnosis/test_measuring.py",
+    "reports/diagnosis/test_mistakes.py",
+    "reports/run/test_dependencies.py",
+    "examples/test_renderers.py",
+    "reports/run/test_interrupting.py",
+    "reports/publish/test_case_page.py",
+    "tracer/test_culling.py",
+)
 
 
 class _Guard:
@@ -83,11 +104,14 @@ def _audited_spawn(path: bytes, *rest: Any) -> int:
 multiprocessing.util.spawnv_passfds = _audited_spawn
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark who asks for a fixture that costs."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark who asks for a fixture that costs, and let a process of several begin with the longest files."""
     for item in items:
         for fixture in sorted(MARKED.keys() & set(getattr(item, "fixturenames", ()))):
             item.add_marker(MARKED[fixture])
+    if hasattr(config, "workerinput"):
+        place = {HERE / name: number for number, name in enumerate(LONGEST)}
+        items.sort(key=lambda item: place.get(item.path, len(place)))
 
 
 @pytest.hookimpl(wrapper=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import launcher
+from tests.conftest import LONGEST
 
 CHECKOUT = Path(__file__).parents[1]
 
@@ -163,3 +164,7 @@ def test_tests_keep_compiled_files_in_the_environment_where_none_may_lie_beside_
         launcher.main(["test"])
 
     assert surroundings == {"PYTHONPYCACHEPREFIX": str(tmp_path / "pycache"), "RAYPROOF_VENV": str(tmp_path)}
+
+
+def test_what_is_begun_first_is_there() -> None:
+    assert [name for name in LONGEST if not (CHECKOUT / "tests" / name).is_file()] == []
