@@ -2,9 +2,13 @@
 
 import json as json_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from rayproof.reports.paths.ledger import PathEntry
 
 FAILED = 1
 
@@ -79,12 +83,12 @@ def executed() -> int:
     return FAILED if found else 0
 
 
-def _worst(entry: dict) -> str:
+def _worst(entry: "PathEntry") -> str:
     found = [one["worst"] for one in entry["compared"] if one["worst"] is not None]
     return f"{max(found):.2g}" if found else "not measured" if entry["compared"] else ""
 
 
-def _killed(entry: dict) -> str:
+def _killed(entry: "PathEntry") -> str:
     if not entry["measured"]:
         return f"not measured: {entry['why']}" if entry["why"] else ""
     return f"{len(entry['killed'])} of {len(entry['faults'])}"

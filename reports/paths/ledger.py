@@ -9,7 +9,7 @@ import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path as File
-from typing import Any
+from typing import Any, TypedDict
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
@@ -33,8 +33,59 @@ CODE = (
     "rayproof.tracer.frames",
     "rayproof.tracer.paths",
 )  # of which the record speaks, with all that they import
-JUDGED = {"with": "references", "how": "each stage within its derived limit, end to end and given the stage before"}
+JUDGED = "references", "each stage within its derived limit, end to end and given the stage before"
 ELSEWHERE = "this machine has no such backend"
+
+
+class AuditedFault(TypedDict):
+    """What is read of a fault's entry of audit.json."""
+
+    name: str
+    killed: bool
+    blamed_right: bool
+    blamed_stage: str | None
+    killed_by: list[str]
+
+
+class KilledFault(TypedDict):
+    """What is kept of a planted fault: whether it was killed, at which stage, and by which case."""
+
+    killed: bool
+    stage: str | None
+    by: str | None
+
+
+class Kept(TypedDict):
+    """What is kept of an audit and a run."""
+
+    digest: str  # of the code that they speak of
+    faults: dict[str, KilledFault]
+    worst: dict[str, dict[str, float]]  # route -> case -> the largest error over its limit
+    current: bool  # whether this is that code
+
+
+# "with" is a word of Python's.
+ComparedPath = TypedDict("ComparedPath", {"with": str, "how": str, "worst": float | None})
+
+
+class PathEntry(TypedDict):
+    """A path's row of the ledger."""
+
+    name: str
+    declared: str
+    executed: list[str]  # cases
+    compared: list[ComparedPath]
+    faults: Sequence[str]
+    killed: list[str]
+    measured: bool
+    why: str | None  # why it is not measured
+
+
+class Ledger(TypedDict):
+    """What `rayproof paths --json` writes."""
+
+    paths: list[PathEntry]
+    empty: list[str]  # path and cell
 
 
 def renderings(route: str, scene: Scene, configuration: Configuration) -> Rendering:
@@ -86,9 +137,9 @@ def _executed(cases: Sequence[Case]) -> Iterator[tuple[str, str, str]]:
             yield from ((path, case.name, route) for path, by in found.items() for route in by)
 
 
-def kept() -> dict[str, Any]:
+def kept() -> Kept:
     """Return what is kept of an audit and a run, and in `current` whether it speaks of this code."""
-    record = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.is_file() else {"digest": ""}
+    record: Any = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.is_file() else {"digest": ""}
     return {"faults": {}, "worst": {}} | record | {"current": record["digest"] == code(CODE)}
 
 
@@ -102,22 +153,23 @@ def keep(document: Mapping[str, Any], planted: Faults) -> str:
 
     """
     before = kept()
-    record = {part: before[part] if before["current"] else {} for part in ("faults", "worst")}
+    faults, worst = (before["faults"], before["worst"]) if before["current"] else ({}, {})
     if "cases" in document:
-        found = {part: {**record["worst"].get(part, {}), **cases} for part, cases in _worst(document["cases"]).items()}
-        record["worst"] = {**record["worst"], **found}
-        said = f"{sum(map(len, found.values()))} comparisons"
+        routes = {route: {**worst.get(route, {}), **cases} for route, cases in _worst(document["cases"]).items()}
+        worst = {**worst, **routes}
+        count, said = len(routes), f"{sum(map(len, routes.values()))} comparisons"
     else:
-        found = _killed(document["faults"], {name for some in planted.values() for name in some})
-        record["faults"] = dict(sorted({**record["faults"], **found}.items()))
-        said = f"{len(found)} faults"
-    if not found:
+        killed = _killed(document["faults"], {name for some in planted.values() for name in some})
+        faults = dict(sorted({**faults, **killed}.items()))
+        count, said = len(killed), f"{len(killed)} faults"
+    if not count:
         raise ValueError("it says nothing of paths; run: rayproof audit --only 'path/*', or rayproof run")
-    write_text(RECORD, json.dumps({"digest": code(CODE), "backend": backend(), **record}, indent=1) + "\n")
+    record = {"digest": code(CODE), "backend": backend(), "faults": faults, "worst": worst}
+    write_text(RECORD, json.dumps(record, indent=1) + "\n")
     return said
 
 
-def _killed(faults: Iterable[Mapping[str, Any]], named: Collection[str]) -> dict[str, dict[str, Any]]:
+def _killed(faults: Iterable[AuditedFault], named: Collection[str]) -> dict[str, KilledFault]:
     return {
         entry["name"]: {
             "killed": entry["killed"] and entry["blamed_right"],
@@ -149,7 +201,7 @@ def _worst(cases: Iterable[CaseRecord]) -> dict[str, dict[str, float]]:
     return dict(sorted(found.items()))
 
 
-def ledger(cases: Sequence[Case], planted: Faults) -> dict[str, Any]:
+def ledger(cases: Sequence[Case], planted: Faults) -> Ledger:
     """Return `paths` and `empty` as `rayproof paths --json` has them, with the faults that are planted in paths."""
     by_path: dict[str, dict[str, set[str]]] = {}
     for path, case, route in _executed(cases):
@@ -161,20 +213,11 @@ def ledger(cases: Sequence[Case], planted: Faults) -> dict[str, Any]:
     return {"paths": paths, "empty": [*empty, *(f"{name}: not declared" for name in unknown)]}
 
 
-def _entry(
-    name: str, what: str, met_by: Mapping[str, set[str]], faults: Faults, record: Mapping[str, Any]
-) -> dict[str, Any]:
+def _entry(name: str, what: str, met_by: Mapping[str, set[str]], faults: Faults, record: Kept) -> PathEntry:
     kind, _, which = name.partition("/")
     here = kind != "backend" or which == backend()
     executed = sorted(set().union(*met_by.values())) if met_by else []
-    compared = [
-        {
-            **(JUDGED if route == "" else {"with": ROUTES[route].beside, "how": ROUTES[route].how}),
-            "worst": _most(record, route, met_by[route]),
-        }
-        for route in ("", *ROUTES)
-        if met_by.get(route)
-    ]
+    compared = [_compared(route, met_by[route], record) for route in ("", *ROUTES) if met_by.get(route)]
     # Whatever was killed was killed on this backend.
     own = sorted(record["faults"]) if kind == "backend" else faults.get(name, [])
     said = {fault: record["faults"][fault] for fault in own if fault in record["faults"]}
@@ -191,13 +234,18 @@ def _entry(
     }
 
 
-def _most(record: Mapping[str, Any], route: str, cases: Collection[str]) -> float | None:
+def _compared(route: str, cases: Collection[str], record: Kept) -> ComparedPath:
+    beside, how = JUDGED if route == "" else (ROUTES[route].beside, ROUTES[route].how)
+    return {"with": beside, "how": how, "worst": _most(record, route, cases)}
+
+
+def _most(record: Kept, route: str, cases: Collection[str]) -> float | None:
     """Return the largest error over its limit that the kept run found in some cases by a route, None of other code."""
     known = record["worst"].get(route, {}) if record["current"] else {}
     return max((known[case] for case in cases if case in known), default=None)
 
 
-def _holes(entry: Mapping[str, Any]) -> Iterator[str]:
+def _holes(entry: PathEntry) -> Iterator[str]:
     if entry["why"] == ELSEWHERE:
         return
     for cell, full in (

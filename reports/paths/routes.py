@@ -10,7 +10,7 @@ answer is judged with it; nobody is adjudicated, since every reference would sid
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -249,7 +249,6 @@ def compare(route: str, scene: Scene, configuration: Configuration, answers: Ans
     the pixels beyond it, `pixels` those of all stages.
     """
     by = ROUTES[route]
-    entry: dict[str, Any] = {"path": route, "configuration": configuration.name, "with": by.beside, "how": by.how}
     pixels, worst, first = 0, 0.0, None
     for one in by.compare(scene, configuration, answers):
         ratio = _ratios(one)
@@ -258,10 +257,20 @@ def compare(route: str, scene: Scene, configuration: Configuration, answers: Ans
         beyond = ratio > 1
         if first is None and beyond.any():
             row, column = (int(at) for at in np.unravel_index(int(ratio.argmax()), ratio.shape))
-            first = {"stage": one.stage.value, "differ": int(beyond.sum()), "pixel": [column, row]}
-    failed = {"stage": None, "differ": 0, "pixel": None} if first is None else first
-    found = {"pixels": pixels, "worst": worst, "verdict": "pass" if first is None else "fail"}
-    return cast(ConsistencyRecord, entry | found | failed)
+            first = one.stage.value, int(beyond.sum()), [column, row]
+    stage, differ, pixel = (None, 0, None) if first is None else first
+    return {
+        "path": route,
+        "configuration": configuration.name,
+        "with": by.beside,
+        "how": by.how,
+        "pixels": pixels,
+        "worst": worst,
+        "verdict": "pass" if first is None else "fail",
+        "stage": stage,
+        "differ": differ,
+        "pixel": pixel,
+    }
 
 
 def _ratios(one: Compared) -> np.ndarray:
