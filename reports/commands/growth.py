@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -141,13 +141,13 @@ def _beside(scheduler: str, counts: list[int], json: Path | None) -> None:
 
 def _replay(source: Path, counts: list[int], json: Path | None) -> None:
     from rayproof.reports.results.document import load_results
-    from rayproof.reports.run.replaying import ReplayError, ratios, replayed
+    from rayproof.reports.run.replaying import Replay, ReplayError, ratios, replayed
     from rayproof.reports.studies.growth.measuring import GrowthError
 
     with told_in_one_line():
         if not load_results(source)["cases"]:
             raise ValueError(f"{source} has no cases to replay")
-    rows: list[dict[str, Any]] = []
+    rows: list[Replay] = []
     try:
         for row in replayed(source, counts):
             rows.append(row)

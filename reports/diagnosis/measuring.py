@@ -19,7 +19,7 @@ from functools import cache
 from itertools import combinations, permutations
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -106,6 +106,43 @@ class Renderer:
         )
 
 
+class OutcomeRecord(TypedDict):
+    """What was said of one program, as an `Outcome` has it."""
+
+    programs: str
+    mistake: str
+    written: str
+    failing: int
+    named: tuple[str, ...]
+    right: bool
+    seconds: float
+
+
+class Figures(TypedDict):
+    """How many programs of a kind were named right, named wrong and not named."""
+
+    programs: str
+    written: str
+    of: int
+    right: int
+    class_of_at_most_2: int
+    wrong: int
+    does_not_know: int
+    unseen: int
+
+
+class MeasuredDiagnosis(TypedDict):
+    """What one run of this module prints."""
+
+    table: list[Figures]
+    seed: int
+    wrong_names: list[OutcomeRecord]
+    without_a_switch: list[OutcomeRecord]
+    programs: list[OutcomeRecord]
+    slowest: float
+    seconds: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
     """What was said of one program."""
@@ -122,6 +159,10 @@ class Outcome:
     def wrong(self) -> bool:
         """Say whether a wrong name was named."""
         return bool(self.named) and not self.right
+
+    def as_json(self) -> OutcomeRecord:
+        """Return plain JSON data."""
+        return OutcomeRecord(**asdict(self))
 
 
 def compiler() -> str | None:
@@ -279,9 +320,9 @@ def drawn_faults(count: int, seed: int) -> list[Renderer]:
     ]
 
 
-def table(found: Sequence[Outcome]) -> list[dict[str, Any]]:
+def table(found: Sequence[Outcome]) -> list[Figures]:
     """Return the figures: named right, named wrong and not named, for each kind of renderers that was measured."""
-    rows = []
+    rows: list[Figures] = []
     for kind in (KNOWN_ONE, KNOWN_NONE, TWO, PLANTED):
         for written in (STAGED, ALONE):
             those = [one for one in found if one.programs == kind and one.written == written]
@@ -319,7 +360,7 @@ def _classes(one: Outcome) -> set[str]:
 
 def measure(
     *, jobs: int, quick: bool, only: str = "*", pairs: int = 0, faults: int = 0, seed: int = 0
-) -> dict[str, Any]:
+) -> MeasuredDiagnosis:
     """Return the figures over the switches that patterns with commas name; of one in eight of them if `quick`.
 
     Instead over so many `pairs` of switches or planted `faults`, or both, drawn by a seed. What is said of one is
@@ -355,9 +396,9 @@ def measure(
     return {
         "table": table(found),
         "seed": seed,
-        "wrong_names": [asdict(one) for one in (*found, *plain) if one.wrong],
-        "without_a_switch": [asdict(one) for one in plain],
-        "programs": [asdict(one) for one in found],
+        "wrong_names": [one.as_json() for one in (*found, *plain) if one.wrong],
+        "without_a_switch": [one.as_json() for one in plain],
+        "programs": [one.as_json() for one in found],
         "slowest": max((one.seconds for one in found), default=0.0),
         "seconds": round(time.perf_counter() - start, 1),
     }

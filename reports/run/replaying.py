@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypedDict
 
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.front_data import SHARD
@@ -27,15 +27,26 @@ BATCH = 25  # cases that are kept at once, as they come from another machine
 START = "import sys; from rayproof.reports.run.replaying import main; main(*sys.argv[1:])"
 
 
+class Replay(TypedDict):
+    """What the one process takes that keeps a run of so many cases and publishes it."""
+
+    cases: int
+    seconds: float
+    processor_seconds: float
+    parent_peak_bytes: int
+    index_bytes: int  # the size of index.html
+    entries: int  # files of the folder of records that has most
+    shard: int
+
+
 class ReplayError(RuntimeError):
     """Records that could not be replayed; one line."""
 
 
-def replayed(source: Path, counts: Sequence[int], *, folder: Path | None = None) -> Iterator[dict[str, Any]]:
+def replayed(source: Path, counts: Sequence[int], *, folder: Path | None = None) -> Iterator[Replay]:
     """Yield what runs of so many cases take, whose records are those of `source` again and again.
 
-    Each is `cases`, `seconds`, `processor_seconds` and `parent_peak_bytes` of the one process that keeps and publishes
-    them, and `index_bytes`, the size of index.html. They are made below `folder`, by default a temporary one.
+    They are made below `folder`, by default a temporary one.
 
     Raises:
         ReplayError: such a process failed.
@@ -50,7 +61,7 @@ def replayed(source: Path, counts: Sequence[int], *, folder: Path | None = None)
             yield json.loads(done.stdout.splitlines()[-1])
 
 
-def ratios(rows: Sequence[dict[str, Any]]) -> dict[str, float]:
+def ratios(rows: Sequence[Replay]) -> dict[str, float]:
     """Return what the longest run takes over the shortest: memory, and processor time and time a case."""
     first, last = min(rows, key=lambda row: row["cases"]), max(rows, key=lambda row: row["cases"])
     share = first["cases"] / last["cases"]
@@ -82,7 +93,7 @@ def main(source: str, number: str, place: str) -> None:
     document |= come_to(totals.of(cases), planned=count, tracer=True) | {"cases": cases}
     save_results(out, document)
     publish_all(out, document)
-    told = {
+    told: Replay = {
         "cases": count,
         "seconds": time.perf_counter() - start,
         "processor_seconds": time.process_time() - cpu,
