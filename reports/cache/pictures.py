@@ -3,17 +3,17 @@
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
 from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.cache.entries import DamagedEntryError
 from rayproof.reports.cache.store import Store
+from rayproof.reports.results.records import RenderRecord
 
 CODE = ("rayproof.reports.publish.scene3d.picture_worker", "rayproof.reports.publish.scene3d.pictures")
 PACKAGES = ("numpy", "pillow", "pyvista", "trame-vtk", "vtk")
-KINDS = ("picture", "view")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,28 @@ class PictureKey(Key):
     drawn: bool  # whether a picture is wanted too
 
 
-def question(job: dict[str, Any]) -> str:
+class PicturedCase(TypedDict):
+    """Where the images of a case are, as its record has them."""
+
+    renders: list[RenderRecord] | None
+    pixels: str | None
+
+
+class PictureJob(TypedDict):
+    """What a child must know to draw a case: its files, whose answers it shows, and where the drawings go."""
+
+    name: str
+    scene: str
+    folder: str
+    case: PicturedCase
+    ours: str | None
+    theirs: str | None
+    stage: str | None
+    picture: str | None
+    view: str | None
+
+
+def question(job: PictureJob) -> str:
     """Return the digest of all that a job's drawings depend on: the files it reads, and what it is told to show."""
     folder, case = Path(job["folder"]), job["case"]
     read = [case.get("pixels"), *(render.get("image") for render in case.get("renders") or ())]
@@ -48,7 +69,7 @@ def question(job: dict[str, Any]) -> str:
     ).digest
 
 
-def recall(store: Store, key: str, job: dict[str, Any]) -> bool:
+def recall(store: Store, key: str, job: PictureJob) -> bool:
     """Write what was drawn before where the job wants it; say whether it was there."""
     try:
         drawn = store.read(key, lambda entry: {path: entry[1][kind].tobytes() for kind, path in _paths(job).items()})
@@ -62,7 +83,7 @@ def recall(store: Store, key: str, job: dict[str, Any]) -> bool:
     return True
 
 
-def keep(store: Store, key: str, job: dict[str, Any]) -> None:
+def keep(store: Store, key: str, job: PictureJob) -> None:
     """Keep what was drawn; a store that cannot be written keeps nothing, and nothing depends on it."""
     try:
         arrays = {kind: np.frombuffer(path.read_bytes(), dtype=np.uint8) for kind, path in _paths(job).items()}
@@ -71,9 +92,9 @@ def keep(store: Store, key: str, job: dict[str, Any]) -> None:
         return
 
 
-def _paths(job: dict[str, Any]) -> dict[str, Path]:
+def _paths(job: PictureJob) -> dict[str, Path]:
     wanted = {"picture": job["picture"], "view": job["view"]}
-    return {kind: Path(job["folder"], wanted[kind]) for kind in KINDS if wanted[kind] is not None}
+    return {kind: Path(job["folder"], path) for kind, path in wanted.items() if path is not None}
 
 
 def _digest(path: Path) -> str:

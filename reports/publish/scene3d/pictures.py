@@ -9,9 +9,9 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 from rayproof.reports.cache import pictures
+from rayproof.reports.cache.pictures import PictureJob
 from rayproof.reports.cache.store import Store
 from rayproof.reports.publish.scene3d import gl
 from rayproof.reports.publish.scene3d.drawing_child import DrawingChild
@@ -87,8 +87,8 @@ class Drawing:
     ) -> None:
         self.reason: str | None = None  # why pictures were left out; complete when the block is left
         self._folder, self._progress, self._store, self._seconds = folder, progress, store, seconds
-        self._held: list[tuple[str, dict[str, Any]]] = []  # cases' names and jobs, until it is known who draws
-        self._jobs: dict[str, tuple[str, dict[str, Any]]] = {}  # what is to be kept when it is drawn, and its question
+        self._held: list[tuple[str, PictureJob]] = []  # cases' names and jobs, until it is known who draws
+        self._jobs: dict[str, tuple[str, PictureJob]] = {}  # what is to be kept when it is drawn, and its question
         self._cases: dict[str, str | None] = {}  # those that a child draws: where the view goes
         self._found: dict[str, dict[str, str | None]] = {}
         self._drawn = 0
@@ -143,7 +143,7 @@ class Drawing:
             for name, job in held:
                 self._draw(name, job)
 
-    def _draw(self, name: str, job: dict[str, Any]) -> None:
+    def _draw(self, name: str, job: PictureJob) -> None:
         if not self._pictures:
             job["picture"] = None
         if self._store is not None:
@@ -218,26 +218,28 @@ def _beside(case: CaseRecord, suffix: str) -> str | None:
     return PurePosixPath("pictures", *parts[1:]).with_suffix(suffix).as_posix()
 
 
-def _job(folder: Path, case: CaseRecord) -> dict[str, Any] | None:
+def _job(folder: Path, case: CaseRecord) -> PictureJob | None:
     """Return what the child must know to draw a case, or None if the run kept no scene of it."""
     scene = case.get("scene")
     if not scene or not inside(folder, scene) or picture_path(case) is None:
         return None
+    ours, theirs = _compared(case)
     return {
         "name": case["name"],
         "scene": str((folder / scene).resolve()),
         "folder": str(folder.resolve()),
-        "case": {key: case.get(key) for key in ("renders", "pixels")},
-        **_compared(case),
+        "case": {"renders": case.get("renders"), "pixels": case.get("pixels")},
+        "ours": ours,
+        "theirs": theirs,
         "stage": case.get("stage"),
         "picture": str((folder / str(picture_path(case))).resolve()),
         "view": view_path(case),
     }
 
 
-def _compared(case: CaseRecord) -> dict[str, str | None]:
+def _compared(case: CaseRecord) -> tuple[str | None, str | None]:
     """Return whose answers are drawn: the tracer's, or whatever else was put under test, and a reference's."""
     names = [str(render.get("renderer")) for render in case.get("renders", [])]
     ours = OURS if OURS in names else next(iter(names), None)
     others = [name for name in names if name != ours and not name.startswith("tracer-")]
-    return {"ours": ours, "theirs": THEIRS if THEIRS in others else next(iter(others), None)}
+    return ours, THEIRS if THEIRS in others else next(iter(others), None)
