@@ -7,7 +7,7 @@ that reference. What is a tie in exact numbers is nobody's fault and counts as u
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from typing import cast
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from rayproof.reports.judge.tolerance.limits import HIT, MATRICES, RAY, Roundoff
 from rayproof.reports.judge.tolerance.scene_context import Ground, ground
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome, worst
+from rayproof.reports.results.records import CertifiedRecord
 
 ACCUSING = (Outcome.REFERENCE_SUSPECT, Outcome.WARN)
 UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})
@@ -67,9 +68,9 @@ class Certified:
     why: str | None = None  # why nothing was certified
     seconds: float = 0.0
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> CertifiedRecord:
         """Return plain JSON data."""
-        return asdict(self)
+        return cast("CertifiedRecord", asdict(self))
 
 
 @dataclass(kw_only=True)

@@ -2,13 +2,69 @@
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, TypedDict
 
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
+if TYPE_CHECKING:
+    from rayproof.reports.results.records import WorseRecord
+    from rayproof.reports.runs.history.series import Series
+    from rayproof.reports.runs.history.steps import Step
+
 USUAL = "rayproof-history.sqlite"
 VARIABLE = "RAYPROOF_HISTORY"
+KeptRun = tuple[int, str, str, str, float]  # a row of the table of runs: number, start, revision, verdict, seconds
+
+
+class RunEntry(TypedDict):
+    """A run that the history has."""
+
+    run: int
+    started: str
+    revision: str
+    verdict: str
+    seconds: float
+
+
+class PointEntry(TypedDict):
+    """One run's word on a case."""
+
+    run: int
+    started: str
+    revision: str
+    verdict: str
+    ratio: float | None
+    stage: str
+    place: str
+    seconds: float
+    machine: str
+
+
+class StepEntry(TypedDict):
+    """A change of level, and the run that it came with."""
+
+    at: int
+    before: float
+    after: float
+    run: int
+
+
+class SeriesEntry(TypedDict):
+    """A case over all runs that have it."""
+
+    name: str
+    points: list[PointEntry]
+    error_steps: list[StepEntry]
+    time_steps: list[StepEntry]
+
+
+class HistoryDocument(TypedDict):
+    """What `rayproof history --json` writes."""
+
+    runs: list[RunEntry]
+    cases: list[SeriesEntry]
+    worse: "list[WorseRecord]"
 
 
 def history(*selectors: str, history: Path | None = None, subject: str = "tracer", json: Path | None = None) -> int:
@@ -63,7 +119,7 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     return 0
 
 
-def row(one: Any) -> list[str]:
+def row(one: "Series") -> list[str]:
     """Return a case's row: the last value, and every step with the run at which it came."""
     now = one.points[-1]
     told = [
@@ -81,21 +137,27 @@ def row(one: Any) -> list[str]:
     ]
 
 
-def document(runs: list[tuple[Any, ...]], chosen: list[Any], found: list[dict[str, Any]]) -> dict[str, Any]:
+def document(runs: "list[KeptRun]", chosen: "list[Series]", found: "list[WorseRecord]") -> HistoryDocument:
     """Return the history as JSON data."""
     from dataclasses import asdict
 
-    names = ("run", "started", "revision", "verdict", "seconds")
     return {
-        "runs": [dict(zip(names, run, strict=True)) for run in runs],
+        "runs": [
+            {"run": run, "started": started, "revision": revision, "verdict": verdict, "seconds": seconds}
+            for run, started, revision, verdict, seconds in runs
+        ],
         "cases": [
             {
                 "name": one.name,
-                "points": [asdict(point) for point in one.points],
-                "error_steps": [asdict(step) | {"run": one.points[step.at].run} for step in one.error_steps],
-                "time_steps": [asdict(step) | {"run": one.points[step.at].run} for step in one.time_steps],
+                "points": [PointEntry(**asdict(point)) for point in one.points],
+                "error_steps": [_step(one, step) for step in one.error_steps],
+                "time_steps": [_step(one, step) for step in one.time_steps],
             }
             for one in chosen
         ],
         "worse": found,
     }
+
+
+def _step(one: "Series", step: "Step") -> StepEntry:
+    return {"at": step.at, "before": step.before, "after": step.after, "run": one.points[step.at].run}

@@ -1,20 +1,19 @@
 """What a search came to, as results.json has it and in sentences: one entry a cause, with all that fits as well."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.search import Found, Searched
 from rayproof.reports.diagnosis.trial import Evidence, differ, trial
 from rayproof.reports.results.item_titles import TITLES
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.records import AlternativeRecord, CaseRecord, CauseRecord
 
 FEW = 4  # items that are told by name
 
 
 def entries(
     searched: Searched, failing: Sequence[Evidence], others: Sequence[Evidence], *, of: int
-) -> list[dict[str, Any]]:
+) -> list[CauseRecord]:
     """Return one entry for each cause; where nothing fits, one that says so.
 
     `failing` are the cases to be explained, `of` how many failed, `others` cases beyond the run that may tell apart
@@ -41,17 +40,17 @@ def entries(
         for member in rest
     }
     told_apart = next((name for name in telling.values() if name is not None), None)
-    found_entries = []
+    found_entries: list[CauseRecord] = []
     for name in first.hypothesis.mistakes:
         mistake = MISTAKES[name]
         parameter = first.hypothesis.parameters.get(name)
         beside = [other for other in first.hypothesis.mistakes if other != name]
-        alternatives = [
+        alternatives: list[AlternativeRecord] = [
             {
                 "mistake": "+".join(member.hypothesis.mistakes),
                 "sentence": member.hypothesis.sentence,
                 "items": list(member.hypothesis.items),
-                "parameters": dict(member.hypothesis.parameters),
+                "parameters": {**member.hypothesis.parameters},
             }
             for member in rest
             if name not in member.hypothesis.mistakes
@@ -98,7 +97,7 @@ def _sentence(
     cases: int,
     of: int,
     beside: Sequence[str],
-    alternatives: Sequence[dict[str, Any]],
+    alternatives: Sequence[AlternativeRecord],
     told_apart: str | None,
 ) -> str:
     named = ", ".join(f"{item} {TITLES[item]}" for item in items)
@@ -129,7 +128,7 @@ def what_is_left(cases: Sequence[CaseRecord]) -> str:
     return said
 
 
-def _nothing(searched: Searched, of: int) -> dict[str, Any]:
+def _nothing(searched: Searched, of: int) -> CauseRecord:
     stopped = "" if searched.finished else " (the search was stopped at its time limit)"
     return {
         "mistake": None,

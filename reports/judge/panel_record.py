@@ -1,7 +1,6 @@
 """What a case's record says of the panel: each stage's matrix, who stands alone, and which convention explains it."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.image_shapes import well_shaped
@@ -11,11 +10,12 @@ from rayproof.reports.judge.panel.conventions import Tested, in_words, tested
 from rayproof.reports.judge.panel.outlier import Standing, standing
 from rayproof.reports.judge.renderers import Candidate, Witness, as_candidate
 from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.records import AdjudicationRecord
 
 
 def adjudication(
     judged: Judged, candidates: Sequence[Candidate], witnesses: Sequence[Witness], oracle: FullOracle
-) -> dict[str, Any]:
+) -> dict[str, AdjudicationRecord]:
     """Return {stage: matrix, baseline of interior and limits, who stands alone, why} as docs/results.md describes it.
 
     Conventions are put to the test for each voice that stands alone, at the first image stage at which it does: what
@@ -25,7 +25,7 @@ def adjudication(
     parties = {candidate.name: candidate for candidate in candidates}
     parties |= {witness.name: as_candidate(witness) for witness in witnesses}
     parties = {name: well_shaped(judged.case.scene, party) for name, party in parties.items()}
-    record: dict[str, Any] = {}
+    record: dict[str, AdjudicationRecord] = {}
     first: dict[str, Stage] = {}
     for stage, matrix in judged.panel.items():
         one = standing(matrix, lambda name: voice(name, names))
@@ -43,8 +43,9 @@ def adjudication(
             **matrix.as_json(),
             "alone": ", ".join(one.alone) or None,
             "why": one.why + words,
-            **({"conventions": [result.as_json() for result in results]} if results else {}),
         }
+        if results:
+            record[stage.value]["conventions"] = [result.as_json() for result in results]
     return record
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, ConsistencyRecord
+from rayproof.reports.results.records import CaseRecord, ConsistencyRecord, TakenRecord
 
 # A failure, an error and a suspicion stand: they were found by those who know what is right.
 STANDS = (Outcome.FAIL, Outcome.ERROR, Outcome.REFERENCE_SUSPECT)
@@ -36,7 +36,7 @@ def together(paths: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, list[str
     return {name: sorted(routes) for name, routes in sorted(found.items())}
 
 
-def count_paths(found: dict[str, dict[str, int]], record: CaseRecord) -> None:
+def count_paths(found: dict[str, TakenRecord], record: CaseRecord) -> None:
     """Add to path -> how many cases of a run took it, and in how many its answer was compared with another."""
     compared = {entry["path"] for entry in record.get("consistency", ())} | ({""} if record["checks"] else set())
     for name, routes in record.get("paths", {}).items():

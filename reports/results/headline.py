@@ -1,14 +1,14 @@
 """The one sentence of a run, and what must be shouted before it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import cast
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.case_table import Cases, briefs, named
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.ratios import worst_ratio
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import CaseRecord, HistoryRecord, RunRecord, WorseRecord
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
 THE_USUAL = "tracer"  # the subject that goes without saying
@@ -197,8 +197,8 @@ def worse_by_cause(results: RunRecord) -> list[str]:
 
     Each begins with the worst of its cases, and says how many others there are.
     """
-    told = results.get("history") or {}
-    groups: dict[str, list[Mapping[str, Any]]] = {}
+    told: HistoryRecord = results.get("history") or {}
+    groups: dict[str, list[WorseRecord]] = {}
     for entry in told.get("worse", ()):
         case = named(results["cases"], entry["case"])
         blamed = (cause_of(results, case) or blame(case)) if case is not None and entry["what"] == "verdict" else ""

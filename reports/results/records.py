@@ -54,6 +54,7 @@ ConsistencyRecord = TypedDict(
     },
     total=False,
 )
+EvidenceRecord = TypedDict("EvidenceRecord", {"with": dict[str, str], "against": dict[str, str]}, total=False)
 
 
 class ExaminedRecord(TypedDict):
@@ -129,7 +130,7 @@ class CheckRecord(TypedDict, total=False):
     verdict: Required[Verdict]
     ratio: Number
     reason: str | None
-    evidence: dict[str, Any] | None
+    evidence: EvidenceRecord | None  # witness to the stage at which it sides with, or against, who is under test
     finding: str | None
     end_to_end: MeasurementRecord | None
     continued: MeasurementRecord | None
@@ -233,11 +234,21 @@ class ComparisonRowRecord(TypedDict, total=False):
     checks: list[ComparedCheckRecord]
 
 
+class ComparedRunRecord(TypedDict, total=False):
+    """What the report of two runs tells of each."""
+
+    name: str
+    command: str | None
+    started: str | None
+    rayproof: str | None
+    verdict: str | None
+
+
 class ComparisonRecord(TypedDict, total=False):
     """A run beside an earlier one."""
 
-    base: dict[str, Any]
-    candidate: dict[str, Any]
+    base: ComparedRunRecord
+    candidate: ComparedRunRecord
     faults: list[str]
     configurations: dict[str, str]
     shared: int
@@ -254,6 +265,44 @@ class ArtifactRecord(TypedDict):
 
     sha256: Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
     bytes: Count
+
+
+class MasksRecord(TypedDict, total=False):
+    """Which pixels may differ, for one configuration before the oracle: a byte a pixel, deflated, in base64."""
+
+    configuration: str
+    height: int
+    width: int
+    data: str
+
+
+class WrongVerdictRecord(TypedDict, total=False):
+    """A verdict that certified arithmetic contradicts, with the pixel that shows it."""
+
+    case: str
+    configuration: str
+    reference: str | None
+    stage: str
+    pixel: list[int] | None
+    value: list[Number] | None
+    enclosure: list[list[Number]] | None  # low and high of each channel
+    verdict: str
+    why: str
+
+
+class CertifiedRecord(TypedDict, total=False):
+    """What certified arithmetic says of a case's verdicts; the last four are of somebody who was tried beside."""
+
+    wrong: list[WrongVerdictRecord]
+    undecided: list[str]
+    undecidable: list[str]
+    abstained: list[str]
+    why: str | None
+    seconds: float
+    tried: str
+    verdict: str
+    stage: str | None
+    reason: str | None
 
 
 class CaseRecord(TypedDict, total=False):
@@ -281,13 +330,13 @@ class CaseRecord(TypedDict, total=False):
     view: str | None
     pixels: str | None
     artifacts: dict[str, ArtifactRecord]  # by the path that each has in a results folder
-    masks: dict[str, Any] | None
+    masks: MasksRecord | None
     width: int
     height: int
     lights: int
     camera_and_lights: str
     shapes: list[str]
-    settings: dict[str, dict[str, Any]]
+    settings: dict[str, dict[str, str]]
     renders: list[RenderRecord]
     ran: dict[str, list[str]]
     unsupported: list[UnsupportedRecord]
@@ -296,9 +345,9 @@ class CaseRecord(TypedDict, total=False):
     checks: list[CheckRecord]
     expectations: list[ExpectationRecord]
     adjudication: dict[str, AdjudicationRecord] | None
-    paths: dict[str, Any]
+    paths: dict[str, list[str]]
     consistency: list[ConsistencyRecord]
-    certified: list[dict[str, Any]]
+    certified: list[CertifiedRecord]
     versions: dict[str, str]
     remembered: bool
     worker: str
@@ -347,6 +396,15 @@ class ExplainedRecord(TypedDict):
     of: int
 
 
+class AlternativeRecord(TypedDict, total=False):
+    """A mistake that has the same pixels in this run as the one that is named."""
+
+    mistake: str
+    sentence: str
+    items: list[str]
+    parameters: dict[str, Number]
+
+
 CauseRecord = TypedDict(
     "CauseRecord",
     {
@@ -356,10 +414,10 @@ CauseRecord = TypedDict(
         "explains": ExplainedRecord,
         "cases": list[str],
         "with": list[str],
-        "alternatives": list[dict[str, Any]],
+        "alternatives": list[AlternativeRecord],
         "told_apart_by": str | None,
         "predicted": ExplainedRecord | None,
-        "parameters": dict[str, Any],
+        "parameters": dict[str, Number],
         "tried": int,
     },
     total=False,
@@ -458,6 +516,55 @@ class ImagesKeptRecord(TypedDict):
     left_out: Count
 
 
+class TakenRecord(TypedDict, total=False):
+    """How many cases of a run took an execution path, and in how many its answer was held against another."""
+
+    executed: Count
+    compared: Count
+
+
+class FindingRecord(TypedDict, total=False):
+    """What was found out about a reference, and the checks of this run that it explained."""
+
+    name: str
+    reference: str
+    version: str
+    stage: str
+    where: str
+    at_least: float
+    smallest_scene: str
+    command: str
+    third_witness: str
+    what: str
+    met: list[str]
+
+
+class WorseRecord(TypedDict, total=False):
+    """What of a case is worse than its history: its verdict, its error or its time, and by how much."""
+
+    case: str
+    what: str
+    factor: Number
+    sentence: str
+
+
+class SeriesRecord(TypedDict, total=False):
+    """A case's last points and the steps among them, as a report draws them."""
+
+    points: list[tuple[int, str, str, Number | None, Number]]  # run, revision, verdict, error over limit, seconds
+    error_steps: list[tuple[int, Number]]  # run, factor
+    time_steps: list[tuple[int, Number]]
+
+
+class HistoryRecord(TypedDict, total=False):
+    """How a run stands among those before it."""
+
+    file: str
+    run: int
+    worse: list[WorseRecord]
+    cases: dict[str, SeriesRecord]
+
+
 class RunRecord(TypedDict, total=False):
     """A whole run, as results.json holds it."""
 
@@ -470,7 +577,7 @@ class RunRecord(TypedDict, total=False):
     finished: bool
     subject: str
     faults: list[str]
-    environment: dict[str, Any]
+    environment: dict[str, str]
     configurations: list[str]
     references: dict[str, ReferenceRecord] | None
     absent: dict[str, str] | None
@@ -487,14 +594,14 @@ class RunRecord(TypedDict, total=False):
     shards: list[MergedRecord]  # of a run that was put together
     diagnosis: list[CauseRecord]
     comparison: ComparisonRecord  # of a run beside an earlier one
-    history: dict[str, Any]  # put in when the run is published beside those before it
+    history: HistoryRecord  # put in when the run is published beside those before it
     coverage: Required[dict[str, Count]]
     coverage_detail: dict[str, CoverageRecord]
     images_kept: ImagesKeptRecord
     artifacts: str  # the URL of the store in which cases that passed have their images
-    paths: dict[str, Any]
+    paths: dict[str, TakenRecord]
     review: list[ReviewRecord]
-    findings: list[dict[str, Any]]
+    findings: list[FindingRecord]
     derivations: list[str]
     sources: dict[str, str]
     changed: ChangedRecord

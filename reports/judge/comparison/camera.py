@@ -8,7 +8,6 @@ so it is the third witness when two cameras disagree.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -31,7 +30,7 @@ ITEMS = {
 
 
 @lru_cache(maxsize=16)
-def scales(camera: Camera) -> dict[str, Any]:
+def scales(camera: Camera) -> dict[str, np.ndarray | float]:
     """Return the size of each part's error per unit roundoff, broadcastable to the part's shape."""
     basis = basis_condition(camera)
     eye = float(np.linalg.norm(camera.eye))

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from rayproof.reports.judge.tolerance.calibration import calibration
 from rayproof.reports.judge.tolerance.limits import BECAUSE, Roundoff
 from rayproof.reports.judge.tolerance.pair_limits import LIGHT
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import BiasRecord, CheckRecord, MeasurementRecord
+from rayproof.reports.results.records import BiasRecord, CheckRecord, EvidenceRecord, MeasurementRecord
 
 # The stage whose images people look at: its informative metrics are worth their time.
 INFORMED = Stage.RADIANCE
@@ -39,10 +39,10 @@ class Check:
     continued: Measurement | None = None
     bias: Bias | None = None  # of light before the oracle: the factors that many pixels share
     continued_bias: Bias | None = None
-    informative: dict[str, Any] = field(default_factory=dict)
+    informative: MeasurementRecord = field(default_factory=lambda: MeasurementRecord())
     part: str | None = None  # camera: the item of the worst part
     ratio: float = 0.0
-    evidence: dict[str, Any] = field(default_factory=dict)  # of a failure: which witnesses side with whom, and where
+    evidence: EvidenceRecord | None = None  # of a failure: which witnesses side with whom, and where
     known: str | None = None  # the checked-in finding that explains it
     suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
     steps: str = ""  # what the parties' coarse outputs add to the limit, in words
@@ -63,7 +63,7 @@ class Check:
         """Return plain JSON data."""
         whole = self.end_to_end.as_json() if self.end_to_end else None
         if whole is not None:
-            whole.update(cast(MeasurementRecord, {name: jsonable(value) for name, value in self.informative.items()}))
+            whole.update(self.informative)
         record: CheckRecord = {
             "configuration": self.configuration,
             "reference": self.reference,
@@ -127,7 +127,6 @@ def camera_check(bench: Bench) -> Check:
         part=camera.ITEMS[found.part],
         ratio=found.ratio,
         examined=found.examined,
-        informative={"part": found.part, "error": found.error, "limit": found.limit},
     )
 
 
@@ -143,7 +142,7 @@ def stage_check(bench: Bench, stage: Stage) -> Check:
             shared_continued = bench.shared_factors(stage, continued=True)
     if by_oracle and stage in LIGHT:
         shared = bench.shared_factors(stage, continued=False)
-    informative: dict[str, Any] = {}
+    informative = MeasurementRecord()
     if stage is INFORMED and bench.ground.scene.camera.rows is None:
         both = ours[stage], bench.witness.answers[stage]
         informative = bench.ground.once(("informative", *bench.authors(stage)), lambda: _inform(*both))
@@ -205,7 +204,7 @@ def _conclusion(
     return Outcome.PASS, worst.worst_ratio, ""
 
 
-def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
+def _inform(ours: np.ndarray, theirs: np.ndarray) -> MeasurementRecord:
     """Return the informative metrics with the range that they are relative to; they never decide."""
     if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
         return {}
@@ -214,7 +213,8 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
     unit = int(np.frexp(max(map(abs, value_range)))[1])
     ours, theirs = np.ldexp(ours, -unit), np.ldexp(theirs, -unit)
     scaled = (float(np.ldexp(value_range[0], -unit)), float(np.ldexp(value_range[1], -unit)))
-    return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
+    measured = {name: jsonable(METRICS[name](ours, theirs, scaled)) for name in METRICS}
+    return cast("MeasurementRecord", measured | {"range": jsonable(value_range)})
 
 
 def accounted(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> list[Check]:

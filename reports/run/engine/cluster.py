@@ -26,6 +26,7 @@ from rayproof.reports.processes.signals import deaf
 
 if TYPE_CHECKING:
     from distributed import Client, Security
+    from distributed import Future as TaskFuture
 
 LOCAL = "local:"
 SCHEMES = ("tls://", "tcp://")
@@ -153,7 +154,7 @@ class Cluster:
         self.local = local
         self._client: Any = client
         self._events: queue.Queue[Event] = queue.Queue()
-        self._futures: dict[str, Any] = {}
+        self._futures: dict[str, TaskFuture] = {}
         self._looking = self._soon(self._look())
 
     @property

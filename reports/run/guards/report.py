@@ -59,16 +59,15 @@ def guard_report(oracle: Any) -> None:
         for outcome in (Outcome.FAIL, Outcome.PASS):
             kept = {name for name in shown if outcome is Outcome.FAIL or name != "tracer-float64"}
             page = _published(task, base, outcome, list(shown))
-            images = read_pixels(task.folder / page["pixels"])
+            images = read_pixels(task.folder / str(page["pixels"]))
             radiance = {name: set(np.unique(images[name][Stage.RADIANCE]).tolist()) for name in images}
             if radiance != {name: {shown[name]} for name in kept}:
                 raise BrokenHarnessError("the report is broken: an image is shown as another renderer's, or is lost")
-            told = page["masks"]["configuration"], page["masks"]["data"]
-            if told != ("float32", (classes["float32"] or {})["data"]):
+            if page["masks"] is None or page["masks"] != {**(classes["float32"] or {}), "configuration": "float32"}:
                 raise BrokenHarnessError("the report is broken: pixels are classed as another configuration's")
 
 
-def _published(task: JudgeTask, base: Ground, outcome: Outcome, names: list[str]) -> dict[str, Any]:
+def _published(task: JudgeTask, base: Ground, outcome: Outcome, names: list[str]) -> CaseRecord:
     """Return what the page is handed of a case that ended so."""
     images, pixels = keep_images(task, outcome)
     record: CaseRecord = {

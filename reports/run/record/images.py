@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from rayproof.reports.results.exr import write_answers
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.image_script import write_pixels
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import MasksRecord
 from rayproof.reports.run.messages import JudgeTask
 from rayproof.reports.run.scene_case import place_of
 from rayproof.reports.subjects import TRACER, Subject
@@ -58,7 +58,7 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     return {}, path.as_posix()
 
 
-def masks(task: JudgeTask, base: Ground | None) -> dict[str, Any] | None:
+def masks(task: JudgeTask, base: Ground | None) -> MasksRecord | None:
     """Return which pixels may differ, for the first configuration before the oracle, as plain JSON data.
 
     `base` is what the case was judged on; None where the oracle had no answer.

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any, cast
+from typing import TypedDict, cast
 
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import Stage
@@ -13,7 +13,16 @@ from rayproof.reports.paths.verdict import count_paths
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import MEASURED, Outcome, ledger, worst
-from rayproof.reports.results.records import CaseRecord, CheckRecord, CoverageRecord, LedgerRecord, ReviewRecord
+from rayproof.reports.results.records import (
+    CaseRecord,
+    CheckRecord,
+    CoverageRecord,
+    FindingRecord,
+    LedgerRecord,
+    Number,
+    ReviewRecord,
+    TakenRecord,
+)
 from rayproof.reports.run.record.common_factors import CommonFactors
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
@@ -30,6 +39,16 @@ STAGE_ITEMS: dict[str, tuple[str, ...]] = {
 }
 
 
+class Covered(TypedDict):
+    """What was counted of an item of the specification so far: a `CoverageRecord` whose references are a set."""
+
+    cases: int
+    failed: int
+    worst_ratio: Number
+    worst_check: str | None
+    references: set[str]
+
+
 class Totals:
     """What the records of a run come to together, taken up one at a time: none of them is kept."""
 
@@ -41,7 +60,7 @@ class Totals:
         self.versions: dict[str, str] = {}
         self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
         self.factors = CommonFactors()
-        self.paths: dict[str, dict[str, int]] = {}
+        self.paths: dict[str, TakenRecord] = {}
         self._examined, self._passing = _nothing_examined(), _nothing_examined()
         self._coverage = _nothing_covered()
         self._limits = Limits()
@@ -111,8 +130,7 @@ class Totals:
         A case counts only if it says that it covers the item, a configuration ran whose formulas cover it, and a check
         at one of the item's stages measured something.
         """
-        covered = {item: {**entry, "references": sorted(entry["references"])} for item, entry in self._coverage.items()}
-        return cast("dict[str, CoverageRecord]", covered)
+        return {item: {**entry, "references": sorted(entry["references"])} for item, entry in self._coverage.items()}
 
     @property
     def review(self) -> list[ReviewRecord]:
@@ -120,12 +138,14 @@ class Totals:
         return self._limits.review
 
     @property
-    def findings(self) -> list[dict[str, Any]]:
+    def findings(self) -> list[FindingRecord]:
         """Return the checked-in findings about references, each with the checks of this run that it explained.
 
         Of more than `LISTED` checks the first ones.
         """
-        return [{**vars(entry), "met": self._met.get(entry.name, [])} for entry in known_findings()]
+        return [
+            cast("FindingRecord", {**vars(entry), "met": self._met.get(entry.name, [])}) for entry in known_findings()
+        ]
 
     def silent(self, required: Iterable[str]) -> tuple[str, ...]:
         """Return the required references that measured nothing in any case."""
@@ -180,13 +200,13 @@ def _nothing_examined() -> dict[str, int]:
     return dict.fromkeys(Examined(pixels=0).as_json(), 0)
 
 
-def _nothing_covered() -> dict[str, dict[str, Any]]:
+def _nothing_covered() -> dict[str, Covered]:
     return {
         item: {"cases": 0, "failed": 0, "worst_ratio": 0.0, "worst_check": None, "references": set()} for item in ITEMS
     }
 
 
-def _cover(found: dict[str, dict[str, Any]], record: CaseRecord) -> None:
+def _cover(found: dict[str, Covered], record: CaseRecord) -> None:
     """Add to each specification item what a case measured of it."""
     compared = [check for check in record["checks"] if Outcome(check["verdict"]) in MEASURED]
     # Many items are measured by the same checks: what these come to is worked out once.

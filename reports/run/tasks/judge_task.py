@@ -1,7 +1,6 @@
 """The judge's task: judge a case, keep its images and its scene, return its record for results.json."""
 
 from functools import cache
-from typing import Any
 
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
@@ -17,7 +16,7 @@ from rayproof.reports.judge.self_test.stand_guard import stand_guard
 from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.records import CaseRecord, CertifiedRecord
 from rayproof.reports.run.messages import GuardTask, JudgeTask
 from rayproof.reports.run.record.common_factors import camera_and_lights
 from rayproof.reports.run.record.images import keep_images, masks
@@ -65,13 +64,20 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     return record
 
 
-def _certified(task: JudgeTask, judged: Judged, oracle: FullOracle) -> list[dict[str, Any]]:
+def _certified(task: JudgeTask, judged: Judged, oracle: FullOracle) -> list[CertifiedRecord]:
     """Return what certified arithmetic says of the verdicts on those under test, and on each who is tried beside."""
     found = [certify(judged, task.candidates, task.witnesses, oracle).as_json()]
     for trial in task.trials:
         other = of_what_is_supported(judge_case(task.case, [trial], task.witnesses, oracle, task.versions), [trial])
-        about = {"tried": trial.name, "verdict": other.outcome.value, "stage": other.stage, "reason": other.reason}
-        found.append(certify(other, [trial], task.witnesses, oracle).as_json() | about)
+        found.append(
+            {
+                **certify(other, [trial], task.witnesses, oracle).as_json(),
+                "tried": trial.name,
+                "verdict": other.outcome.value,
+                "stage": other.stage,
+                "reason": other.reason,
+            }
+        )
     return found
 
 

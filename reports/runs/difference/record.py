@@ -9,14 +9,13 @@ import numpy as np
 from rayproof.reports.results.case_table import briefs, by_name
 from rayproof.reports.results.document import LISTED
 from rayproof.reports.results.json_numbers import at_worst
-from rayproof.reports.results.records import ComparisonRecord, ComparisonRowRecord, RunRecord
+from rayproof.reports.results.records import ComparedRunRecord, ComparisonRecord, ComparisonRowRecord, RunRecord
 from rayproof.reports.runs.difference.checks import ORDER, Case, compared, decades, paired, times
 from rayproof.reports.runs.history.series import WORSE_TIME
 from rayproof.reports.runs.history.standing import LOUD
 from rayproof.reports.runs.history.steps import NORMAL
 
 Results = RunRecord
-TOLD = ("command", "started", "rayproof", "verdict")
 
 
 def comparison(before: Results, after: Results, names: tuple[str, str]) -> ComparisonRecord:
@@ -49,8 +48,8 @@ def comparison(before: Results, after: Results, names: tuple[str, str]) -> Compa
             row = rows[name] if name in rows else _row(first(name), second(name), pairs, known)
             rows[name] = {**row, "stands_out": stands_out}
     return {
-        "base": {"name": names[0]} | {key: before.get(key) for key in TOLD},
-        "candidate": {"name": names[1]} | {key: after.get(key) for key in TOLD},
+        "base": _told(before, names[0]),
+        "candidate": _told(after, names[1]),
         "faults": sorted({str(fault) for run in (before, after) for fault in run.get("faults") or []}),
         "configurations": pairs,
         "shared": len(shared),
@@ -58,6 +57,16 @@ def comparison(before: Results, after: Results, names: tuple[str, str]) -> Compa
         "appeared": [[name, other[name]] for name in other if name not in one],
         "vanished": [[name, one[name]] for name in one if name not in other],
         "rows": sorted(rows.values(), key=_order),
+    }
+
+
+def _told(run: Results, name: str) -> ComparedRunRecord:
+    return {
+        "name": name,
+        "command": run.get("command"),
+        "started": run.get("started"),
+        "rayproof": run.get("rayproof"),
+        "verdict": run.get("verdict"),
     }
 
 

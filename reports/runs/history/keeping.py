@@ -1,9 +1,8 @@
 """Keep a run in its history, and tell the run's own results how they stand in it."""
 
 from pathlib import Path
-from typing import Any
 
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.records import RunRecord, SeriesRecord
 from rayproof.reports.runs.history.database import append, opened
 from rayproof.reports.runs.history.revisions import revision
 from rayproof.reports.runs.history.series import Series, read_series
@@ -27,11 +26,11 @@ def keep(path: Path, results: RunRecord) -> list[str]:
     return [entry["sentence"] for entry in found]
 
 
-def drawn(series: Series) -> dict[str, Any]:
+def drawn(series: Series) -> SeriesRecord:
     """Return what a report draws of a case: its last points and the steps among them, by run."""
     points = series.points[-SHOWN:]
     return {
-        "points": [[p.run, p.revision[:10], p.verdict, p.ratio, p.seconds] for p in points],
-        "error_steps": [[series.points[step.at].run, step.factor] for step in series.error_steps],
-        "time_steps": [[series.points[step.at].run, step.factor] for step in series.time_steps],
+        "points": [(p.run, p.revision[:10], p.verdict, p.ratio, p.seconds) for p in points],
+        "error_steps": [(series.points[step.at].run, step.factor) for step in series.error_steps],
+        "time_steps": [(series.points[step.at].run, step.factor) for step in series.time_steps],
     }
