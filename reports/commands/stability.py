@@ -112,7 +112,7 @@ def written(folder: Path, planned: "Plan", found: "SurveyRecord") -> None:
 
 def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, everything: bool) -> None:
     """Print the table, worst first, then what was surprising."""
-    from rayproof.reports.studies.stability.records import worst_first
+    from rayproof.reports.studies.stability.document import worst_first
 
     ordered = worst_first(records)
     kept = ordered if everything else ordered[:SHOWN]

@@ -1,7 +1,7 @@
 """One formula on one ladder: the marks at every value, the fitted slope and the breakpoint."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from scipy import stats
@@ -123,20 +123,33 @@ def _median_interval(values: np.ndarray) -> tuple[float, float]:
     return float(ordered[below]), float(ordered[n - 1 - below])
 
 
+class _Spread(TypedDict):
+    """How large the errors of a rung are; None where nobody erred in a way that can be measured."""
+
+    median: float | None
+    median_low: float | None
+    median_high: float | None
+    p99: float | None
+    worst: float | None
+
+
+def _spread(error: np.ndarray) -> _Spread:
+    if not error.size:
+        return {"median": None, "median_low": None, "median_high": None, "p99": None, "worst": None}
+    middle, high, worst = np.quantile(error, (0.5, 0.99, 1.0))
+    low, up = _median_interval(error)
+    return {
+        "median": float(middle),
+        "median_low": low,
+        "median_high": up,
+        "p99": float(high),
+        "worst": float(worst),
+    }
+
+
 def _rung(value: float, grades: Grades, part: np.ndarray) -> Rung:
     error, index = _finite(grades.error[part]), _finite(grades.index[part])
     invalid = grades.invalid[part]
-    some: dict[str, Any] = dict.fromkeys(("median", "median_low", "median_high", "p99", "worst"))
-    if error.size:
-        middle, high, worst = np.quantile(error, (0.5, 0.99, 1.0))
-        low, up = _median_interval(error)
-        some = {
-            "median": float(middle),
-            "median_low": low,
-            "median_high": up,
-            "p99": float(high),
-            "worst": float(worst),
-        }
     return Rung(
         value=value,
         rays=len(part),
@@ -145,5 +158,5 @@ def _rung(value: float, grades: Grades, part: np.ndarray) -> Rung:
         invalid=int(np.sum(invalid)),
         index=float(index.max()) if index.size else None,
         counts={name: int(np.sum(count[part])) for name, count in grades.counts.items()},
-        **some,
+        **_spread(error),
     )

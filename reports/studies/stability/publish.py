@@ -7,7 +7,8 @@ from pathlib import Path
 
 from rayproof.cases.ladders.ladder import Ladder
 from rayproof.reports.results.json_numbers import plain
-from rayproof.reports.studies.stability.records import ClimbRecord, about
+from rayproof.reports.studies.stability.document import about
+from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord
 
 FIRST_COLUMNS = ("formula", "precision")
 
@@ -16,8 +17,9 @@ def publish(folder: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> Non
     """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
     from rayproof.reports.studies.stability.figures import figure
 
-    content = plain({**about(ladder), "climbs": list(records)})
-    (folder / f"{ladder.name}.json").write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    whole: LadderRecord = {**about(ladder), "climbs": list(records)}
+    content = json.dumps(plain(whole), indent=2, allow_nan=False)
+    (folder / f"{ladder.name}.json").write_text(content + "\n", encoding="utf-8")
     rows = [
         {"formula": one["formula"], "precision": one["precision"]} | rung for one in records for rung in one["values"]
     ]

@@ -7,9 +7,10 @@ from fnmatch import fnmatchcase
 from rayproof.cases.ladders import all_ladders
 from rayproof.cases.ladders.ladder import Ladder
 from rayproof.reports.studies.stability.climb import climb, drawn
+from rayproof.reports.studies.stability.document import record
 from rayproof.reports.studies.stability.guards import broken
 from rayproof.reports.studies.stability.judge import doubted, judged
-from rayproof.reports.studies.stability.records import ClimbRecord, record
+from rayproof.reports.studies.stability.records import ClimbRecord
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.formula import Formula, is_own
 
