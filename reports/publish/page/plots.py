@@ -6,7 +6,7 @@ Plotly comes beside them once, where there is anything to plot; the pages load a
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, TypeGuard
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.viewer_page import vendored
@@ -15,16 +15,67 @@ from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.image_script import script
 from rayproof.reports.results.json_numbers import number
 from rayproof.reports.results.records import RunRecord
+from rayproof.reports.studies.bench.records import (
+    BenchRecord,
+    ChangeRecord,
+    ContenderRecord,
+    MachineRecord,
+    SceneRecord,
+)
+from rayproof.reports.studies.stability.records import ClimbRecord, LadderAbout, LadderRecord, SurveyAbout
+from rayproof.reports.studies.tradeoff.points import TradeoffRecord
 
 FOLDER = "plots"
 LIBRARY = "plotly-basic.min.js"
 DIGITS = 4
 _COUNTED = ("false_hits", "false_misses", "invalid")
 _SIZES = ("median", "median_low", "median_high", "p99", "worst", "worst_over_Ku")
-_OF_A_CLIMB = (
-    "formula", "precision", "slope", "slope_interval", "slope_predicted", "breakpoint", "worst_error_over_Ku",
-    "per_million", "expected", "verdict", "reasons", "known", "surprise",
-)  # fmt: skip
+
+
+class ClimbPlot(TypedDict):
+    """A climb, its values as columns, which is a quarter of the text."""
+
+    formula: str
+    precision: str
+    slope: float | None
+    slope_interval: list[float] | None
+    slope_predicted: float | None
+    breakpoint: float | None
+    worst_error_over_Ku: float | None
+    per_million: dict[str, float]
+    expected: str
+    verdict: str
+    reasons: list[str]
+    known: str
+    surprise: str
+    values: dict[str, list[float | None]]
+
+
+class LadderPlot(LadderAbout):
+    """A ladder with its climbs."""
+
+    climbs: list[ClimbPlot]
+
+
+class NotTold(TypedDict):
+    """What a file does not tell: nothing."""
+
+
+class StabilityPlot(TypedDict):
+    """The ladders that were climbed."""
+
+    ladders: list[LadderPlot]
+    about: SurveyAbout | NotTold
+
+
+class BenchPlot(TypedDict):
+    """A benchmark."""
+
+    started: str | None
+    machine: MachineRecord | NotTold
+    versions: dict[str, str]
+    scenes: list[SceneRecord]
+    changes: list[ChangeRecord]
 
 
 @PUBLISHERS.register("plots")
@@ -53,19 +104,21 @@ def data_of(name: str) -> str:
     return f"{FOLDER}/{name}.js"
 
 
-def stability(folder: Path) -> dict[str, Any] | None:
+def stability(folder: Path) -> StabilityPlot | None:
     """Return the ladders that were climbed, numbers rounded for drawing; None without any."""
     place = folder / "stability"
     names = _read(place / "ladders.json")
     if not isinstance(names, list):
         return None
     found = [_read(place / f"{name}.json") for name in names if isinstance(name, str) and Path(name).name == name]
-    ladders = [_ladder(one) for one in found if isinstance(one, dict) and isinstance(one.get("climbs"), list)]
+    ladders = [_ladder(one) for one in found if _is_ladder(one)]
     about = _read(place / "about.json")
-    return {"ladders": ladders, "about": about if isinstance(about, dict) else {}} if ladders else None
+    if not ladders:
+        return None
+    return {"ladders": ladders, "about": about if _is_survey(about) else {}}
 
 
-def tradeoff(folder: Path) -> dict[str, Any] | None:
+def tradeoff(folder: Path) -> TradeoffRecord | None:
     """Return the work-precision diagrams, numbers rounded for drawing; None without any."""
     found = _read(folder / "tradeoff" / "tradeoff.json")
     if not isinstance(found, dict) or not isinstance(found.get("diagrams"), list) or not found["diagrams"]:
@@ -73,51 +126,90 @@ def tradeoff(folder: Path) -> dict[str, Any] | None:
     return _rounded(found)
 
 
-def bench(folder: Path) -> dict[str, Any] | None:
+def bench(folder: Path) -> BenchPlot | None:
     """Return the benchmark, as docs/bench.md describes it, numbers rounded for drawing; None without any."""
     found = _read(folder / "bench.json")
-    scenes = _mappings(found.get("scenes")) if isinstance(found, dict) else []
+    if not _is_bench(found):
+        return None
+    scenes = [scene for scene in found["scenes"] if isinstance(scene, dict)]
     if not scenes or not all(map(_is_scene, scenes)):
         return None
-    shown = [{**scene, "contenders": _mappings_in(scene.get("contenders"))} for scene in scenes]
-    about = {name: found[name] if isinstance(found.get(name), dict) else {} for name in ("machine", "versions")}
-    changes = [change for change in _mappings(found.get("changes")) if isinstance(change.get("interval"), list)]
-    return _rounded({"started": found.get("started"), **about, "scenes": shown, "changes": changes})
+    machine, versions, changes = found.get("machine"), found.get("versions"), found.get("changes")
+    shown: BenchPlot = {
+        "started": found.get("started"),
+        "machine": machine if isinstance(machine, dict) else {},
+        "versions": versions if isinstance(versions, dict) else {},
+        "scenes": [{**scene, "contenders": _contenders(scene)} for scene in scenes],
+        "changes": [change for change in changes if _is_change(change)] if isinstance(changes, list) else [],
+    }
+    return _rounded(shown)
 
 
-def _is_scene(scene: dict[str, Any]) -> bool:
+def _is_bench(found: Any) -> TypeGuard[BenchRecord]:
+    """Return whether a file's content is a benchmark; its parts are looked at one by one."""
+    return isinstance(found, dict) and isinstance(found.get("scenes"), list)
+
+
+def _is_scene(scene: SceneRecord) -> bool:
     """Return whether a scene of a benchmark has a size, and intervals that are pairs."""
-    sized = all(isinstance(scene.get(key), int) and scene[key] > 0 for key in ("width", "height"))
+    sized = all(isinstance(size := scene.get(key), int) and size > 0 for key in ("width", "height"))
     pairs = (scene.get(f"{key}_interval") for key in ("ratio_minimal", "ratio_direct", "control"))
     return sized and all(pair is None or (isinstance(pair, list) and len(pair) == 2) for pair in pairs)
 
 
-def _mappings(value: Any) -> list[dict[str, Any]]:
-    return [one for one in value if isinstance(one, dict)] if isinstance(value, list) else []
+def _contenders(scene: SceneRecord) -> dict[str, ContenderRecord]:
+    found = scene.get("contenders")
+    return {name: one for name, one in found.items() if isinstance(one, dict)} if isinstance(found, dict) else {}
 
 
-def _mappings_in(value: Any) -> dict[str, dict[str, Any]]:
-    return {name: one for name, one in value.items() if isinstance(one, dict)} if isinstance(value, dict) else {}
+def _is_change(change: ChangeRecord) -> bool:
+    return isinstance(change, dict) and isinstance(change.get("interval"), list)
 
 
-SOURCES: dict[str, Callable[[Path], dict[str, Any] | None]] = {
+SOURCES: dict[str, Callable[[Path], StabilityPlot | TradeoffRecord | BenchPlot | None]] = {
     "stability": stability,
     "tradeoff": tradeoff,
     "bench": bench,
 }
 
 
-def _ladder(one: dict[str, Any]) -> dict[str, Any]:
-    climbs = [climb for climb in one["climbs"] if isinstance(climb, dict)]
-    return _rounded(one | {"climbs": [_climb(climb) for climb in climbs]})
+def _is_ladder(one: Any) -> TypeGuard[LadderRecord]:
+    """Return whether a file's content is a ladder with its climbs, as far as the page depends on it."""
+    return isinstance(one, dict) and isinstance(one.get("climbs"), list)
 
 
-def _climb(climb: dict[str, Any]) -> dict[str, Any]:
-    """Return a climb with its values as columns, which is a quarter of the text."""
+def _is_survey(about: Any) -> TypeGuard[SurveyAbout]:
+    return isinstance(about, dict)
+
+
+def _ladder(one: LadderRecord) -> LadderPlot:
+    climbs = [_climb(climb) for climb in one["climbs"] if isinstance(climb, dict)]
+    shown: LadderPlot = {**one, "climbs": climbs}
+    return _rounded(shown)
+
+
+def _climb(climb: ClimbRecord) -> ClimbPlot:
     values = [value for value in climb.get("values", []) if isinstance(value, dict)]
-    counted = [sum(int(number(value.get(name)) or 0) for name in _COUNTED) for value in values]
-    columns = {name: [value.get(name) for value in values] for name in ("value", "rays", *_SIZES)}
-    return {key: climb.get(key) for key in _OF_A_CLIMB} | {"values": columns | {"wrong": counted}}
+    columns: dict[str, list[float | None]] = {
+        name: [value.get(name) for value in values] for name in ("value", "rays", *_SIZES)
+    }
+    columns["wrong"] = [sum(int(number(value.get(name)) or 0) for name in _COUNTED) for value in values]
+    return {
+        "formula": climb.get("formula"),
+        "precision": climb.get("precision"),
+        "slope": climb.get("slope"),
+        "slope_interval": climb.get("slope_interval"),
+        "slope_predicted": climb.get("slope_predicted"),
+        "breakpoint": climb.get("breakpoint"),
+        "worst_error_over_Ku": climb.get("worst_error_over_Ku"),
+        "per_million": climb.get("per_million"),
+        "expected": climb.get("expected"),
+        "verdict": climb.get("verdict"),
+        "reasons": climb.get("reasons"),
+        "known": climb.get("known"),
+        "surprise": climb.get("surprise"),
+        "values": columns,
+    }
 
 
 def _rounded(value: Any) -> Any:
