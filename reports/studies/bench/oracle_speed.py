@@ -3,10 +3,10 @@
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import isqrt
 from multiprocessing import get_context
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -18,6 +18,17 @@ LANES = 2**20  # rays of one launch
 MOST_TESTS = 2**25  # of rays against triangles, in one launch: some seconds
 
 
+class SpeedRecord(TypedDict):
+    """What `rayproof oracle --json` writes of a truth that answers."""
+
+    pixels: int
+    processes: int
+    seconds: float
+    processor_seconds: float
+    pixels_per_second: float
+    pixels_per_processor_second: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class Speed:
     """The best of a few rounds: a busy machine only ever makes them slower."""
@@ -27,9 +38,13 @@ class Speed:
     seconds: float  # of the wall
     processor_seconds: float  # of all threads and processes
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> SpeedRecord:
         """Return plain JSON data, with the two rates."""
-        return asdict(self) | {
+        return {
+            "pixels": self.pixels,
+            "processes": self.processes,
+            "seconds": self.seconds,
+            "processor_seconds": self.processor_seconds,
             "pixels_per_second": self.pixels / self.seconds,
             "pixels_per_processor_second": self.pixels / self.processor_seconds,
         }

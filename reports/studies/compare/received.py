@@ -16,13 +16,13 @@ def single(values: Any) -> Any:
 
 
 def _shape(shape: Shape) -> Shape:
-    changes: dict[str, Any] = {"albedo": single(shape.albedo)}
     # A square's sides are told orthogonal or sheared by their float64 values; rounding would make all of them sheared.
-    if not isinstance(shape, Square):
-        changes["to_world"] = single(shape.to_world)
-    if isinstance(shape, Sphere):
-        changes |= {"center": single(shape.center), "radius": single(shape.radius)}
-    return replace(shape, **changes)
+    if isinstance(shape, Square):
+        return replace(shape, albedo=single(shape.albedo))
+    rounded = replace(shape, albedo=single(shape.albedo), to_world=single(shape.to_world))
+    if isinstance(rounded, Sphere):
+        return replace(rounded, center=single(rounded.center), radius=single(rounded.radius))
+    return rounded
 
 
 def as_received(scene: Scene) -> Scene:
