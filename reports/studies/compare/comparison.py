@@ -7,10 +7,11 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.studies.compare.contenders import Contender, differing, stages_at_stake
+from rayproof.reports.studies.compare.document import family_record
 from rayproof.reports.studies.compare.findings import Finding, Timing, finding, overall, overall_timing, timing
 from rayproof.reports.studies.compare.pairing import PairedStage, needed, paired, shown
 from rayproof.reports.studies.compare.questions import Question
-from rayproof.reports.studies.compare.records import ComparedAbout, FormulaComparison, SideRecord, family_record
+from rayproof.reports.studies.compare.records import ComparedAbout, FormulaComparison, SideRecord
 from rayproof.reports.studies.compare.statistics import LEVEL, Interval, shared
 from rayproof.reports.studies.compare.timing import Job, interleaved
 from rayproof.reports.studies.compare.verdicts import accuracy, outcome, sentence, speed
