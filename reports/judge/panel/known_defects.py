@@ -15,6 +15,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.panel.circumstances import CIRCUMSTANCES
+from rayproof.reports.results.records import FindingRecord
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +32,21 @@ class KnownFinding:
     command: str  # that shows it
     third_witness: str
     what: str
+
+    def as_json(self) -> FindingRecord:
+        """Return plain JSON data."""
+        return {
+            "name": self.name,
+            "reference": self.reference,
+            "version": self.version,
+            "stage": self.stage.value,
+            "where": self.where,
+            "at_least": self.at_least,
+            "smallest_scene": self.smallest_scene,
+            "command": self.command,
+            "third_witness": self.third_witness,
+            "what": self.what,
+        }
 
     def covers(self, scene: Scene, truth: Answers, pixels: np.ndarray) -> bool:
         """Say whether every one of the pixels (height, width), of which there are some, is under its circumstances."""

@@ -2,16 +2,23 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import asdict
-from typing import Any
+from typing import Any, TypedDict
 
 from rayproof.reports.judge.panel.known_defects import known_findings
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import CaseRecord, FindingRecord, RunRecord
 
 _NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")
 MOST = 40  # sentences of a reference: more are in the cases
 FEW = 4  # values of a setting
 MOST_VALUES = 1000  # that are counted
+
+
+class SaidOfItself(TypedDict):
+    """What a reference says of itself: all values of its settings, and its sentences with how often they were said."""
+
+    settings: dict[str, list[str]]
+    notes: list[tuple[str, int]]
+    unsupported: list[tuple[str, int]]
 
 
 class Said:
@@ -37,7 +44,7 @@ class Said:
                     values[str(value)] = None
 
     @property
-    def panel(self) -> dict[str, dict[str, Any]]:
+    def panel(self) -> dict[str, SaidOfItself]:
         """Return per reference its `settings` (name to all values), `notes` and `unsupported` with their counts."""
         return {
             name: {
@@ -49,12 +56,18 @@ class Said:
         }
 
 
-def findings(results: RunRecord) -> list[dict[str, Any]]:
+def findings(results: RunRecord) -> list[FindingRecord]:
     """Return the findings that the run was judged with: its own where it recorded them, else those checked in."""
     recorded = results.get("findings")
     if isinstance(recorded, list):
-        return [{key: value for key, value in entry.items() if key != "met"} for entry in _mappings(recorded)]
-    return [asdict(entry) for entry in known_findings()]
+        return [_without_checks(entry) for entry in recorded if isinstance(entry, Mapping)]
+    return [entry.as_json() for entry in known_findings()]
+
+
+def _without_checks(finding: FindingRecord) -> FindingRecord:
+    left = finding.copy()
+    left.pop("met", None)
+    return left
 
 
 def _most(sentences: Mapping[str, tuple[str, int]]) -> list[tuple[str, int]]:

@@ -143,9 +143,7 @@ class Totals:
 
         Of more than `LISTED` checks the first ones.
         """
-        return [
-            cast("FindingRecord", {**vars(entry), "met": self._met.get(entry.name, [])}) for entry in known_findings()
-        ]
+        return [{**entry.as_json(), "met": self._met.get(entry.name, [])} for entry in known_findings()]
 
     def silent(self, required: Iterable[str]) -> tuple[str, ...]:
         """Return the required references that measured nothing in any case."""
