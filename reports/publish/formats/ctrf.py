@@ -2,7 +2,7 @@
 
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired, TypedDict
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.formats.junit import MOST_LISTED, left_out
@@ -24,6 +24,38 @@ _STATUSES = {
     Outcome.ERROR: "other",
     Outcome.MISSING: "other",
 }
+
+
+class CtrfAttachment(TypedDict):
+    """A file that belongs to a test."""
+
+    name: str
+    contentType: str
+    path: str
+
+
+class CtrfExtra(TypedDict):
+    """What only this harness says of a case."""
+
+    stage: str | None
+    item: str | None
+    blamed_items: list[str]
+    worst_ratio: float | None
+    reproduce: str | None
+
+
+class CtrfTest(TypedDict):
+    """A test, as the format has it."""
+
+    name: str
+    status: str
+    rawStatus: str
+    duration: int  # ms
+    suite: list[str]
+    tags: list[str]
+    message: NotRequired[str]
+    attachments: NotRequired[list[CtrfAttachment]]
+    extra: NotRequired[CtrfExtra]
 
 
 @PUBLISHERS.register("ctrf")
@@ -75,27 +107,27 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     return [path]
 
 
-def _test(case: CaseRecord, cause: str) -> dict[str, Any]:
-    message = ": ".join(filter(None, [cause or blame(case), legible(case.get("reason") or "")]))
-    picture = case.get("picture")
-    attachment = {"name": "picture of the scene", "contentType": "image/png", "path": picture}
-    return {
+def _test(case: CaseRecord, cause: str) -> CtrfTest:
+    test: CtrfTest = {
         "name": legible(case["name"]),
         "status": _STATUSES[Outcome(case["verdict"])],
         "rawStatus": case["verdict"],
         "duration": round(float(case.get("seconds") or 0) * 1000),
         "suite": [legible(case["family"])],
         "tags": [legible(item) for item in case.get("covers", [])],
-        **({"message": message} if message else {}),
-        **({"attachments": [attachment]} if picture else {}),
-        "extra": {
-            "stage": case.get("stage"),
-            "item": case.get("item"),
-            "blamed_items": case.get("blamed_items") or [],
-            "worst_ratio": worst_ratio(case),
-            "reproduce": case.get("reproduce"),
-        },
     }
+    if message := ": ".join(filter(None, [cause or blame(case), legible(case.get("reason") or "")])):
+        test["message"] = message
+    if picture := case.get("picture"):
+        test["attachments"] = [{"name": "picture of the scene", "contentType": "image/png", "path": picture}]
+    test["extra"] = {
+        "stage": case.get("stage"),
+        "item": case.get("item"),
+        "blamed_items": case.get("blamed_items") or [],
+        "worst_ratio": worst_ratio(case),
+        "reproduce": case.get("reproduce"),
+    }
+    return test
 
 
 def _milliseconds(started: Any) -> int:
