@@ -14,7 +14,6 @@ from rayproof.cases.laws import LAWS
 from rayproof.cases.relations import Relation
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.planted import PlantedFault
-from rayproof.reports.audit.records import LawsScore
 from rayproof.reports.audit.selection import candidates
 from rayproof.reports.laws.asking import Asked, renderer
 from rayproof.reports.laws.choice import default
@@ -24,6 +23,7 @@ from rayproof.reports.laws.orders import LawOrder
 from rayproof.reports.laws.suite import Pair
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply, serve
+from rayproof.reports.results.audit_records import LawsScore
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.subjects import THE_TRACER
 

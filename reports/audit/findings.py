@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.orders import REFERENCES, GradedReport, LiarReport, Sighting
 from rayproof.reports.audit.planted import PlantedFault
-from rayproof.reports.audit.records import (
+from rayproof.reports.results.audit_records import (
     AuditScore,
     BlamedItems,
     FamilyFinding,

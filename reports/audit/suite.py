@@ -24,7 +24,6 @@ from rayproof.reports.audit.orders import (
     Sighting,
 )
 from rayproof.reports.audit.planted import LIAR, PlantedFault, planted
-from rayproof.reports.audit.records import AuditRecord, FaultFinding
 from rayproof.reports.audit.request import AuditRequest
 from rayproof.reports.audit.selection import Assignment, first_round, later_round
 from rayproof.reports.audit.tables import show
@@ -35,6 +34,7 @@ from rayproof.reports.processes.worker import Reply
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.audit import NAME
 from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.audit_records import AuditRecord, FaultFinding
 from rayproof.reports.results.document import NAME as RESULTS
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.llvm import choose_packaged_llvm

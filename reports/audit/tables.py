@@ -7,8 +7,8 @@ from rich.table import Table
 from rich.text import Text
 
 from rayproof.reports.audit.orders import REFERENCES
-from rayproof.reports.audit.records import AuditRecord, FaultFinding
 from rayproof.reports.publish.page.audit import sentence
+from rayproof.reports.results.audit_records import AuditRecord, FaultFinding
 from rayproof.reports.terminal import console as terminal
 
 SHORT = {name: name.removeprefix("mitsuba_") for name in REFERENCES}

@@ -1,26 +1,42 @@
 """audit.json in a results folder: the score on the report's front page, and the kill matrix below it."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, TypeGuard
+
+from rayproof.reports.results.audit_records import AuditRecord, FaultFinding, LiarFinding
 
 NAME = "audit.json"
 NEEDED = ("planted", "killed", "equivalent", "blamed_right", "false_alarms", "faults")
 
 
-def load_audit(folder: Path) -> dict[str, Any] | None:
+class AuditFront(TypedDict):
+    """What the page shows of an audit."""
+
+    sentence: str
+    good: bool
+    problems: list[str]
+    families: list[str]
+    references: list[str]
+    smallest: dict[str, dict[str, dict[str, float]]]  # quantity -> precision -> stage -> relative error
+    faults: list[FaultFinding]
+
+
+def load_audit(folder: Path) -> AuditRecord | None:
     """Return the contents of `folder`/audit.json, or None where there is none that can be read."""
     try:
         found = json.loads((folder / NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    if not isinstance(found, dict) or any(key not in found for key in NEEDED) or not isinstance(found["faults"], list):
-        return None
-    return found
+    return found if _is_audit(found) else None
 
 
-def sentence(audit: Mapping[str, Any]) -> str:
+def _is_audit(found: Any) -> TypeGuard[AuditRecord]:
+    """Return whether a file's content is an audit, as far as its score is told."""
+    return isinstance(found, dict) and all(key in found for key in NEEDED) and isinstance(found["faults"], list)
+
+
+def sentence(audit: AuditRecord) -> str:
     """Return the score in one line."""
     wanted = number(audit["planted"]) - number(audit["equivalent"])
     return (
@@ -30,7 +46,7 @@ def sentence(audit: Mapping[str, Any]) -> str:
     )
 
 
-def _items(audit: Mapping[str, Any]) -> str:
+def _items(audit: AuditRecord) -> str:
     """Return how often the right item of the specification was blamed, as a sentence; nothing of an older audit."""
     declared = number(audit.get("items_declared"))
     return (
@@ -40,9 +56,9 @@ def _items(audit: Mapping[str, Any]) -> str:
     )
 
 
-def _liar(liar: Any) -> str:
+def _liar(liar: LiarFinding | None) -> str:
     """Return what a liar could hide, as a sentence; nothing where none was let loose."""
-    if not isinstance(liar, Mapping) or number(liar.get("pixels")) <= 0:
+    if not isinstance(liar, dict) or number(liar.get("pixels")) <= 0:
         return ""
     unseen, pixels = number(liar.get("spoiled_unseen")), number(liar["pixels"])
     hidden = ", ".join(
@@ -57,7 +73,7 @@ def number(value: Any) -> int:
     return value if isinstance(value, int) and not isinstance(value, bool) else -1
 
 
-def front(audit: Mapping[str, Any] | None) -> dict[str, Any] | None:
+def front(audit: AuditRecord | None) -> AuditFront | None:
     """Return what the page shows of an audit: score, problems, matrix and the smallest errors detected."""
     if audit is None:
         return None

@@ -2,15 +2,24 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.image_script import script
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.records import HistoryRecord, RunRecord, WorseRecord
 
 DATA = "history/series.js"
+
+
+class HistoryFront(TypedDict):
+    """What the page holds of the history from the beginning: all but the series, which are in a script."""
+
+    file: str | None
+    run: int | None
+    worse: list[WorseRecord]
+    data: str
 
 
 @PUBLISHERS.register("history")
@@ -23,14 +32,14 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     return [write_text(path, script(DATA, pack_json(history["cases"])))]
 
 
-def history_front(results: RunRecord) -> dict[str, Any] | None:
+def history_front(results: RunRecord) -> HistoryFront | None:
     """Return what the page holds of the history from the beginning, or None without one."""
     if (history := history_of(results)) is None:
         return None
-    return {key: history.get(key) for key in ("file", "run", "worse")} | {"data": DATA}
+    return {"file": history.get("file"), "run": history.get("run"), "worse": history["worse"], "data": DATA}
 
 
-def history_of(results: RunRecord) -> dict[str, Any] | None:
+def history_of(results: RunRecord) -> HistoryRecord | None:
     """Return a run's history if it has one in the shape that docs/report.md tells; None otherwise."""
     history = results.get("history")
     if not isinstance(history, Mapping):
