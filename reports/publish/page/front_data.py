@@ -197,8 +197,11 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> dict[str,
         unsupported[name] = unsupported.get(name, 0) + 1
     cells: dict[str, list[Any]] = {}
     for key in ("reference", "configuration"):
-        for name in dict.fromkeys([str(check.get(key)) for check in checks]):
-            cells[name] = _cell([check for check in checks if str(check.get(key)) == name], unsupported.get(name, 0))
+        of_name: dict[str, list[CheckRecord]] = {}
+        for check in checks:
+            of_name.setdefault(str(check.get(key)), []).append(check)
+        for name, own in of_name.items():
+            cells[name] = _cell(own, unsupported.get(name, 0))
     for name in unsupported:
         cells.setdefault(name, _cell([], unsupported[name]))
     return {
@@ -219,7 +222,7 @@ def _cell(checks: list[CheckRecord], unsupported: int) -> list[Any]:
     """Return a renderer's word on a case: worst verdict, checks that have it, all checks, worst ratio, refusals."""
     measured = [check["verdict"] for check in checks if check["verdict"] != Outcome.UNSUPPORTED]
     refused = unsupported + len(checks) - len(measured)
-    worst = worst_outcome(map(Outcome, measured)).value if measured else Outcome.UNSUPPORTED.value
+    worst = worst_outcome(map(Outcome, {*measured})).value if measured else Outcome.UNSUPPORTED.value
     largest = worst_of(checks)
     # Three digits are what is shown.
     return [worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused]
