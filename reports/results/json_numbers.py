@@ -60,7 +60,8 @@ def legible_json(text: str) -> str:
 
     Line ends and tabs stay as they are escaped: a text may have lines.
     """
-    return _OBEYED.sub(lambda match: match[1] or "\\ufffd", text)
+    # Most records have no escape at all, which is seen a hundred times sooner than the pattern goes through them.
+    return _OBEYED.sub(lambda match: match[1] or "\\ufffd", text) if "\\" in text else text
 
 
 def number(value: Any) -> float | None:
