@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,21 +24,32 @@ from tests.reports.run.test_scheduler import CHECKOUT, found, scenes, site, slow
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals, limits and mounts of Linux")
 
-# Ctrl-C is heard also where a shell without job control started the tests.
-HEEDING = (
-    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
-    "from rayproof.reports.run.engine import dispatch; {settings}; "
-    "from rayproof.reports.cli import main; sys.exit(main(sys.argv[1:]))"
-)
+# Ctrl-C is heard also where a shell without job control started the tests. A setting that is not there any more is an
+# error: it would be made without effect.
+HEEDING = """
+import importlib, json, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+for place, value in json.loads(sys.argv.pop(1)).items():
+    module, _, name = place.partition(".")
+    module = importlib.import_module(f"rayproof.reports.run.engine.{module}")
+    getattr(module, name)
+    setattr(module, name, value)
+from rayproof.reports.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
 
 
 def started(
-    folder: Path, *words: object, settings: str = "", before: tuple[str, ...] = (), **environment: str
+    folder: Path,
+    *words: object,
+    settings: Mapping[str, float] | None = None,
+    before: tuple[str, ...] = (),
+    **environment: str,
 ) -> subprocess.Popen[str]:
-    """Start a run whose temporary files are in a folder of their own; `settings` are made before."""
+    """Start a run whose temporary files are in a folder of their own; `settings` of the engine are made before."""
     (folder / "tmp").mkdir(exist_ok=True)
     return subprocess.Popen(
-        [*before, sys.executable, "-c", HEEDING.format(settings=settings or "pass"), "run", *map(str, words)],
+        [*before, sys.executable, "-c", HEEDING, json.dumps(settings or {}), "run", *map(str, words)],
         cwd=CHECKOUT,
         env={**os.environ, "TMPDIR": str(folder / "tmp"), **environment},
         stdout=subprocess.PIPE,
@@ -52,6 +64,11 @@ def engine_workers(main: subprocess.Popen[str]) -> list[psutil.Process]:
     alive = descendants(main.pid)
     parents = {one.ppid() for one in alive if one.name().startswith("rayproof-")}
     return [one for one in alive if one.pid in parents - {main.pid}]
+
+
+def calling(worker: psutil.Process) -> bool:
+    """Say whether the slow program runs below a worker."""
+    return any(one.name() == "program" for one in descendants(worker.pid))
 
 
 def eventually(what: Any, seconds: float = 200.0) -> Any:
@@ -72,10 +89,10 @@ def calls(folder: Path) -> Counter[str]:
 def test_a_worker_that_is_stopped_past_its_lifetime_and_returns_is_not_heard_twice(tmp_path: Path) -> None:
     paths = scenes(tmp_path, 15)
     about = ("--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
-    settings = "dispatch.LIFETIME, dispatch.LARGEST = 4.0, 3"
+    settings = {"dispatch.LIFETIME": 4.0, "waiting.LARGEST": 3}
     process = started(tmp_path, *paths, *about, "--scheduler", "local:2", "--jobs", 2, settings=settings)
     try:
-        stopped = eventually(lambda: engine_workers(process))[0]
+        stopped = eventually(lambda: [one for one in engine_workers(process) if calling(one)])[0]
         stopped.suspend()
         # Its first case is called again, by the other worker, once it was given up: only then does it go on.
         assert eventually(lambda: max(calls(tmp_path).values(), default=0) > 1)
@@ -101,7 +118,7 @@ def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Pa
     with site(tmp_path / "site") as cluster:
         worker = cluster.worker()
         at = ("--scheduler", cluster.address, *cluster.tls)
-        process = started(tmp_path, *about, *at, settings=f"dispatch.LARGEST = {largest}")
+        process = started(tmp_path, *about, *at, settings={"waiting.LARGEST": largest})
         try:
             eventually(lambda: list((tmp_path / "out").glob("scenes/file/*/*")))
             cluster.scheduler.send_signal(signal.SIGKILL)
@@ -140,7 +157,7 @@ def test_a_run_that_is_told_to_stop_keeps_what_is_finished_and_leaves_nothing(
 ) -> None:
     paths = scenes(tmp_path, 40)
     about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
-    process = started(tmp_path, *about, "--scheduler", "local:2", settings="dispatch.LARGEST = 3")
+    process = started(tmp_path, *about, "--scheduler", "local:2", settings={"waiting.LARGEST": 3})
     try:
         assert eventually(lambda: kept(tmp_path / "out"))
         for _ in range(times):
@@ -234,7 +251,7 @@ def test_a_full_disk_of_the_run_is_one_line_and_resuming_is_exact(tmp_path: Path
     paths = scenes(tmp_path, 6)
     about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
     before = narrow(tmp_path / "out", "96k", again=True)  # room for the journal, not for what six cases return
-    process = started(tmp_path, *about, "--scheduler", "local:2", settings="dispatch.LARGEST = 2", before=before)
+    process = started(tmp_path, *about, "--scheduler", "local:2", settings={"waiting.LARGEST": 2}, before=before)
     printed, complaint = process.communicate(timeout=280)
 
     if process.returncode == CANNOT_MOUNT or "unshare:" in complaint:
@@ -258,7 +275,7 @@ def test_a_worker_whose_disk_is_full_gets_no_more_work(tmp_path: Path) -> None:
         full = cluster.worker(before=narrow(tmp_path / "full", "16k"), TMPDIR=str(tmp_path / "full"))
         cluster.worker()
         at = ("--scheduler", cluster.address, *cluster.tls)
-        process = started(tmp_path, *about, *at, settings="dispatch.LARGEST = 2")
+        process = started(tmp_path, *about, *at, settings={"waiting.LARGEST": 2})
         printed, complaint = process.communicate(timeout=250)
         if full.poll() == CANNOT_MOUNT or full.poll() == 1:
             pytest.skip("this user may mount nothing")
@@ -278,7 +295,7 @@ def test_a_scheduler_that_hangs_is_not_waited_for_forever(tmp_path: Path) -> Non
     with site(tmp_path / "site") as cluster:
         cluster.worker()
         at = ("--scheduler", cluster.address, *cluster.tls, "--wait", 20)
-        process = started(tmp_path, *about, *at, settings="dispatch.LIFETIME, dispatch.LARGEST = 5.0, 2")
+        process = started(tmp_path, *about, *at, settings={"dispatch.LIFETIME": 5.0, "waiting.LARGEST": 2})
         try:
             assert eventually(lambda: kept(tmp_path / "out"))
             cluster.scheduler.send_signal(signal.SIGSTOP)
