@@ -173,11 +173,14 @@ class CaseTable:
                 place, key, record, added = self._connection.execute(
                     "SELECT place, key, record, added FROM cases WHERE id = ?", (number,)
                 ).fetchone()
-                later = _object(added) if added else {}
-                case = _object(_inflated(record)) | {name: later[name] for name in ("picture", "view") if name in later}
+                case = _object(_inflated(record))
+                later = _object(added) if added else None
+                for name in ("picture", "view"):
+                    if later is not None and name in later:
+                        case[name] = later[name]
             if wrong := problem_of_case(case):
                 raise DamagedTableError(f"{self.path}: {wrong}")
-            yield int(place), str(key), cast(CaseRecord, case)
+            yield int(place), str(key), case
 
     def cases(self) -> "Cases":
         """Return the cases of the run in its order."""
@@ -195,8 +198,8 @@ class CaseTable:
             found = self._connection.execute("SELECT document FROM run").fetchone()
         return None if found is None else str(found[0])
 
-    def amend(self, name: str, fields: dict[str, Any]) -> None:
-        """Lay `fields` over the record of the run's case of this name."""
+    def amend(self, name: str, fields: CaseRecord) -> None:
+        """Lay the fields that `fields` has over the record of the run's case of this name."""
         with self._told():
             found = self._connection.execute(
                 "SELECT id, added FROM cases WHERE name = ? AND place IS NOT NULL", (_storable(name),)
@@ -210,7 +213,7 @@ class CaseTable:
             )
         held = self._held.get(int(found[0]))
         if held is not None:
-            held.update(cast(CaseRecord, fields))
+            held.update(fields)
 
     def check(self) -> None:
         """Raise DamagedTableError where the file's pages do not fit together, or a row is no case's."""
@@ -252,7 +255,7 @@ class CaseTable:
             if found is None:
                 raise KeyError(f"case {number} is gone")
             text = _inflated(found[0])
-            record = cast(CaseRecord, _object(text) | (_object(found[1]) if found[1] else {}))
+            record = _laid_over(text, found[1])
             if wrong := problem_of_case(record):
                 raise DamagedTableError(f"{self.path}: {wrong}")
         self._hold(number, record, len(text))
@@ -315,7 +318,7 @@ class Cases(Sequence[CaseRecord]):
         for number in self._numbers:
             with self.table._told():
                 brief, added = self.table._connection.execute(query, (number,)).fetchone()
-                record = cast(CaseRecord, _object(brief) | (_object(added) if added else {}))
+                record = _laid_over(brief, added)
             yield record
 
     def named(self, name: str) -> CaseRecord | None:
@@ -382,22 +385,31 @@ def amending(cases: Sequence[CaseRecord]) -> AbstractContextManager[None]:
 
 def amend(cases: Sequence[CaseRecord], case: CaseRecord, **fields: Any) -> None:
     """Write what was found out later into a case's record, and keep it where records are kept."""
-    case.update(cast(CaseRecord, fields))
+    found = cast(CaseRecord, fields)
+    case.update(found)
     if isinstance(cases, Cases):
-        cases.table.amend(case["name"], fields)
+        cases.table.amend(case["name"], found)
 
 
 def _storable(value: Any) -> Any:
     return value.encode(errors="replace").decode() if isinstance(value, str) else value
 
 
-def _object(text: bytes | str) -> dict[str, Any]:
+def _object(text: bytes | str) -> CaseRecord:
+    """Return a record, or of one what was found out later; what it holds nobody has looked at."""
     try:
         found = msgspec.json.decode(text)
     except msgspec.DecodeError:
         found = json.loads(text)  # slower, and knows lone surrogates, as undecodable file names bring them
     if not isinstance(found, dict):
         raise TypeError("is no JSON object")
+    return cast(CaseRecord, found)
+
+
+def _laid_over(record: bytes | str, added: str | None) -> CaseRecord:
+    found = _object(record)
+    if added:
+        found.update(_object(added))
     return found
 
 

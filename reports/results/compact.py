@@ -4,12 +4,12 @@ Tens of thousands of checks share a few hundred derivations, and a third of a me
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal, cast
 
-from rayproof.reports.results.records import MeasurementRecord, RunRecord
+from rayproof.reports.results.records import CaseRecord, CheckRecord, MeasurementRecord, RunRecord
 
 TABLE = "derivations"
-MEASUREMENTS = ("end_to_end", "continued")
+MEASUREMENTS: tuple[Literal["end_to_end", "continued"], ...] = ("end_to_end", "continued")
 # Of a measurement: left out where it is 0.
 COUNTS = (
     "interior", "over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss",
@@ -17,16 +17,16 @@ COUNTS = (
 )  # fmt: skip
 
 
-def compact(record: Mapping[str, Any], places: dict[str, int]) -> dict[str, Any]:
+def compact(record: CaseRecord, places: dict[str, int]) -> CaseRecord:
     """Return a case's record as it is written; texts become their places among `places`, which new ones join."""
     checks = record.get("checks")
-    return {**record, "checks": [_short(check, places) for check in checks]} if isinstance(checks, list) else {**record}
+    return {**record, "checks": [_short(check, places) for check in checks]} if isinstance(checks, list) else record
 
 
 def compact_case(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return a case's record the same way, with a table of its own; html/expand.js is the inverse."""
     places: dict[str, int] = {}
-    return {"checks": [], **compact(record, places), TABLE: list(places)}
+    return {"checks": [], **compact(cast("CaseRecord", record), places), TABLE: list(places)}
 
 
 def expand(results: RunRecord) -> None:
@@ -44,25 +44,25 @@ def expand(results: RunRecord) -> None:
                     _complete(measured)
 
 
-def _short(check: Any, places: dict[str, int]) -> Any:
+def _short(check: CheckRecord, places: dict[str, int]) -> CheckRecord:
     if not isinstance(check, Mapping):
         return check
-    left = dict(check)
+    left = check.copy()
     if left.get("reason") == "":
         del left["reason"]
-    if isinstance(left.get("because"), str):
-        left["because"] = places.setdefault(left["because"], len(places))
+    if isinstance(because := left.get("because"), str):
+        left["because"] = places.setdefault(because, len(places))
     for name in MEASUREMENTS:
-        measured = left.get(name)
-        if isinstance(measured, Mapping):
-            left[name] = _terse(measured)
-        elif measured is None:
+        measured: MeasurementRecord | None = left.get(name)
+        if measured is None:
             left.pop(name, None)
+        elif isinstance(measured, Mapping):
+            left[name] = _terse(measured)
     return left
 
 
-def _terse(measured: Mapping[str, Any]) -> dict[str, Any]:
-    left = dict(measured)
+def _terse(measured: MeasurementRecord) -> MeasurementRecord:
+    left = measured.copy()
     for name in COUNTS:
         if left.get(name) == 0:
             del left[name]

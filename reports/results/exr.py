@@ -74,7 +74,7 @@ def read_answers(path: Path) -> dict[Stage, np.ndarray]:
         raise FileNotFoundError(f"no such image: {path}")
     try:
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            found: dict[str, Any] = {name: channel.pixels for name, channel in file.channels().items()}
+            found: dict[str, np.ndarray] = {name: channel.pixels for name, channel in file.channels().items()}
     except RuntimeError as error:
         raise ValueError(f"{path} is no OpenEXR image: {error}") from error
     lights = sum(1 for name in found if _VISIBILITY.fullmatch(name))

@@ -8,21 +8,22 @@ deflating and html/decode.js the rest.
 
 import base64
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
 from rayproof.reports.results.deflate import by_runs, deflated
 from rayproof.reports.results.json_numbers import as_json, legible_json
+from rayproof.reports.results.prediction import Drafted, Encoded, Prediction
 
 LEVEL = 6  # of zlib
 NEAR = 2  # times the least estimate: of 1580 residuals one farther off deflated to less in 9, by a thousandth in sum
 
-Draft = tuple[int, dict[str, Any], np.ndarray]  # bytes that are left by estimate, how, and the residual of bits
+Draft = tuple[int, Drafted, np.ndarray]  # bytes that are left by estimate, how, and the residual of bits
 
 
-def encode(image: np.ndarray, predictions: Iterable[tuple[Mapping[str, Any], np.ndarray]]) -> dict[str, Any]:
+def encode(image: np.ndarray, predictions: Iterable[tuple[Prediction, np.ndarray]]) -> Encoded:
     """Return a float32 image (height, width, channels) as plain JSON data, by the prediction that leaves least.
 
     Raises:
@@ -36,9 +37,10 @@ def encode(image: np.ndarray, predictions: Iterable[tuple[Mapping[str, Any], np.
     return {"channels": image.shape[-1], **how, "data": packed}
 
 
-def _drafts(image: np.ndarray, predictions: Iterable[tuple[Mapping[str, Any], np.ndarray]]) -> Iterator[Draft]:
+def _drafts(image: np.ndarray, predictions: Iterable[tuple[Prediction, np.ndarray]]) -> Iterator[Draft]:
     """Yield how an image could be stored: estimated bytes, how, and what is left; the cheapest to find first."""
-    bits, waiting = _bits(image), []
+    bits = _bits(image)
+    waiting: list[tuple[Prediction, np.ndarray]] = []
     for how, prediction in predictions:
         if prediction.shape != image.shape or prediction.dtype != np.float32:
             raise ValueError(f"an image of shape {image.shape} cannot be stored against {prediction.shape}")
@@ -56,7 +58,7 @@ def _drafts(image: np.ndarray, predictions: Iterable[tuple[Mapping[str, Any], np
         yield _bytes_left(bend), {**how, "curved": True}, bend
 
 
-def _least(drafts: Iterable[Draft]) -> tuple[dict[str, Any], np.ndarray]:
+def _least(drafts: Iterable[Draft]) -> tuple[Drafted, np.ndarray]:
     """Return how, and what is left, of the draft that takes least; where nothing is left at all no other is made."""
     made: list[Draft] = []
     for bytes_left, how, residual in drafts:
@@ -71,7 +73,7 @@ def _least(drafts: Iterable[Draft]) -> tuple[dict[str, Any], np.ndarray]:
     return near[0] if len(near) == 1 else min(near, key=lambda one: by_runs(_planes(one[1])))
 
 
-def decode(stored: Mapping[str, Any], height: int, width: int, prediction: np.ndarray | None) -> np.ndarray:
+def decode(stored: Encoded, height: int, width: int, prediction: np.ndarray | None) -> np.ndarray:
     """Undo `encode`: return the float32 image (height, width, channels).
 
     Raises:

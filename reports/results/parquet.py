@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 from pyarrow import parquet
@@ -56,7 +55,7 @@ def write_checks(path: Path, results: RunRecord) -> int:
     return count
 
 
-def _rows(case: CaseRecord) -> Iterator[dict[str, Any]]:
+def _rows(case: CaseRecord) -> Iterator[dict[str, str | float | None]]:
     for check in case.get("checks", []):
         measured: MeasurementRecord = check.get("end_to_end") or {}
         column, row = measured.get("pixel") or (None, None)

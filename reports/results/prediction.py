@@ -7,7 +7,7 @@ finite it is 0: a NaN made by arithmetic has no bits of its own that both would 
 
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, Required, TypedDict
 
 import numpy as np
 
@@ -20,6 +20,36 @@ Factors = dict[str, list[float]]  # by object, of each channel
 TIMES = {Stage.EXITANCE: Stage.IRRADIANCE, Stage.RADIANCE: Stage.EXITANCE}
 
 
+class Prediction(TypedDict, total=False):
+    """How an image is foretold, and what that takes; the rest is left out."""
+
+    by: Required[str]  # "nothing", "base", "factors", "pinhole" or "ray"
+    of: str  # the stage that is multiplied
+    factors: Factors
+    rays: list[list[float]]
+    eye: list[float]
+
+
+class Drafted(Prediction):
+    """A prediction, and whether its residual is stored as its second difference along the rows."""
+
+    curved: bool
+
+
+class Encoded(Drafted):
+    """An image: how it is foretold, and the deflated residual in base64."""
+
+    channels: int
+    data: str
+
+
+class Stored(Encoded):
+    """An image with its size."""
+
+    height: int
+    width: int
+
+
 def predictions(
     stage: Stage,
     own: Images,
@@ -27,7 +57,7 @@ def predictions(
     eye: tuple[float, float, float],
     rays: list[list[float]] | None = None,
     tables: dict[Stage, Factors] | None = None,
-) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
+) -> Iterator[tuple[Prediction, np.ndarray]]:
     """Yield each way to foretell `own[stage]`: how, as plain JSON data, and the float32 prediction.
 
     `own` holds the renderer's stages, `base` those of the renderer that all are compared with, if it is another one.
@@ -48,7 +78,7 @@ def predictions(
         yield {"by": "ray", "eye": list(eye)}, along(own[Stage.RAY], own[Stage.DISTANCE], eye)
 
 
-def predicted(how: Mapping[str, Any], stage: Stage, own: Images, base: Images | None) -> np.ndarray | None:
+def predicted(how: Stored, stage: Stage, own: Images, base: Images | None) -> np.ndarray | None:
     """Return the prediction that `how` names, or None where it is 0 everywhere."""
     if how["by"] == "base":
         assert base is not None

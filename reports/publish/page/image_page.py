@@ -18,6 +18,7 @@ from rayproof.reports.publish.page.page import digest, policy
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.float_codec import encode
 from rayproof.reports.results.image_script import inert
+from rayproof.reports.results.prediction import Prediction
 
 # In the order in which they build on each other; the same files as the report's, and the page's own.
 SCRIPTS = (
@@ -128,7 +129,7 @@ def write_page(path: Path, images: Sequence[tuple[str, Mapping[str, np.ndarray]]
     return write_text(path, page)
 
 
-def _of_nothing(pixels: np.ndarray) -> list[tuple[dict[str, str], np.ndarray]]:
+def _of_nothing(pixels: np.ndarray) -> list[tuple[Prediction, np.ndarray]]:
     return [({"by": "nothing"}, np.zeros((*pixels.shape, 1), dtype=np.float32))]
 
 
