@@ -9,7 +9,7 @@ import hashlib
 import hmac
 import json
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, TypedDict, cast
 
 import numpy as np
 
@@ -20,11 +20,35 @@ COUNT = 8  # bytes that tell how long the JSON part is
 GLANCE = 4096  # numbers of an array that are looked at before all are
 
 
+class About(TypedDict, total=False):
+    """What an entry says it is: its question's digest, and what a listing tells of it."""
+
+    key: str
+    kind: str  # "render", "edges", "judgement", "picture" or "guard"
+    reference: str  # or whatever else it is of
+    version: str
+    settings: dict[str, str]
+    stages: list[str]
+    samples: int
+    size: list[int]  # of the image
+    shapes: int
+    lights: int
+    seconds: float
+    light_ends: list[tuple[int, int, int, float]]  # of edges: light, shape, face and gap
+
+
+class Header(TypedDict):
+    """The JSON part."""
+
+    about: About
+    arrays: list[tuple[str, str, str, list[int]]]  # name, type as written, type as wanted, shape
+
+
 class DamagedEntryError(ValueError):
     """An entry is not what was written: cut short, altered, forged or under another's name."""
 
 
-def encode(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray], *, question: str, secret: bytes) -> bytes:
+def encode(about: About, arrays: Mapping[str, np.ndarray], *, question: str, secret: bytes) -> bytes:
     """Return an entry, signed; float64 arrays that float32 holds to the last bit are written so."""
     written = {name: _narrowed(np.ascontiguousarray(array)) for name, array in arrays.items()}
     table = [
@@ -35,7 +59,7 @@ def encode(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray], *, questi
     return b"".join([MAGIC, _signature(parts, question, secret), *parts])
 
 
-def decode(data: bytes, *, question: str, secret: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def decode(data: bytes, *, question: str, secret: bytes) -> tuple[About, dict[str, np.ndarray]]:
     """Return what an entry is and its arrays; raise DamagedEntryError unless it was signed as this question's."""
     _check(data, question, secret)
     header, offset = _header(data)
@@ -51,7 +75,7 @@ def decode(data: bytes, *, question: str, secret: bytes) -> tuple[dict[str, Any]
     return header["about"], arrays
 
 
-def about(data: bytes) -> dict[str, Any]:
+def about(data: bytes) -> About:
     """Return what an entry says it is, its signature not looked at: for listings, which believe nothing."""
     _begins(data)
     return _header(data)[0]["about"]
@@ -77,7 +101,7 @@ def _signature(parts: Iterable[Any], question: str, secret: bytes) -> bytes:
     return signature.digest()
 
 
-def _header(data: bytes) -> tuple[dict[str, Any], int]:
+def _header(data: bytes) -> tuple[Header, int]:
     """Return the JSON part and where the arrays begin."""
     begin = START + COUNT
     end = begin + int.from_bytes(data[START:begin], "little")
@@ -87,7 +111,7 @@ def _header(data: bytes) -> tuple[dict[str, Any], int]:
         raise DamagedEntryError(f"it does not say what it is: {wrong}") from wrong
     if not (isinstance(header, dict) and isinstance(header.get("about"), dict) and "arrays" in header):
         raise DamagedEntryError("it does not say what it is")
-    return header, end
+    return cast("Header", header), end
 
 
 def _narrowed(array: np.ndarray) -> np.ndarray:

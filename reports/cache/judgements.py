@@ -15,7 +15,7 @@ import numpy as np
 
 from rayproof.cases.case import Case
 from rayproof.reports.cache.digests import Key, code, machine
-from rayproof.reports.cache.entries import DamagedEntryError
+from rayproof.reports.cache.entries import About, DamagedEntryError
 from rayproof.reports.cache.store import Entry, Store
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.results.records import CaseRecord
@@ -117,7 +117,7 @@ def _packed(data: bytes) -> np.ndarray:
     return np.frombuffer(zlib.compress(data, LEVEL), dtype=np.uint8)
 
 
-def _about(record: CaseRecord) -> dict[str, Any]:
+def _about(record: CaseRecord) -> About:
     """Return what a listing tells of an entry."""
     return {
         "kind": "judgement",

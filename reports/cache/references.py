@@ -18,7 +18,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.edges import Edges
 from rayproof.reference.analytic.edges.lamps import LightEnd
 from rayproof.reports.cache.digests import Key, code, machine
-from rayproof.reports.cache.entries import DamagedEntryError
+from rayproof.reports.cache.entries import About, DamagedEntryError
 from rayproof.reports.cache.store import Entry, Store, usual_store
 
 # Reading is checking too: about as fast as a processor sums an HMAC-SHA256, and a file must be opened.
@@ -154,16 +154,16 @@ class KeepingOracle:
         start = time.perf_counter()
         edges = self._oracle.edges(scene)
         seconds = time.perf_counter() - start
-        ends = [[int(end.light), int(end.shape), int(end.face), float(end.gap)] for end in edges.light_ends]
+        ends = [(int(end.light), int(end.shape), int(end.face), float(end.gap)) for end in edges.light_ends]
         arrays = {
             name: getattr(edges, name) for name in ("silhouette", "shadow", "terminator", "gap", "behind", "eye_gaps")
         }
         arrays |= {f"end {index}": end.pixels for index, end in enumerate(edges.light_ends)}
-        _keep(self._store, key, {"light_ends": ends} | _seen(key, seconds), arrays, seconds)
+        _keep(self._store, key, {"light_ends": ends, **_seen(key, seconds)}, arrays, seconds)
         return edges
 
 
-def _edges(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Edges:
+def _edges(about: About, arrays: dict[str, np.ndarray]) -> Edges:
     ends = tuple(
         LightEnd(light=light, shape=shape, face=face, gap=gap, pixels=arrays[f"end {index}"])
         for index, (light, shape, face, gap) in enumerate(about["light_ends"])
@@ -172,9 +172,7 @@ def _edges(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Edges:
     return Edges(**plainly, light_ends=ends)
 
 
-def _keep(
-    store: Store, key: RenderKey, about: dict[str, Any], arrays: dict[str, np.ndarray], seconds: float
-) -> tuple[str, ...]:
+def _keep(store: Store, key: RenderKey, about: About, arrays: dict[str, np.ndarray], seconds: float) -> tuple[str, ...]:
     """Write an entry if reading it is cheaper than rendering it again; return a sentence if it cannot be written."""
     if seconds <= OPENING + sum(array.nbytes for array in arrays.values()) / READING:
         return ()
@@ -185,7 +183,7 @@ def _keep(
     return ()
 
 
-def _seen(key: RenderKey, seconds: float) -> dict[str, Any]:
+def _seen(key: RenderKey, seconds: float) -> About:
     """Return what a listing tells of an entry."""
     scene = key.scene
     return {

@@ -21,12 +21,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import platformdirs
 
-from rayproof.reports.cache.entries import DamagedEntryError, about, decode, encode
+from rayproof.reports.cache.entries import About, DamagedEntryError, about, decode, encode
 from rayproof.reports.cache.limit import LIMIT, usual_limit
 from rayproof.reports.cache.signing import NoSecretError, usual_secret
 
@@ -38,7 +38,7 @@ HEAD = 2**16  # bytes of an entry that a listing reads
 RUNS, LEFT_OUT = "runs", "left_out"  # files: when the last two runs began [s]; bytes of entries without room
 FORGOTTEN = 3600.0  # s after which a draft is one of a process that was killed
 
-Entry = tuple[dict[str, Any], dict[str, np.ndarray]]  # what it says, and its arrays
+Entry = tuple[About, dict[str, np.ndarray]]  # what it says, and its arrays
 Read = TypeVar("Read")
 
 
@@ -49,7 +49,7 @@ class Item:
     path: Path
     size: int  # bytes
     used: float  # s since the epoch
-    about: dict[str, Any]  # empty where it cannot be read
+    about: About  # empty where it cannot be read
 
 
 def usual_folder() -> Path:
@@ -126,7 +126,7 @@ class Store:
     def _decoded(self, key: str, data: bytes) -> Entry:
         return decode(data, question=key, secret=self._secret)
 
-    def put(self, key: str, told: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+    def put(self, key: str, told: About, arrays: Mapping[str, np.ndarray]) -> None:
         """Write an entry, and let others go or leave it out if that is too much; raise OSError if it cannot."""
         if self.unused is not None:
             return
@@ -286,7 +286,7 @@ def _anybodys(folder: Path) -> str | None:
     return None
 
 
-def _told(path: Path) -> dict[str, Any]:
+def _told(path: Path) -> About:
     try:
         with path.open("rb") as file:
             return about(file.read(HEAD))

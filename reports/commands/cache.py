@@ -2,7 +2,7 @@
 
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal, TypedDict
 
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
@@ -11,6 +11,21 @@ if TYPE_CHECKING:
     from rayproof.reports.cache.store import Item, Store
 
 DAMAGED = 1  # exit code of `verify` where an entry was not what was written
+COLUMNS = ("used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key")
+
+
+class Row(TypedDict):
+    """What a listing says of an entry."""
+
+    key: str
+    used: str
+    kind: str
+    renderer: str
+    version: str
+    scene: str
+    stages: int
+    seconds: float | str
+    bytes: int
 
 
 def cache(
@@ -53,13 +68,12 @@ def _list(store: "Store", json: Path | None) -> int:
     rows = [_row(item) for item in items]
     size = sum(item.size for item in items)
     write_json(json, {"folder": str(store.folder), "bytes": size, "entries": rows})
-    columns = ["used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key"]
-    show_table(f"{len(rows)} entries in {store.folder}", columns, [[row[name] for name in columns] for row in rows])
+    show_table(f"{len(rows)} entries in {store.folder}", [*COLUMNS], [[row[name] for name in COLUMNS] for row in rows])
     say(f"{_mebibytes(size)} in {len(rows)} entries")
     return 0
 
 
-def _row(item: "Item") -> dict[str, Any]:
+def _row(item: "Item") -> Row:
     """Return what a listing says of an entry."""
     about = item.about
     width, height = about.get("size", ("?", "?"))

@@ -67,10 +67,10 @@ def _ply(kind: bytes) -> bytes:
     return PLY_HEAD % kind + CORNERS.tobytes() + b"".join(b"\x03" + row.tobytes() for row in FACES)
 
 
-def _gltf(*, uri: str | None) -> dict[str, Any]:
-    buffer: dict[str, Any] = {"byteLength": 84} | ({"uri": uri} if uri is not None else {})
+def _gltf(*, uri: str | None) -> bytes:
+    buffer = {"byteLength": 84} | ({"uri": uri} if uri is not None else {})
     lights = {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 5.0, "color": [1, 0.5, 0.25]}]}}
-    return {
+    document = {
         "asset": {"version": "2.0"},
         "extensions": lights,
         "scene": 0,
@@ -92,11 +92,11 @@ def _gltf(*, uri: str | None) -> dict[str, Any]:
         "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 36}],
         "buffers": [buffer],
     }
+    return json.dumps(document).encode()
 
 
-def glb(document: dict[str, Any], data: bytes) -> bytes:
+def glb(text: bytes, data: bytes) -> bytes:
     """Return a GLB of two chunks."""
-    text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text + struct.pack("<2I", len(data), 0x004E4942) + data
     return struct.pack("<3I", 0x46546C67, 2, 12 + len(chunks)) + chunks
@@ -136,7 +136,7 @@ def gltf() -> Target:
     """Return the JSON form of glTF."""
     data = base64.b64encode(CORNERS.tobytes() + FACES.tobytes()).decode()
     whole = _gltf(uri=f"data:application/octet-stream;base64,{data}")
-    return Target(name="scene.gltf", seeds=(json.dumps(whole).encode(),), read=_imported, refusals=(SceneError,))
+    return Target(name="scene.gltf", seeds=(whole,), read=_imported, refusals=(SceneError,))
 
 
 def glb_scene() -> Target:
@@ -531,7 +531,7 @@ def cache() -> Target:
     """Return an entry of a cache."""
     from rayproof.reports.cache.entries import DamagedEntryError, about, decode, encode
 
-    seed = encode({"name": "a"}, {"x": CORNERS, "y": FACES}, question="q", secret=b"secret")
+    seed = encode({"kind": "a"}, {"x": CORNERS, "y": FACES}, question="q", secret=b"secret")
 
     def read(path: Path) -> Any:
         # What a listing reads of an entry, and what a run does once it has found the signature good.
