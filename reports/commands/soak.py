@@ -4,7 +4,7 @@ import os
 import secrets
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict
 
 from rayproof.reports.commands.cluster import scheduler_at
 from rayproof.reports.commands.output import say, show_table, write_json
@@ -17,6 +17,42 @@ if TYPE_CHECKING:
 MOST_CASES = 2000  # above which a run writes no results.json
 USUAL_WAIT = 60.0  # s
 FIGURES = ("planned", "recorded", "twice", "wrong", "hung", "tracebacks", "processes_left", "folders_left")
+
+
+class KillsRecord(TypedDict):
+    """How often a signal hit whom, at which moment."""
+
+    signal: str
+    target: str
+    moment: str
+    times: int
+
+
+class ScenarioRecord(TypedDict):
+    """What a scenario came to."""
+
+    name: str
+    outcome: str
+    said: str
+
+
+class SoakRecord(TypedDict):
+    """What `--json` writes."""
+
+    schema: int
+    seed: int
+    signals: int
+    kills: list[KillsRecord]
+    planned: int
+    recorded: int
+    twice: int
+    wrong: int
+    hung: int
+    tracebacks: int
+    processes_left: int
+    folders_left: int
+    sentences: list[str]
+    scenarios: list[ScenarioRecord]
 
 
 def soak(
@@ -93,7 +129,7 @@ def soak(
     return 0 if tally.good and all(outcome.good for outcome in outcomes) else 1
 
 
-def document(seed: int, tally: "Tally", outcomes: "list[Outcome]") -> dict[str, Any]:
+def document(seed: int, tally: "Tally", outcomes: "list[Outcome]") -> SoakRecord:
     """Return what `--json` writes."""
     counts = Counter(tally.kills)
     return {
@@ -104,7 +140,14 @@ def document(seed: int, tally: "Tally", outcomes: "list[Outcome]") -> dict[str, 
             {"signal": name, "target": target, "moment": moment, "times": count}
             for (name, target, moment), count in sorted(counts.items())
         ],
-        **{name: getattr(tally, name) for name in FIGURES},
+        "planned": tally.planned,
+        "recorded": tally.recorded,
+        "twice": tally.twice,
+        "wrong": tally.wrong,
+        "hung": tally.hung,
+        "tracebacks": tally.tracebacks,
+        "processes_left": tally.processes_left,
+        "folders_left": tally.folders_left,
         "sentences": tally.sentences,
         "scenarios": [{"name": o.name, "outcome": o.word, "said": o.said} for o in outcomes],
     }

@@ -27,7 +27,7 @@ from rayproof.reports.soak.disturbing import (
     processes,
 )
 from rayproof.reports.soak.engine import Engine, engine
-from rayproof.reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, deadlines, patience
+from rayproof.reports.soak.site import AMPLE, SLACK, Ended, Site, Tally, Verdicts, deadlines, patience
 
 MOMENTS = ("random", "random", "in the middle of a reply", "before the first line", "while a file is replaced")
 OF_LONG_RUNS = MOMENTS[:3]  # at which a run goes on after it
@@ -100,7 +100,7 @@ class Round:
             self._tally.processes_left += 1
             wrong(f"{name} ran on")
 
-    def _verify(self, verdicts: dict[str, object]) -> None:
+    def _verify(self, verdicts: Verdicts) -> None:
         def wrong(what: str) -> None:
             self._tally.sentences.append(f"{self._out.name}: {what}")
 

@@ -10,7 +10,6 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import psutil
 
@@ -18,7 +17,7 @@ from rayproof.cases.scene_json import save_scene
 from rayproof.reports import HOLDER
 from rayproof.reports.cache import signing, store
 from rayproof.reports.processes.process_tree import adopt_orphans, descendants
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run.engine.vetting import LIFETIME
 from rayproof.reports.soak.disturbing import ENGINE_WORKER, Signal
 from rayproof.reports.soak.engine import made_by_the_run
@@ -50,7 +49,7 @@ wait $child 2> /dev/null  # what is still about to end would count as left runni
 exit 0
 """
 
-Verdicts = dict[str, Any]  # case -> its verdict, and that of each of its checks
+Verdicts = dict[str, list[str | list[list[str]]]]  # case -> its verdict, and that of each of its checks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,12 +236,12 @@ class Site:
         """Return what a run's results say of each case."""
         return {case["name"]: _verdict(case) for case in self.document(out, name)["cases"]}
 
-    def document(self, out: Path, name: str = "results.json") -> dict[str, Any]:
+    def document(self, out: Path, name: str = "results.json") -> RunRecord:
         """Return a run's results."""
         return json.loads((out / name).read_text(encoding="utf-8"))
 
 
-def _verdict(case: CaseRecord) -> Any:
+def _verdict(case: CaseRecord) -> list[str | list[list[str]]]:
     told = ("configuration", "reference", "stage", "verdict")
     return [case["verdict"], sorted([str(check[name]) for name in told] for check in case["checks"])]
 
