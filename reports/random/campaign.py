@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from rich.console import Console
 
@@ -17,7 +17,7 @@ from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.records import CaseRecord, WrongVerdictRecord
 from rayproof.reports.run.plan import DEFAULTS
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.suite import FAILED, INTERRUPTED
@@ -30,13 +30,36 @@ NAME = "random.json"
 MOST_SHOWN = 20
 
 
+class UndecidedRecord(TypedDict):
+    """Which scenes were left undecided; `share` is that of those of which something could be decided."""
+
+    decidable: dict[str, list[str]]  # scene -> configurations
+    share: float
+    undecidable: dict[str, list[str]]
+    abstained: dict[str, list[str]]  # scene -> references
+    uncertified: dict[str, str]  # scene -> why
+
+
+class RandomRecord(TypedDict):
+    """What random.json holds."""
+
+    seed: int
+    scenes: int
+    features: dict[str, int]
+    wrong_verdicts: list[WrongVerdictRecord]
+    undecided: UndecidedRecord
+    trials: dict[str, int]
+    liar: dict[str, int]
+    folders: list[str]
+
+
 @dataclass(kw_only=True)
 class Tally:
     """What became of the verdicts on the scenes so far."""
 
     seed: int
     scenes: list[str] = field(default_factory=list)
-    wrong: list[dict[str, Any]] = field(default_factory=list)
+    wrong: list[WrongVerdictRecord] = field(default_factory=list)
     undecided: dict[str, list[str]] = field(default_factory=dict)  # scene -> configurations; most could be decided
     undecidable: dict[str, list[str]] = field(default_factory=dict)
     abstained: dict[str, list[str]] = field(default_factory=dict)  # scene -> references that did not see or answer
@@ -77,7 +100,7 @@ class Tally:
         """Add what a liar could hide from the judge: each scene with a lie that nobody saw is a wrong verdict."""
         self.trials[LIAR] = self.trials.get(LIAR, 0) + len(reports)
         self.uncertified |= {f"{LIAR} {number}": why for number, why in enumerate(errors)}
-        self.wrong += [
+        unseen: list[WrongVerdictRecord] = [
             {
                 "case": report.case,
                 "configuration": LIAR,
@@ -92,6 +115,7 @@ class Tally:
             for report in reports
             if report.unseen
         ]
+        self.wrong += unseen
         for kind in ("pixels", "unseen", "interval", "wide", "epsilon"):
             self.liar[kind] = self.liar.get(kind, 0) + sum(getattr(report, kind) for report in reports)
 
@@ -105,7 +129,7 @@ class Tally:
         """Say whether no verdict is wrong, and few are missing that could be had."""
         return not self.wrong and self.share <= MOST_UNDECIDED
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> RandomRecord:
         """Return plain JSON data."""
         return {
             "seed": self.seed,
@@ -158,7 +182,7 @@ def run(request: RunRequest, pool: Pool | None, *, count: int, seed: int) -> tup
         pool = None
     if request.json is not None:
         whole = load_results(folders[0]) if len(folders) == 1 else {}
-        write_text(request.json, as_json(whole | tally.as_json()) + "\n")
+        write_text(request.json, as_json({**whole, **tally.as_json()}) + "\n")
     _tell(tally, request.out, console)
     return 0 if tally.sound else FAILED, tuple(folders)
 

@@ -1,7 +1,7 @@
 """Sentinels of the panel: what a case's record must say of who differs from whom, of steps, and of conventions."""
 
-from collections.abc import Callable, Iterator
-from typing import Any
+import math
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from rayproof.reports.judge.self_test.at_edges import BORDER, EDGE_CASE, HEIGHT
 from rayproof.reports.judge.self_test.known_answer import CASE, Sentinel, rounded, spoilt_at
 from rayproof.reports.judge.self_test.several_references import BLUNDER, third
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import AdjudicationRecord, Number
 
 # Far above what float32 loses in the sentinels' pixels, and fine enough to tell them apart.
 STEP = Resolution(relative=0.0, absolute=2.0**-13, because="a sentinel: coarse on purpose")
-Record = dict[str, Any]
+Record = dict[str, AdjudicationRecord]
 
 
 def step_sentinels(truth: Answers) -> Iterator[Sentinel]:
@@ -70,8 +71,8 @@ def _third_alone(record: Record) -> str | None:
         return "it names another baseline, or other renderers"
     if [stage["alone"] for stage in record.values()] != [None] * (len(record) - 1) + ["third"]:
         return "it must say that the third stands alone at radiance, and nobody before"
-    ratio, differing = radiance["ratio"], radiance["differing"]
-    if any(ratio[place][place] is not None for place in range(3)):
+    ratio, differing = _numbers(radiance["ratio"]), _numbers(radiance["differing"])
+    if any(radiance["ratio"][place][place] is not None for place in range(3)):
         return "it compares a renderer with itself"
     if not (ratio[0][1] <= 1 and ratio[1][0] <= 1 and differing[0][1] == differing[1][0] == 0):
         return "two who agree differ in it"
@@ -85,9 +86,14 @@ def _third_alone(record: Record) -> str | None:
 
 def _off_at_an_edge(record: Record) -> str | None:
     """Return what is wrong with the record of a third with a value at an edge that is neither side's."""
-    ratio = record["distance"]["ratio"]
+    ratio = _numbers(record["distance"]["ratio"])
     if not (ratio[2][1] > 1 and ratio[2][0] > 1):
         return "the row of who has neither side's value at an edge passes"
     if not (ratio[1][2] <= 1 and ratio[0][2] <= 1):
         return "the rows of those who have a side's value at an edge fail"
     return None
+
+
+def _numbers(rows: Sequence[Sequence[Number | None]]) -> list[list[float]]:
+    """Return a table with NaN where it has nothing, which is within no limit and beyond none."""
+    return [[math.nan if one is None else float(one) for one in row] for row in rows]
