@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator
 from importlib.metadata import version
-from typing import Any
+from typing import TypedDict
 
 import flint
 import numpy as np
@@ -20,6 +20,16 @@ from rayproof.reference.certified.paths import Suspects
 from rayproof.reference.certified.truths import NARROW, NARROW_PAIR, Truth, enclosed, split, truths
 
 MOST_SURFACES = 200  # triangles and other shapes in a whole image; `at` and `enclose` take more
+
+
+class EnclosedPixel(TypedDict):
+    """What is certain about a pixel's centre."""
+
+    pixel: list[int]
+    bits: int  # the precision that sufficed
+    exact: bool  # whether exact numbers decided a tie
+    undecided: list[str]  # names of decisions
+    stages: dict[str, list[list[float]]]  # by stage [low, high] of each channel, the float64 next to the enclosure
 
 
 @REFERENCES.register("certified", independent=True, on_request=True)
@@ -154,13 +164,11 @@ class Certified:
         *,
         filtered: bool = True,
         exactly: bool = True,
-    ) -> list[dict[str, Any]]:
+    ) -> list[EnclosedPixel]:
         """Return for each pixel (column, row) what is certain about its centre, as plain data.
 
-        A record has `pixel`, `bits` (the precision that sufficed), `exact` (whether exact numbers decided a tie),
-        `undecided` (names of decisions) and `stages`: per stage a list of [low, high], one per channel, the float64
-        numbers next to the enclosure. `filtered=False` asks every surface in balls, as a check on the filter; without
-        `exactly` a tie is left undecided.
+        `filtered=False` asks every surface in balls, as a check on the filter; without `exactly` a tie is left
+        undecided.
 
         Raises:
             ValueError: the camera stage, which is no image, or no stage.

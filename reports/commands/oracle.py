@@ -2,7 +2,7 @@
 
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rayproof.reports.commands.lookup import scene_named, stages_named
 from rayproof.reports.commands.output import say, show_table, write_json
@@ -11,6 +11,7 @@ from rayproof.reports.results.json_numbers import plain
 
 if TYPE_CHECKING:
     from rayproof.cases.scene import Camera, Scene
+    from rayproof.reference.certified import EnclosedPixel
 
 ALL = "ray,object,distance,position,normal,visibility,irradiance,exitance,radiance"
 MOST_PIXELS = 100_000  # some ten seconds of work, and half a gigabyte of JSON
@@ -134,7 +135,7 @@ def rectangle(pixels: str | None, camera: "Camera") -> tuple[int, int, int, int]
     return box
 
 
-def _show_pixel(scene: str, names: dict[str, list[str]], record: dict[str, Any]) -> None:
+def _show_pixel(scene: str, names: dict[str, list[str]], record: "EnclosedPixel") -> None:
     rows = [
         [channel, repr(plain(low)), repr(plain(high))]
         for stage, channels in names.items()
