@@ -118,7 +118,7 @@ def camera_limit_times_1000() -> Iterator[None]:
     """
     right = camera.scales
 
-    def wrong(*arguments: Any) -> dict[str, Any]:
+    def wrong(*arguments: Any) -> dict[str, np.ndarray | float]:
         return {part: 1000 * size for part, size in right(*arguments).items()}
 
     with replaced(right, wrong):

@@ -1,7 +1,7 @@
 """Planted faults of the references."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -296,6 +296,19 @@ def mitsuba_flux_factor() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def _sensor_with(change: Callable[[dict[str, Any]], dict[str, Any]]) -> Iterator[None]:
+    """Change some entries of the dictionary that describes Mitsuba's camera to Mitsuba."""
+    right = worlds.sensor
+
+    def wrong(*arguments: Any, **options: Any) -> Any:
+        sensor = right(*arguments, **options)
+        return sensor | change(sensor)
+
+    with replaced(right, wrong):
+        yield
+
+
 @FAULTS.register(
     "reference/mitsuba_fovy",
     where="reference",
@@ -310,20 +323,12 @@ def mitsuba_flux_factor() -> Iterator[None]:
         "primitives/*",
     ),
 )
-@contextmanager
-def mitsuba_fovy() -> Iterator[None]:
+def mitsuba_fovy() -> AbstractContextManager[None]:
     """Widen Mitsuba's camera.
 
     Mitsuba's vertical angle is a thousandth too large.
     """
-    right = worlds.sensor
-
-    def wrong(*arguments: Any, **options: Any) -> dict[str, Any]:
-        sensor = right(*arguments, **options)
-        return sensor | {"fov": sensor["fov"] * 1.001}
-
-    with replaced(right, wrong):
-        yield
+    return _sensor_with(lambda sensor: {"fov": sensor["fov"] * 1.001})
 
 
 @FAULTS.register(
@@ -340,19 +345,12 @@ def mitsuba_fovy() -> Iterator[None]:
         "primitives/*",
     ),
 )
-@contextmanager
-def mitsuba_horizontal_fovy() -> Iterator[None]:
+def mitsuba_horizontal_fovy() -> AbstractContextManager[None]:
     """Measure Mitsuba's angle along x.
 
     Mitsuba's angle is taken along the image's width.
     """
-    right = worlds.sensor
-
-    def wrong(*arguments: Any, **options: Any) -> dict[str, Any]:
-        return right(*arguments, **options) | {"fov_axis": "x"}
-
-    with replaced(right, wrong):
-        yield
+    return _sensor_with(lambda sensor: {"fov_axis": "x"})
 
 
 @FAULTS.register(
@@ -369,20 +367,12 @@ def mitsuba_horizontal_fovy() -> Iterator[None]:
         "shadows/*",
     ),
 )
-@contextmanager
-def mitsuba_jittered() -> Iterator[None]:
+def mitsuba_jittered() -> AbstractContextManager[None]:
     """Jitter the samples of Mitsuba's images.
 
     Mitsuba's samples are scattered over the pixel.
     """
-    right = worlds.sensor
-
-    def wrong(*arguments: Any, **options: Any) -> dict[str, Any]:
-        sensor = right(*arguments, **options)
-        return sensor | {"sampler": sensor["sampler"] | {"jitter": True}}
-
-    with replaced(right, wrong):
-        yield
+    return _sensor_with(lambda sensor: {"sampler": sensor["sampler"] | {"jitter": True}})
 
 
 @FAULTS.register(
