@@ -7,7 +7,7 @@ import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired, TypedDict
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import load_scene
@@ -22,6 +22,24 @@ RELAY = Path(__file__).with_name("relay.py")
 WAITING = 128  # calls that may wait for their turn
 LONGEST = 2**16  # bytes of a call: two paths
 PATIENCE = 10.0  # s for a program that has connected to say what it wants
+
+
+class Declared(TypedDict):
+    """What is said of the function, in the words of docs/protocol.md."""
+
+    protocol: int
+    name: str
+    version: str
+    precision: str
+    stages: NotRequired[list[str]]
+
+
+class Answer(TypedDict, total=False):
+    """What a call is told; nothing where the images lie where it wants them."""
+
+    capabilities: Declared
+    unsupported: str
+    error: str
 
 
 class Served:
@@ -65,7 +83,7 @@ class Served:
             except OSError:  # the caller has ended, by its time limit or with its run
                 return
 
-    def _answer(self, words: list[str]) -> dict[str, Any]:
+    def _answer(self, words: list[str]) -> Answer:
         if words == ["--capabilities"]:
             return {"capabilities": self._capabilities()}
         scene_file, output = words
@@ -83,10 +101,12 @@ class Served:
             return {"error": traceback.format_exc()}
         return {}
 
-    def _capabilities(self) -> dict[str, Any]:
+    def _capabilities(self) -> Declared:
         name = getattr(self._renderer, "__qualname__", type(self._renderer).__name__)
-        known = {"protocol": 1, "name": str(name), "version": "", "precision": "float64"}
-        return known | ({"stages": [stage.value for stage in self._stages]} if self._declared else {})
+        known: Declared = {"protocol": 1, "name": str(name), "version": "", "precision": "float64"}
+        if self._declared:
+            known["stages"] = [stage.value for stage in self._stages]
+        return known
 
 
 def _line(end: socket.socket) -> bytes:

@@ -1,7 +1,7 @@
 """`rayproof probe`: one pixel, every stage, as the tracer in both precisions and every reference answer it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rayproof.reports.subjects import Subject
     from rayproof.tracer.configuration import Configuration
 
-Column = dict[str, Any]  # row name -> number, or the sentence that says why there is none
+Column = dict[str, float | str]  # row name -> number, or the sentence that says why there is none
 
 
 def probe(

@@ -1,14 +1,16 @@
 """`rayproof show`: one case - what it asks, what an answer must satisfy, its scene, how to reproduce it."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import one_case
 from rayproof.reports.commands.output import say, show_table, write_json
+
+Shown = str | float | tuple["Shown", ...] | None  # a field of a case's or a scene's
 
 
 def show(case: str, *, json: Path | None = None) -> int:
@@ -76,12 +78,12 @@ def contents(scene: Scene) -> list[list[str]]:
     return [*rows, ["shading, clip", f"{scene.shading}, {scene.clip}"]]
 
 
-def listed(about: dict[str, Any]) -> str:
+def listed(about: Mapping[str, Shown]) -> str:
     """Return names and values in one line, numbers shortened to nine digits."""
     return ", ".join(f"{name} {short(value)}" for name, value in about.items())
 
 
-def short(value: Any) -> str:
+def short(value: Shown) -> str:
     """Return a value's text; of numbers nine digits."""
     if isinstance(value, float):
         return f"{value:.9g}"

@@ -106,23 +106,24 @@ def capabilities_from(text: str) -> Capabilities | None:
         raise ValueError(f"{unknown[0]!r} is not known; known: {', '.join(sorted(known))}")
     if declared.get("protocol") != PROTOCOL:
         raise ValueError(f"protocol must be {PROTOCOL}, got {declared.get('protocol')!r}")
-    found: dict[str, Any] = {}
+    found = Capabilities()
     for name, known_names in (("shapes", tuple(SHAPES)), ("shading", SHADINGS), ("clip", CLIPS)):
         if name in declared:
-            found[name] = _names(name, declared[name], known_names)
+            found = replace(found, **{name: _names(name, declared[name], known_names)})
     if "stages" in declared:
-        found["stages"] = tuple(map(Stage, _names("stages", declared["stages"], IMAGE_STAGES)))
+        found = replace(found, stages=tuple(map(Stage, _names("stages", declared["stages"], IMAGE_STAGES))))
     if "precision" in declared:
-        (found["precision"],) = _names("precision", [declared["precision"]], PRECISIONS)
+        (precision,) = _names("precision", [declared["precision"]], PRECISIONS)
+        found = replace(found, precision=precision)
     for name in ("name", "version"):
         if name in declared:
-            found[name] = _text(name, declared[name])
+            found = replace(found, **{name: _text(name, declared[name])})
     for name in ("two_sided", "affine", "triangulated", "chained"):
         if name in declared:
             if not isinstance(declared[name], bool):
                 raise ValueError(f"{name} must be true or false, got {declared[name]!r}")
-            found[name] = declared[name]
-    return Capabilities(**found | _epsilons(declared.get("epsilons", {})))
+            found = replace(found, **{name: declared[name]})
+    return replace(found, **_epsilons(declared.get("epsilons", {})))
 
 
 def _names(name: str, given: Any, known: tuple[str, ...]) -> tuple[str, ...]:
@@ -140,7 +141,7 @@ def _text(name: str, given: Any) -> str:
     return given
 
 
-def _epsilons(given: Any) -> dict[str, Any]:
+def _epsilons(given: Any) -> dict[str, float]:
     if not isinstance(given, Mapping) or not set(given) <= set(EPSILONS):
         raise ValueError(f"epsilons must be an object with {' and '.join(EPSILONS)}, got {given!r}")
     for name, value in given.items():

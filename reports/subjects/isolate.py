@@ -17,7 +17,16 @@ import sys
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:  # `typing` takes as long to import as all else here
-    from typing import Any
+    from typing import TypedDict
+
+    class Order(TypedDict):
+        """What the program may see, as paths; only `folder` stays writable."""
+
+        folder: str
+        hidden: list[str]
+        shown: list[str]
+        secret: list[str]
+
 
 CANNOT = 125
 NEWNS, NEWIPC, NEWUSER, NEWPID, NEWNET = 0x20000, 0x8000000, 0x10000000, 0x20000000, 0x40000000  # linux/sched.h
@@ -106,7 +115,7 @@ def writable(path: str) -> None:
     checked(result, f"mount writable {path}")
 
 
-def run(order: "dict[str, Any]", command: list[str]) -> int:
+def run(order: "Order", command: list[str]) -> int:
     """Run the program as process 2 of a namespace of its own and return its wait status."""
     shut_off()
     libc.prctl(PDEATHSIG, signal.SIGKILL, 0, 0, 0)
@@ -121,7 +130,7 @@ def run(order: "dict[str, Any]", command: list[str]) -> int:
     return int(told[1:])
 
 
-def first(order: "dict[str, Any]", command: list[str], writing: int) -> None:
+def first(order: "Order", command: list[str], writing: int) -> None:
     """Be process 1: furnish, start the program, wait for it alone; all that is left ends with this process."""
     try:
         libc.prctl(PDEATHSIG, signal.SIGKILL, 0, 0, 0)

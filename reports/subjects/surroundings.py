@@ -9,8 +9,12 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import platformdirs
+
+if TYPE_CHECKING:
+    from rayproof.reports.subjects.isolate import Order
 
 ISOLATE = str(Path(__file__).with_name("isolate.py"))
 # What a program needs to start, to find its libraries and devices, and to write numbers as everybody does.
@@ -47,7 +51,7 @@ class Surroundings:
         """Return the command that runs a program in its folder, shut off if it is confined."""
         if not self.confined:
             return list(arguments)
-        order = {
+        order: Order = {
             "folder": str(folder.resolve()),
             "hidden": _hidden(),
             "shown": _shown(arguments),
