@@ -3,14 +3,13 @@
 import base64
 import math
 import zlib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict
 
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
-from rayproof.reports.publish.page.panel_data import Said
-from rayproof.reports.publish.page.routes_data import Routes
+from rayproof.reports.publish.page.panel_data import Said, SaidOfItself
+from rayproof.reports.publish.page.routes_data import RouteRow, Routes
 from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import (
     KINDS,
@@ -28,13 +27,118 @@ from rayproof.reports.results.json_numbers import as_json, legible_json, number
 from rayproof.reports.results.outcomes import LEDGER, Outcome
 from rayproof.reports.results.outcomes import worst as worst_outcome
 from rayproof.reports.results.ratios import worst_of, worst_ratio
-from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
+from rayproof.reports.results.records import (
+    CaseRecord,
+    CheckRecord,
+    CommonFactorRecord,
+    CoverageRecord,
+    LedgerRecord,
+    ReferenceRecord,
+    ReviewRecord,
+    RunRecord,
+    TakenRecord,
+)
 
-_OF_THE_RUN = (
-    "rayproof", "command", "started", "seconds", "verdict", "environment", "configurations", "references", "subject",
-    "absent",
-)  # fmt: skip
-_OF_A_CASE = ("name", "family", "verdict", "stage", "item", "reason", "stresses", "covers", "seconds", "reproduce")
+# A renderer's word on a case: worst verdict, checks that have it, all checks, worst ratio, refusals.
+Cell = tuple[str, int, int, float | None, int]
+
+
+class CaseRow(TypedDict):
+    """What the list of cases shows and searches of one."""
+
+    name: str
+    family: str
+    verdict: str
+    stage: str | None
+    item: str | None
+    reason: str | None
+    stresses: str | None
+    covers: list[str] | None
+    seconds: float | None
+    reproduce: str | None
+    file: str  # that has the rest, below the results folder
+    blame: str
+    excluded: NotRequired[str]
+    cause: str
+    ratio: float | None
+    cells: dict[str, Cell]  # by renderer
+    stages: list[str]
+    picture: str | None
+    thumbnail: NotRequired[str]
+
+
+class PackedList(TypedDict):
+    """A long list of cases as deflated columns (html/columns.js)."""
+
+    count: int
+    shard: int
+    values: dict[str, str]  # of the columns whose values cases share
+    columns: dict[str, str]
+    thumbnails: dict[int, str]  # by place in the list, from 0
+
+
+class ExaminedFront(TypedDict):
+    """What became of the pixels that checks looked at: in a sentence, in numbers, and the words for these."""
+
+    line: str | None
+    counts: dict[str, int] | None
+    words: dict[str, str]
+
+
+class CoverageRow(CoverageRecord):
+    """An item of the specification, and how often it was measured."""
+
+    id: str
+    what: str
+
+
+class StageRow(TypedDict):
+    """A stage, and what it is."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+class MatrixColumns(TypedDict):
+    """Who has a column of the matrix."""
+
+    references: list[str]
+    ours: list[str]
+
+
+class FrontData(TypedDict):
+    """The page's data beside the cases' own scripts; of cases there is either a `list` or the rows themselves."""
+
+    rayproof: str | None
+    command: str | None
+    started: str | None
+    seconds: float | None
+    verdict: str | None
+    environment: dict[str, str] | None
+    configurations: list[str] | None
+    references: dict[str, ReferenceRecord] | None
+    subject: str | None
+    absent: dict[str, str] | None
+    summary: LedgerRecord
+    checks: LedgerRecord
+    ledger: tuple[str, ...]
+    shouts: list[str]
+    headline: str
+    causes: list[str]
+    examined: ExaminedFront
+    no_say: list[str]
+    common_factors: list[CommonFactorRecord]
+    paths: dict[str, TakenRecord]
+    routes: list[RouteRow]
+    coverage: list[CoverageRow]
+    review: list[ReviewRecord]
+    stages: list[StageRow]
+    columns: MatrixColumns
+    times: dict[str, float]  # by renderer [s]
+    panel: dict[str, SaidOfItself]
+    cases: NotRequired[list[CaseRow]]
+    list: NotRequired[PackedList]
 
 
 SHARD = 256  # cases whose rows a script hands over, and whose files a folder holds
@@ -50,7 +154,7 @@ class Front:
     def __init__(self, folder: Path, results: RunRecord) -> None:
         self._folder, self._results = folder, results
         self.long = len(results["cases"]) > SHARD
-        self._rows: dict[int, list[dict[str, Any]]] = {}  # by shard, until they are handed over
+        self._rows: dict[int, list[CaseRow]] = {}  # by shard, until they are handed over
         self._said, self._routes = Said(), Routes()
         self._times: dict[str, float] = {}
         self._columns = Columns()
@@ -77,17 +181,26 @@ class Front:
             if seconds is not None:
                 self._times[name] = round(self._times.get(name, 0.0) + seconds, 3)
 
-    def handed_over(self, number: int) -> list[dict[str, Any]]:
+    def handed_over(self, number: int) -> list[CaseRow]:
         """Return the rows of the shard that has the case at a place of the list, from 1, and let go of them."""
         return self._rows.pop((number - 1) // SHARD)
 
     @property
-    def data(self) -> dict[str, Any]:
+    def data(self) -> FrontData:
         """Return the page's data beside the cases' own scripts."""
         results = self._results
         details = results.get("coverage_detail", {})
-        return {
-            **{key: results.get(key) for key in _OF_THE_RUN},
+        front: FrontData = {
+            "rayproof": results.get("rayproof"),
+            "command": results.get("command"),
+            "started": results.get("started"),
+            "seconds": results.get("seconds"),
+            "verdict": results.get("verdict"),
+            "environment": results.get("environment"),
+            "configurations": results.get("configurations"),
+            "references": results.get("references"),
+            "subject": results.get("subject"),
+            "absent": results.get("absent"),
             "summary": results["summary"],
             "checks": results["checks"],
             "ledger": LEDGER,
@@ -110,8 +223,12 @@ class Front:
             "columns": {"references": list(self._references), "ours": list(self._configurations)},
             "times": self._times,
             "panel": self._said.panel,
-            **({"list": self._columns.packed} if self.long else {"cases": self._rows.get(0, [])}),
         }
+        if self.long:
+            front["list"] = self._columns.packed
+        else:
+            front["cases"] = self._rows.get(0, [])
+        return front
 
 
 class Columns:
@@ -133,7 +250,7 @@ class Columns:
     def __len__(self) -> int:
         return self._count
 
-    def add(self, row: Mapping[str, Any]) -> None:
+    def add(self, row: CaseRow) -> None:
         """Take up another case's row."""
         for key in self.SHARED:
             values = self._values[key]
@@ -147,7 +264,7 @@ class Columns:
         self._count += 1
 
     @property
-    def packed(self) -> dict[str, Any]:
+    def packed(self) -> PackedList:
         """Return the columns as the page reads them (html/columns.js); nothing can be added after that."""
         return {
             "count": self._count,
@@ -188,14 +305,14 @@ def rows_file(number: int) -> str:
     return f"data/{(number - 1) // SHARD:03}/rows.js"
 
 
-def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> dict[str, Any]:
+def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
     """Return what the list of cases shows and searches of one case; `file` holds the rest, `cause` explains it."""
     checks = case.get("checks", [])
     unsupported: dict[str, int] = {}
     for entry in case.get("unsupported", []):
         name = str(entry.get("reference"))
         unsupported[name] = unsupported.get(name, 0) + 1
-    cells: dict[str, list[Any]] = {}
+    cells: dict[str, Cell] = {}
     for key in ("reference", "configuration"):
         of_name: dict[str, list[CheckRecord]] = {}
         for check in checks:
@@ -204,25 +321,37 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> dict[str,
             cells[name] = _cell(own, unsupported.get(name, 0))
     for name in unsupported:
         cells.setdefault(name, _cell([], unsupported[name]))
-    return {
-        **{key: case.get(key) for key in _OF_A_CASE},
+    row: CaseRow = {
+        "name": case["name"],
+        "family": case["family"],
+        "verdict": case["verdict"],
+        "stage": case.get("stage"),
+        "item": case.get("item"),
+        "reason": case.get("reason"),
+        "stresses": case.get("stresses"),
+        "covers": case.get("covers"),
+        "seconds": case.get("seconds"),
+        "reproduce": case.get("reproduce"),
         "file": file,
         "blame": blame(case),
-        **({"excluded": told} if (told := excluded(case)) else {}),
+        "excluded": excluded(case),
         "cause": cause,
         "ratio": worst_ratio(case),
         "cells": cells,
         "stages": sorted({str(check["stage"]) for check in checks if check.get("stage")}),
         "picture": picture_of(folder, case),
-        **({"thumbnail": small} if (small := thumbnail_of(folder, case)) else {}),
     }
+    if not row["excluded"]:
+        del row["excluded"]
+    if small := thumbnail_of(folder, case):
+        row["thumbnail"] = small
+    return row
 
 
-def _cell(checks: list[CheckRecord], unsupported: int) -> list[Any]:
-    """Return a renderer's word on a case: worst verdict, checks that have it, all checks, worst ratio, refusals."""
+def _cell(checks: list[CheckRecord], unsupported: int) -> Cell:
     measured = [check["verdict"] for check in checks if check["verdict"] != Outcome.UNSUPPORTED]
     refused = unsupported + len(checks) - len(measured)
     worst = worst_outcome(map(Outcome, {*measured})).value if measured else Outcome.UNSUPPORTED.value
     largest = worst_of(checks)
     # Three digits are what is shown.
-    return [worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused]
+    return worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused

@@ -12,18 +12,18 @@ import shutil
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired
 
 from rayproof.reports.publish import PUBLISHERS
+from rayproof.reports.publish.page.audit import AuditFront, load_audit
 from rayproof.reports.publish.page.audit import front as load_front
-from rayproof.reports.publish.page.audit import load_audit
 from rayproof.reports.publish.page.case_data import write_case_data
-from rayproof.reports.publish.page.formula_comparison import contest
-from rayproof.reports.publish.page.front_data import SHARD, Front, data_file, rows_file
-from rayproof.reports.publish.page.history import history_front
+from rayproof.reports.publish.page.formula_comparison import Contest, contest
+from rayproof.reports.publish.page.front_data import SHARD, Front, FrontData, data_file, rows_file
+from rayproof.reports.publish.page.history import HistoryFront, history_front
 from rayproof.reports.publish.page.panel_data import findings
 from rayproof.reports.publish.page.plots import pages
-from rayproof.reports.publish.page.run_comparison import comparison_front
+from rayproof.reports.publish.page.run_comparison import ComparisonFront, comparison_front
 from rayproof.reports.publish.page.tradeoff import diagrams
 from rayproof.reports.publish.parallel import writers
 from rayproof.reports.results.atomic import write_text
@@ -31,7 +31,7 @@ from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.headline import headline, shouts, worst_first
 from rayproof.reports.results.image_script import inert, script
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import CaseRecord, FindingRecord, RunRecord
 
 # In the order in which they build on each other.
 SCRIPTS = (
@@ -69,6 +69,19 @@ _TAIL = """<script>{script}</script>
 """
 
 
+class PageData(FrontData):
+    """What the page holds of a run from the beginning."""
+
+    audit: AuditFront | None
+    tradeoff: list[str]  # names of drawings
+    plots: dict[str, str]  # page -> the script that has its data
+    findings: list[FindingRecord]
+    history: HistoryFront | None
+    comparison: ComparisonFront | None
+    contest: Contest | None
+    alone: NotRequired[bool]  # whether it is the one file that there is
+
+
 @PUBLISHERS.register("html")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write index.html and data/*.js; of a long run data/NNN/*.js, of which the rows' scripts are told."""
@@ -78,9 +91,10 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     return [write_text(folder / "index.html", head + tail), *written]
 
 
-def page_data(folder: Path, results: RunRecord, front: Front) -> dict[str, Any]:
+def page_data(folder: Path, results: RunRecord, front: Front) -> PageData:
     """Return what the page holds of a run from the beginning; `front` has taken up its cases, the worst first."""
-    return front.data | {
+    return {
+        **front.data,
         "audit": load_front(load_audit(folder)),
         "tradeoff": diagrams(folder),
         "plots": pages(folder),
@@ -92,7 +106,7 @@ def page_data(folder: Path, results: RunRecord, front: Front) -> dict[str, Any]:
 
 
 def page_parts(
-    results: RunRecord, data: dict[str, Any], *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
+    results: RunRecord, data: PageData, *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
 ) -> tuple[str, str]:
     """Return the page up to and from where a page that is `alone` holds what otherwise lies beside it.
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of, view_of
 from rayproof.reports.publish.page.front_data import SHARD, Front, data_file, rows_file
 from rayproof.reports.publish.page.history import DATA as HISTORY
-from rayproof.reports.publish.page.page import digest, page_data, page_parts
+from rayproof.reports.publish.page.page import PageData, digest, page_data, page_parts
 from rayproof.reports.publish.page.plots import FOLDER, LIBRARY
 from rayproof.reports.publish.page.plots import pages as plots
 from rayproof.reports.publish.page.viewer_page import digests_in_one, page_in_one, vendored
@@ -37,7 +37,7 @@ def write_single_file(folder: Path, results: RunRecord) -> Path:
         front.add(case)
         if front.long and (number % SHARD == 0 or number == len(ordered)):
             front.handed_over(number)  # they are in a script, too
-    data = page_data(folder, results, front) | {"alone": True, "tradeoff": []}
+    data: PageData = {**page_data(folder, results, front), "alone": True, "tradeoff": []}
     head, tail = page_parts(results, data, alone=True, digests=([*scripts, digest(vendored(LIBRARY))], styles))
     path = folder / NAME
     with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
