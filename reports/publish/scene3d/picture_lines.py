@@ -1,6 +1,16 @@
 """Lines and points of one colour: `add_mesh` looks at all that a mesh may be, and takes six times as long."""
 
-from typing import Any
+from typing import Any, Required, TypedDict
+
+
+class LineStyle(TypedDict, total=False):
+    """How lines or points look."""
+
+    color: Required[str]
+    line_width: float
+    point_size: float
+    opacity: float
+    lighting: bool
 
 
 def add_lines(

@@ -3,7 +3,7 @@
 import base64
 import zlib
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -13,13 +13,32 @@ from rayproof.reports.publish.scene3d.picture_lines import add_lines
 from rayproof.reports.publish.scene3d.picture_places import framing
 from rayproof.reports.publish.scene3d.picture_scene import aim
 from rayproof.reports.publish.scene3d.view_parts import Frame, parts
-from rayproof.reports.publish.scene3d.view_state import state
-from rayproof.reports.publish.scene3d.view_values import point_values
+from rayproof.reports.publish.scene3d.view_state import Instance, state
+from rayproof.reports.publish.scene3d.view_values import PointValues, point_values
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.image_script import script
 from rayproof.reports.results.json_numbers import as_json
 
 LEVEL = 6  # the highest takes three times as long for half a percent
+
+
+class ViewAbout(TypedDict):
+    """What a scene's parts mean."""
+
+    parts: list[list[str]]  # name, layer
+    middle: list[float]  # m
+    size: float  # m
+    eye: list[float]  # m
+    lights: list[list[float]]  # m
+    colored: str | None  # the stage whose errors the points show
+    points: PointValues | None
+
+
+class ViewHeader(TypedDict):
+    """A view without its arrays."""
+
+    about: ViewAbout
+    scene: Instance
 
 
 def write_view(
@@ -36,13 +55,13 @@ def write_view(
     for part in shown:
         # The browser draws in float32, and float64 would be stored as such.
         part.mesh.points = part.mesh.points.astype(np.float32)
-        if part.plain:
-            add_lines(plotter, part.mesh, name=part.name, **part.style)
+        if part.plain is not None:
+            add_lines(plotter, part.mesh, name=part.name, **part.plain)
         else:
             plotter.add_mesh(part.mesh, name=part.name, render=False, **part.style)
     aim(plotter, scene.camera, np.zeros(3), 1.0)
     recorded, arrays = state(plotter)
-    about = {
+    about: ViewAbout = {
         "parts": [[part.name, part.layer] for part in shown],
         "middle": middle.tolist(),
         "size": size,
@@ -55,14 +74,14 @@ def write_view(
     return write_text(folder / view, script(view, text))
 
 
-def pack(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> str:
+def pack(header: ViewHeader, arrays: dict[str, np.ndarray]) -> str:
     """Return header and arrays as deflated base64: length of the JSON (4 bytes), the JSON, the arrays' bytes.
 
     Arrays of four-byte numbers are stored as byte planes, the highest first, which halves what deflate leaves of them.
     `viewer/unpack.js` is the inverse.
     """
     listed = [[name, values.nbytes, values.itemsize == 4] for name, values in arrays.items()]
-    head = as_json(header | {"arrays": listed}).encode()
+    head = as_json({**header, "arrays": listed}).encode()
     body = b"".join(_planes(values) for values in arrays.values())
     packed = zlib.compress(len(head).to_bytes(4, "little") + head + body, LEVEL)
     return base64.b64encode(packed).decode("ascii")

@@ -6,13 +6,14 @@ of the layer "pixel" are empty hands: the page moves their ends to the pixel tha
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
 from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish.scene3d.picture_hits import Hits
+from rayproof.reports.publish.scene3d.picture_lines import LineStyle
 from rayproof.reports.publish.scene3d.picture_places import few, frustum, ray_ends
 from rayproof.reports.publish.scene3d.picture_scene import MOST_LIGHTS, MOST_NORMALS, bulbs, light_places
 from rayproof.reports.publish.scene3d.picture_shapes import surface
@@ -24,6 +25,22 @@ FAR = 20.0
 RAYS = 16
 
 
+class MeshStyle(TypedDict, total=False):
+    """How a mesh looks, as `Plotter.add_mesh` has it."""
+
+    color: str | np.ndarray
+    opacity: float
+    smooth_shading: bool
+    show_edges: bool
+    edge_color: str
+    lighting: bool
+    point_size: float
+    scalars: str
+    cmap: str
+    clim: tuple[float, float]
+    show_scalar_bar: bool
+
+
 @dataclass(frozen=True, kw_only=True)
 class Part:
     """One mesh in view units, in a layer that the reader can switch."""
@@ -31,8 +48,8 @@ class Part:
     name: str
     layer: str
     mesh: Any  # pyvista.PolyData
-    style: dict[str, Any] = field(default_factory=dict)  # of Plotter.add_mesh, of a plain part colour and width
-    plain: bool = False  # whether it is lines or points of one colour
+    style: MeshStyle = field(default_factory=MeshStyle)
+    plain: LineStyle | None = None  # instead, of lines or points of one colour
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +103,7 @@ def _shapes(scene: Scene, hits: Hits | None, frame: Frame) -> Iterator[Part]:
         surrounds = bool(np.all((bounds[:, 0] < eye) & (eye < bounds[:, 1])))
         flat = mesh.n_cells < 50
         color = np.clip(np.asarray(shape.albedo) * 0.6 + 0.35, 0, 1)
-        style = {
+        style: MeshStyle = {
             "color": color, "opacity": 0.18 if surrounds else 1.0, "smooth_shading": not flat,
             "show_edges": flat, "edge_color": "#5b6570",
         }  # fmt: skip
@@ -153,16 +170,13 @@ def _hands(lights: int) -> Iterator[Part]:
     for name, (count, color) in wanted.items():
         if count:
             mesh = pyvista.line_segments_from_points(np.zeros((2 * count, 3), dtype=np.float32))
-            yield Part(
-                name=f"pixel {name}", layer="pixel", mesh=mesh, style={"color": color, "line_width": 3}, plain=True
-            )
+            yield Part(name=f"pixel {name}", layer="pixel", mesh=mesh, plain={"color": color, "line_width": 3})
     point = pyvista.PolyData(np.zeros((1, 3), dtype=np.float32))
     yield Part(
         name="pixel point",
         layer="pixel",
         mesh=point,
-        style={"color": "#e6007e", "point_size": 11, "lighting": False},
-        plain=True,
+        plain={"color": "#e6007e", "point_size": 11, "lighting": False},
     )
 
 
@@ -170,8 +184,8 @@ def _near(point: np.ndarray, frame: Frame) -> bool:
     return float(np.linalg.norm(frame.inside(point))) < FAR
 
 
-def _lines(name: str, layer: str, ends: np.ndarray, frame: Frame, **style: Any) -> Part:
+def _lines(name: str, layer: str, ends: np.ndarray, frame: Frame, **style: Unpack[LineStyle]) -> Part:
     import pyvista
 
     mesh = pyvista.line_segments_from_points(frame.inside(ends))
-    return Part(name=name, layer=layer, mesh=mesh, style=style, plain=True)
+    return Part(name=name, layer=layer, mesh=mesh, plain=style)

@@ -6,7 +6,7 @@ a browser test looks at what comes out.
 
 import json
 import re
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -14,6 +14,17 @@ import numpy as np
 _ADDRESS = re.compile(r'(?<=["{])[0-9a-f]{16}(?=["}-])')
 
 TABLE = "vtkColorTransferFunction"  # what vtk.js makes of a lookup table
+
+
+class Instance(TypedDict, total=False):
+    """An object of VTK's as trame-vtk tells it, with those that it depends on."""
+
+    id: str
+    type: str
+    mtime: int
+    properties: dict[str, Any]  # as the class of vtk.js has them
+    calls: list[list[Any]]  # a method's name and its arguments
+    dependencies: list["Instance"]
 
 
 def new_recorder() -> Any:
@@ -29,7 +40,7 @@ def new_recorder() -> Any:
     return plotter
 
 
-def state(plotter: Any) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def state(plotter: Any) -> tuple[Instance, dict[str, np.ndarray]]:
     """Return the scene as plain data, and its arrays by the names that it calls them."""
     from trame_vtk.modules.vtk.serializers import SynchronizationContext, reference_id, serialize
 
@@ -60,7 +71,7 @@ def _shrink_unused_tables(plotter: Any) -> None:
             actor.GetMapper().SetLookupTable(table)
 
 
-def _drop_unused_tables(instance: dict[str, Any]) -> None:
+def _drop_unused_tables(instance: Instance) -> None:
     """Leave out the colour tables of what has one colour, most of a scene's text; in place."""
     if instance.get("properties", {}).get("scalarVisibility") == 0:
         instance["calls"] = [call for call in instance["calls"] if call[0] != "setLookupTable"]

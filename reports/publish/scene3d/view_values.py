@@ -1,6 +1,6 @@
 """The numbers behind a view's points: which pixel each belongs to, and how far off it is at every stage."""
 
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -12,14 +12,29 @@ HUNDREDTHS = 100
 STAGES = tuple(stage for stage in Stage if stage not in (Stage.CAMERA, Stage.OBJECT))
 
 
-def point_values(hits: Hits, ours: Any, theirs: Any) -> dict[str, Any]:
+class StageValues(TypedDict):
+    """How far off the points are at a stage, in hundredths of a decade."""
+
+    unit: str
+    error: list[int | str | None]
+    digits: list[int | str | None]
+
+
+class PointValues(TypedDict):
+    """The points' pixels [column, row], and their values by stage."""
+
+    pixels: list[list[int]]
+    stages: dict[str, StageValues]
+
+
+def point_values(hits: Hits, ours: Any, theirs: Any) -> PointValues:
     """Return `pixels` [[column, row], ...] and per comparable stage `error` and `digits`, hundredths of a decade.
 
     `error` is log10 of the largest absolute difference over channels, `digits` -log10 of the relative one; null where
     exact, "nan" where the difference is no finite number.
     """
     with np.errstate(divide="ignore"):
-        stages = {
+        stages: dict[str, StageValues] = {
             stage.value: {
                 "unit": FACTS[stage].unit,
                 "error": _hundredths(np.log10(hits.of(absolute_error(ours, theirs, stage))), exact=-np.inf),
