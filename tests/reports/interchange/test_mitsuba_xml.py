@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rayproof.cases.budget import LIMITS
 from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Sphere, Square
 from rayproof.cases.stages import Stage
@@ -256,3 +257,16 @@ def test_another_folder_is_let_in_only_where_it_is_allowed(tmp_path: Path) -> No
     (folder / "scene.xml").write_text(f'{HEAD}{body}<path value=".."/><include filename="secret.xml"/></scene>')
     with pytest.raises(SceneError, match="inside the scene's own"):
         import_scene(folder / "scene.xml", None, (common,))
+
+
+def test_the_deepest_element_that_is_read_lies_as_deep_as_is_said(tmp_path: Path) -> None:
+    def nested(levels: int) -> str:
+        """Return a scene whose deepest element has so many around it, the scene itself among them."""
+        wrapped = '<bsdf type="twosided">' * (levels - 2) + '<bsdf type="diffuse"/>' + "</bsdf>" * (levels - 2)
+        return f'{SENSOR}{LIGHT}<shape type="sphere">{wrapped}</shape>'
+
+    deepest = LIMITS["levels of nesting"]
+
+    assert len(read(tmp_path, nested(deepest - 1)).scene.shapes) == 1
+    with pytest.raises(SceneError, match=f"lies {deepest + 1} levels deep; at most {deepest} levels"):
+        read(tmp_path, nested(deepest))
