@@ -190,8 +190,12 @@ def _spoilt(scene: Scene, answers: Answers, way: Way, first: Stage, oracle: Full
     return found, plain
 
 
-def follows(way: Way, scene: Scene, stage: Stage, before: Answers, oracle: FullOracle) -> np.ndarray:
+def follows(
+    way: Way, scene: Scene, stage: Stage, before: Answers, oracle: FullOracle, *, precision: str = "float64"
+) -> np.ndarray:
     """Return a stage as it follows from those before by a way's formulas, else rightly; of what it spoils, the base.
+
+    `precision` is that of the tracer, which the formulas are asked of.
 
     Raises:
         Unanswerable: the scene is beyond the tracer.
@@ -203,9 +207,9 @@ def follows(way: Way, scene: Scene, stage: Stage, before: Answers, oracle: FullO
     from rayproof.tracer.render import continue_from
     from rayproof.tracer.shapes.representable import beyond
 
-    if (why := beyond(scene, "float64")) is not None:
+    if (why := beyond(scene, precision)) is not None:
         raise Unanswerable(why)
-    return continue_from(scene, stage, before, Configuration(precision="float64", formulas=way.formulas))
+    return continue_from(scene, stage, before, Configuration(precision=precision, formulas=way.formulas))
 
 
 def _continued(scene: Scene, answers: Answers, first: Stage, oracle: FullOracle) -> Answers:

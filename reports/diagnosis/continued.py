@@ -16,6 +16,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Given, Way
 from rayproof.reports.diagnosis.answering import (
     LIGHT,
+    PRECISION,
     TURNS,
     Answered,
     Unanswerable,
@@ -173,7 +174,7 @@ class Continued:
             off = ~(ratios(stage, self.own[stage], value, limit)[0] <= 1) & judged
             telling = ~(ratios(stage, other, value, limit)[0] <= 2) & judged
         if stage in HITS and 0 < np.count_nonzero(off) <= NEARLY * off.size:
-            judged &= ~self._by_rounding(way, stage)
+            judged &= ~self._by_rounding(way, stage) & ~self._apart_in_float32(way, stage, value)
             off, telling = off & judged, telling & judged
         return Tally(
             judged=int(np.count_nonzero(judged)),
@@ -199,6 +200,27 @@ class Continued:
                     found |= np.any(oracle.continue_from(scene, Stage.OBJECT, turned) != met, axis=-1)
             self._kept[key] = way, found
         return self._kept[key][1]
+
+    def _apart_in_float32(self, way: Way, stage: Stage, value: np.ndarray) -> np.ndarray:
+        """Return the pixels (height, width) in which the tracer by a way's formulas has another value in float32.
+
+        A wrong formula has borders of its own, of which the right answer knows nothing: rounding decides there.
+        """
+        scene = self.scene(way)
+        formulas = concerned(way.formulas, scene, stage)
+        if not formulas:
+            return np.zeros(value.shape[:2], dtype=bool)
+        before = {one: self.own[one] for one in self.stages if IMAGE_STAGES.index(one) < IMAGE_STAGES.index(stage)}
+        try:
+            with np.errstate(all="ignore"):
+                plain = replace(way, formulas=formulas)
+                rounded = follows(plain, scene, stage, before, self.evidence.oracle, precision=PRECISION)
+        except Unanswerable:  # beyond float32, of which then nothing can be said
+            return np.zeros(value.shape[:2], dtype=bool)
+        if stage is Stage.DISTANCE:
+            with np.errstate(all="ignore"):
+                return ~(ratios(stage, rounded, value, self._supposed.limits[stage])[0] <= 1)
+        return np.any(rounded != value, axis=-1)
 
     def agrees(self, way: Way, stage: Stage) -> bool | None:
         """Say whether the case does not contradict a way at a stage; None where the way has no answer."""

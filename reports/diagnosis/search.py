@@ -40,6 +40,11 @@ class Found:
         """Return how many pixels agree that tell it from the right answer."""
         return sum(tally.agree for tally in self.tallies.values())
 
+    @property
+    def off(self) -> int:
+        """Return how many pixels have neither the hypothesis's value nor lie next to an edge."""
+        return sum(tally.off for tally in self.tallies.values())
+
 
 @dataclass(frozen=True, kw_only=True)
 class Searched:
@@ -66,10 +71,15 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
         return Searched(found=(), tried=0, failing=(), fitted=(), seconds=clock.spent, finished=True)
     everything, whole = [*failing, *passing], Clock(seconds + HOLDING)
     complete = {one.case: Continued(evidence=one) for one in everything}
-    if len(failing[0].stages) > 1 and all(one.usable for one in complete.values()):
-        left = _stage_by_stage(list(complete.values()), len(failing), clock, whole)
-    else:
-        left = _end_to_end(screen, [*predicted, *fitted][:FAILING], failing, passing, clock, whole, pairs=pairs)
+    staged = len(failing[0].stages) > 1 and all(one.usable for one in complete.values())
+    left = _stage_by_stage(list(complete.values()), len(failing), clock, whole) if staged else []
+    if not left:
+        # Where a renderer's stages do not follow from each other by any mistake, as those of one that leaves out shapes
+        # by bounds of its own, its image as a whole may still be one mistake's.
+        rest = [*predicted, *fitted][:FAILING]
+        left = _end_to_end(screen, rest, failing, passing, clock, whole, pairs=pairs and not staged)
+        if staged:  # all that it wrote speaks, so that a second mistake in few pixels is seen
+            left = [one for one in left if one.off < LEAST_LEFT]
     left = left or _seen(failing)
     return Searched(
         found=tuple(left),
@@ -84,7 +94,8 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
 def _stage_by_stage(cases: Sequence[Continued], failing: int, clock: Clock, whole: Clock) -> list[Found]:
     """Return the mistakes that explain every stage of every case, of which the first so many fail."""
     found = []
-    for one in explanations(cases[:failing], clock):
+    modes = sorted({str(case.evidence.scene.shading) for case in cases})
+    for one in explanations(cases[:failing], modes, clock):
         tallies: dict[str, Tally] = {}
         for case in cases:
             tally = case.trial(one.way)

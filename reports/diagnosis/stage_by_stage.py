@@ -30,11 +30,14 @@ MEETING = 4  # cases that a hypothesis meets before the rest of them
 FIRSTS = 12  # hypotheses of the first wrong stage that a second is looked for beside
 
 
-def explanations(failing: Sequence[Continued], clock: Clock) -> Iterator[Hypothesis]:
-    """Yield mistakes that leave nothing unexplained in a few failing cases; where there is none, pairs that do."""
+def explanations(failing: Sequence[Continued], modes: Sequence[str], clock: Clock) -> Iterator[Hypothesis]:
+    """Yield mistakes that leave nothing unexplained in a few failing cases; where there is none, pairs that do.
+
+    `modes` are the models of light of all cases: a renderer that passes with one of them may be wrong in the other.
+    """
     look = _looked_at(failing)
     known = list(singles(lambda fit, way: _estimated(fit, way, look, NOTHING)))
-    known += in_one_light(known, sorted({str(case.evidence.scene.shading) for case in failing}))
+    known += in_one_light(known, modes)
     left = _first_unexplained(look, NOTHING)
     if left is None:
         return
@@ -82,13 +85,17 @@ def _beside(
 def _all_that_explain(
     known: Sequence[Hypothesis], stage: Stage, shown: Sequence[Continued], clock: Clock
 ) -> list[Hypothesis]:
-    """Return the hypotheses that explain a stage; those that the tracer has to answer for where there are no others."""
+    """Return the hypotheses that explain a stage; those that the tracer has to answer for where no other has a name.
+
+    A factor that was estimated may be that of a formula: it is no reason to ask no formula.
+    """
+    found: list[Hypothesis] = []
     for traced in (False, True):
         some = [one for one in known if bool(one.way.formulas) == traced]
-        found = [one for one in some if not clock.over and _explains(one.way, stage, shown[:MEETING])]
-        if found:
-            return found
-    return []
+        found += [one for one in some if not clock.over and _explains(one.way, stage, shown[:MEETING])]
+        if any(not one.parameters for one in found):
+            break
+    return found
 
 
 def _looked_at(failing: Sequence[Continued]) -> list[Continued]:

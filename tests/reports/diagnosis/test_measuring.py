@@ -127,6 +127,30 @@ def test_what_rounding_alone_decides_under_a_mistake_does_not_contradict_it(
     assert tally.judged > 0.7 * one.wrong.size
 
 
+@pytest.mark.parametrize(
+    ("fault", "named", "cases"),
+    [
+        # Light by the lecture's own model stays right where the other model is spoilt, and the other way round.
+        ("radiance/fault_srgb", "srgb", ("primitives/sphere", "primitives/plane", "simplified/shadows")),
+        ("simplified/fault_over_four_pi", "four_pi_in_simplified", ("primitives/sphere", "simplified/shadows")),
+        # A shadow's border is the disc's, of which the right answer knows nothing.
+        ("square/fault_disc_local", "square_disc", ("primitives/square", "several_lights/eight", "models/ant")),
+        # The tracer passes over spheres by right bounds, which its stages one by one do not.
+        ("sphere/fault_discriminant_sign", "sphere/fault_discriminant_sign", ("primitives/sphere", "nearest/spheres")),
+    ],
+)
+def test_a_fault_of_the_tracer_is_named_by_all_stages(
+    fault: str, named: str, cases: tuple[str, ...], tmp_path: Path
+) -> None:
+    planted = measuring.Renderer(
+        kind=measuring.PLANTED, mistakes=(fault,), accepted=(frozenset({named}),), program=None
+    )
+
+    found = measuring.outcomes(planted, tmp_path, cases)
+
+    assert [(one.written, one.right) for one in found if one.written == measuring.STAGED] == [(measuring.STAGED, True)]
+
+
 def test_of_the_tracers_own_fault_what_its_precisions_decide_does_not_contradict_it(tmp_path: Path) -> None:
     fault = "position/fault_left_in_object_space"
     tracer = measuring.Renderer(kind=measuring.PLANTED, mistakes=(fault,), accepted=(), program=None)
