@@ -287,7 +287,8 @@ def _conventions(each: Sequence[list[ConventionRecord]]) -> list[Tested]:
         before = found.get(one["what"], Tested(what=one["what"], ratio=0.0, differing=0, interior=0))
         found[one["what"]] = Tested(
             what=one["what"],
-            ratio=max(before.ratio, float(one["ratio"] or 0.0), key=_size),
+            # What was not measured in a band explains nothing there.
+            ratio=max(before.ratio, np.inf if one["ratio"] is None else float(one["ratio"]), key=_size),
             differing=before.differing + (one["differing"] or 0),
             interior=before.interior + one["interior"],
         )

@@ -15,6 +15,7 @@ from rayproof.cases.scene_json import scene_to_json
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
 from rayproof.reports.results.image_script import read_pixels
+from rayproof.reports.results.records import ConventionRecord
 from rayproof.reports.run import size
 from rayproof.reports.run.banded_run import band
 from rayproof.reports.run.messages import JudgeTask, ReferenceTask, TracerTask
@@ -148,3 +149,11 @@ def test_who_draws_whole_images_alone_says_so_of_a_band(case: Case) -> None:
     assert unable(REFERENCES["certified"](), part, Stage.RAY) == WHOLE_ONLY
     assert unable(REFERENCES["analytic"](), part, Stage.RAY) is None
     assert "rows" not in scene_to_json(part)["camera"]
+
+
+def test_a_convention_that_was_not_measured_in_a_band_explains_nothing() -> None:
+    measured: ConventionRecord = {"what": "mirrors", "explains": True, "ratio": 0.5, "differing": 0, "interior": 9}
+    unmeasured: ConventionRecord = {**measured, "ratio": None, "differing": None}
+
+    assert [one.explains for one in merging._conventions([[measured], [measured]])] == [True]
+    assert [one.explains for one in merging._conventions([[measured], [unmeasured]])] == [False]
