@@ -11,6 +11,7 @@ import atexit
 import contextlib
 import logging
 import queue
+import socket
 import ssl
 import tempfile
 from collections.abc import Callable, Coroutine, Iterator
@@ -290,7 +291,7 @@ def reached(place: Place) -> Iterator[Cluster]:
                 address, security=security, timeout=CONNECTING, set_as_default=False, name="rayproof"
             )
         except (OSError, ValueError, RuntimeError, TimeoutError) as error:
-            raise ClusterError(f"--scheduler {place.address}: {_why(error)}") from None
+            raise ClusterError(f"--scheduler {place.address}: {_why(error, address)}") from None
         cluster = Cluster(client, local=place.local)
         stack.callback(cluster.close)
         yield cluster
@@ -366,8 +367,8 @@ def _closed(cluster: Any) -> None:
         cluster.close(timeout=ENDING)
 
 
-def _why(error: BaseException) -> str:
-    """Return in a few words why there is no connection."""
+def _why(error: BaseException, address: str = "") -> str:
+    """Return in a few words why there is no connection to an address."""
     seen: list[str] = []
     one: BaseException | None = error
     while one is not None:
@@ -385,8 +386,23 @@ def _why(error: BaseException) -> str:
         return (
             "the scheduler ended the connection, as it does if it does not take the certificate that --tls-cert names"
         )
-    if "refused" in text.lower():
+    if "refused" in text.lower() or _refuses(address):
         return "nobody listens there"
     if "timed out" in text.lower() or isinstance(error, TimeoutError):
         return f"it did not answer within {CONNECTING:g} s"
     return seen[0] or type(error).__name__
+
+
+def _refuses(address: str) -> bool:
+    """Say whether nobody listens at an address: that the engine was refused can be lost while it tries again."""
+    if not address:
+        return False
+    from distributed.comm.addressing import get_address_host_port
+
+    try:
+        with socket.create_connection(get_address_host_port(address), timeout=CONNECTING):
+            return False
+    except ConnectionRefusedError:
+        return True
+    except OSError:
+        return False

@@ -19,6 +19,7 @@ from rayproof.reports.run.engine.facts import Facts, facts
 from rayproof.reports.run.engine.waiting import Structure
 
 GLANCE = 1.0  # s, the longest wait at a time
+HEARING = 2 * GLANCE  # s between two glances that count: a wait, and taking up what came
 LIFETIME = 60.0  # s without a sign of life after which a worker is lost
 SILENCE = 60.0  # s that a worker has to tell what it is, its references' versions included
 
@@ -32,8 +33,8 @@ class Worker:
     processor: str = ""
     jobs: int = 0
     told: bool = False  # what it is, so that it may get work
-    asked: float  # when
-    seen: float  # when it last gave a sign of life
+    asked: float = 0.0  # s that it has had to tell
+    silence: float = 0.0  # s since it last gave a sign of life
     sent: list[str] = field(default_factory=list)  # names of batches on their way
     structure: Structure | None = None  # of the cases that it got last
     cases: int = 0
@@ -55,6 +56,7 @@ class Vetting:
         self._asked: dict[str, str] = {}  # name of the question -> worker
         self._away: set[str] = set()  # refused or lost: an address that comes back is another worker
         self._run = uuid.uuid4().hex[:12]
+        self._glanced = time.monotonic()
         self.workers: dict[str, Worker] = {}
         self.ever: list[Worker] = []
         self.refused: list[RefusedRecord] = []
@@ -90,16 +92,15 @@ class Vetting:
 
     def look(self, there: Mapping[str, WorkerState]) -> list[Worker]:
         """Take up which workers there are, ask new ones what they are, and return those that have gone."""
-        now = time.monotonic()
         for address, state in there.items():
             worker = self.workers.get(address)
             if worker is None and address not in self._away:
-                self.workers[address] = Worker(address=address, state=state, asked=now, seen=now)
+                self.workers[address] = Worker(address=address, state=state)
                 question = f"rayproof-{self._run}-facts-{address}"
                 self._asked[question] = address
                 self._cluster.send(question, machine.tell, self._terms, worker=address)
             elif worker is not None and state.last_seen != worker.state.last_seen:
-                worker.state, worker.seen = state, now
+                worker.state, worker.silence = state, 0.0
         gone = [self.workers.pop(address) for address in list(self.workers) if address not in there]
         self._forget(gone)
         return gone
@@ -137,11 +138,19 @@ class Vetting:
         return worker
 
     def silent(self, seconds: float) -> list[Worker]:
-        """Return the workers that gave no sign of life for so long, which have no work from now on."""
+        """Return the workers that gave no sign of life for so long, which have no work from now on.
+
+        It is called at least once a glance. A longer time between two calls is not the workers' silence: this process
+        was stopped, by Ctrl-Z for instance, and could hear nobody.
+        """
         now = time.monotonic()
-        for one in [one for one in self.workers.values() if not one.told and now - one.asked > SILENCE]:
+        passed, self._glanced = min(now - self._glanced, HEARING), now
+        for one in self.workers.values():
+            one.silence += passed
+            one.asked += passed
+        for one in [one for one in self.workers.values() if not one.told and one.asked > SILENCE]:
             self.refuse(one.address, f"it did not say within {SILENCE:g} s what it is")
-        silent = [one for one in self.workers.values() if now - one.seen > seconds]
+        silent = [one for one in self.workers.values() if one.silence > seconds]
         for one in silent:
             self._away.add(one.address)
             del self.workers[one.address]

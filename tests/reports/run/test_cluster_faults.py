@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,24 +39,28 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@contextlib.contextmanager
 def started(
-    folder: Path,
-    *words: object,
-    settings: Mapping[str, float] | None = None,
-    before: tuple[str, ...] = (),
-    **environment: str,
-) -> subprocess.Popen[str]:
-    """Start a run whose temporary files are in a folder of their own; `settings` of the engine are made before."""
+    folder: Path, *words: object, settings: Mapping[str, float] | None = None, before: tuple[str, ...] = ()
+) -> Iterator[subprocess.Popen[str]]:
+    """Yield a run whose temporary files are in a folder of their own; `settings` of the engine are made before.
+
+    It is killed where the body leaves it running.
+    """
     (folder / "tmp").mkdir(exist_ok=True)
-    return subprocess.Popen(
+    with subprocess.Popen(
         [*before, sys.executable, "-c", HEEDING, json.dumps(settings or {}), "run", *map(str, words)],
         cwd=CHECKOUT,
-        env={**os.environ, "TMPDIR": str(folder / "tmp"), **environment},
+        env={**os.environ, "TMPDIR": str(folder / "tmp")},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-    )
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def engine_workers(main: subprocess.Popen[str]) -> list[psutil.Process]:
@@ -67,8 +71,27 @@ def engine_workers(main: subprocess.Popen[str]) -> list[psutil.Process]:
 
 
 def calling(worker: psutil.Process) -> bool:
-    """Say whether the slow program runs below a worker."""
-    return any(one.name() == "program" for one in descendants(worker.pid))
+    """Say whether the slow program renders below a worker. It is asked for its capabilities before: that is no call."""
+    programs = [words(one) for one in descendants(worker.pid) if one.name() == "program"]
+    return any(one and "--capabilities" not in one for one in programs)
+
+
+def words(process: psutil.Process) -> list[str]:
+    """Return a process's command line; one that has ended has none."""
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []
+
+
+def stopped_while_calling(main: subprocess.Popen[str]) -> psutil.Process | None:
+    """Stop a worker of a run that renders, and return it if it still did so when it was stopped."""
+    for one in filter(calling, engine_workers(main)):
+        one.suspend()
+        if calling(one):
+            return one
+        one.resume()
+    return None
 
 
 def eventually(what: Any, seconds: float = 200.0) -> Any:
@@ -90,16 +113,13 @@ def test_a_worker_that_is_stopped_past_its_lifetime_and_returns_is_not_heard_twi
     paths = scenes(tmp_path, 15)
     about = ("--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
     settings = {"dispatch.LIFETIME": 4.0, "waiting.LARGEST": 3}
-    process = started(tmp_path, *paths, *about, "--scheduler", "local:2", "--jobs", 2, settings=settings)
-    try:
-        stopped = eventually(lambda: [one for one in engine_workers(process) if calling(one)])[0]
-        stopped.suspend()
+    with started(tmp_path, *paths, *about, "--scheduler", "local:2", "--jobs", 2, settings=settings) as process:
+        stopped = eventually(lambda: stopped_while_calling(process))
+        assert stopped
         # Its first case is called again, by the other worker, once it was given up: only then does it go on.
         assert eventually(lambda: max(calls(tmp_path).values(), default=0) > 1)
         stopped.resume()
         printed, complaint = process.communicate(timeout=200)
-    finally:
-        process.kill()
 
     assert process.returncode == 1, printed + complaint
     assert sum(count > 1 for count in calls(tmp_path).values()) == 3, "it went on with its batch, and answered"
@@ -111,6 +131,24 @@ def test_a_worker_that_is_stopped_past_its_lifetime_and_returns_is_not_heard_twi
 
 
 @pytest.mark.process
+def test_a_run_that_is_stopped_past_its_workers_lifetime_and_goes_on_loses_none(tmp_path: Path) -> None:
+    paths = scenes(tmp_path, 6)
+    about = ("--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
+    settings = {"dispatch.LIFETIME": 6.0, "waiting.LARGEST": 1}
+    with started(tmp_path, *paths, *about, "--scheduler", "local:2", settings=settings) as process:
+        assert eventually(lambda: kept(tmp_path / "out"))
+        process.send_signal(signal.SIGSTOP)  # as Ctrl-Z does
+        time.sleep(8.0)
+        process.send_signal(signal.SIGCONT)
+        printed, complaint = process.communicate(timeout=200)
+
+    assert (process.returncode, complaint) == (1, ""), printed
+    engine = json.loads((tmp_path / "out" / "results.json").read_text())["engine"]
+    assert [one["lost"] for one in engine["workers"]] == [0, 0]
+    assert len(found(tmp_path / "out")) == len(paths)
+
+
+@pytest.mark.process
 def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Path) -> None:
     paths = scenes(tmp_path, 14)
     about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
@@ -118,13 +156,10 @@ def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Pa
     with site(tmp_path / "site") as cluster:
         worker = cluster.worker()
         at = ("--scheduler", cluster.address, *cluster.tls)
-        process = started(tmp_path, *about, *at, settings={"waiting.LARGEST": largest})
-        try:
+        with started(tmp_path, *about, *at, settings={"waiting.LARGEST": largest}) as process:
             eventually(lambda: list((tmp_path / "out").glob("scenes/file/*/*")))
             cluster.scheduler.send_signal(signal.SIGKILL)
             printed, complaint = process.communicate(timeout=100)
-        finally:
-            process.kill()
 
         assert (process.returncode, complaint) == (3, "")
         assert printed.count("the scheduler has gone") == 1
@@ -134,8 +169,8 @@ def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Pa
         assert eventually(lambda: not below(worker), 60.0), "the worker's processes end with it"
 
     before = calls(tmp_path)
-    again = started(tmp_path, *about, "--resume")
-    printed, complaint = again.communicate(timeout=200)
+    with started(tmp_path, *about, "--resume") as again:
+        printed, complaint = again.communicate(timeout=200)
 
     assert (again.returncode, complaint) == (1, "")
     assert len(found(tmp_path / "out")) == len(paths)
@@ -157,8 +192,7 @@ def test_a_run_that_is_told_to_stop_keeps_what_is_finished_and_leaves_nothing(
 ) -> None:
     paths = scenes(tmp_path, 40)
     about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
-    process = started(tmp_path, *about, "--scheduler", "local:2", settings={"waiting.LARGEST": 3})
-    try:
+    with started(tmp_path, *about, "--scheduler", "local:2", settings={"waiting.LARGEST": 3}) as process:
         assert eventually(lambda: kept(tmp_path / "out"))
         for _ in range(times):
             # A terminal's Ctrl-C goes to all; who cancels a job tells the one that it started.
@@ -166,8 +200,6 @@ def test_a_run_that_is_told_to_stop_keeps_what_is_finished_and_leaves_nothing(
             time.sleep(0.3)
         printed, complaint = process.communicate(timeout=60)
         left = eventually(lambda: not running(tmp_path), 10.0) or running(tmp_path)
-    finally:
-        process.kill()
 
     assert (process.returncode, complaint) in ((130, ""), (130, "rayproof: interrupted\n"))
     assert left is True
@@ -203,13 +235,10 @@ def kept(out: Path) -> int:
 def test_a_cluster_that_is_stopped_while_it_starts_ends_in_one_line(
     tmp_path: Path, whom: str, how: signal.Signals, ends: tuple[int, str]
 ) -> None:
-    process = started(tmp_path, "primitives/sphere", "--out", tmp_path / "out", "--scheduler", "local:2")
-    try:
+    with started(tmp_path, "primitives/sphere", "--out", tmp_path / "out", "--scheduler", "local:2") as process:
         workers = eventually(lambda: processes(process.pid).get(ENGINE_WORKER))
         (workers[0] if whom == "worker" else process).send_signal(how)
         _, complaint = process.communicate(timeout=60)
-    finally:
-        process.kill()
 
     assert (process.returncode, complaint) == ends
     assert eventually(lambda: not running(tmp_path), 10.0)
@@ -220,14 +249,10 @@ def test_a_cluster_that_is_stopped_while_it_starts_ends_in_one_line(
 @pytest.mark.process
 def test_a_run_that_is_killed_leaves_nothing_running_though_its_workers_are_stopped(tmp_path: Path) -> None:
     about = (*scenes(tmp_path, 9), "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
-    process = started(tmp_path, *about, "--scheduler", "local:2")
-    try:
+    with started(tmp_path, *about, "--scheduler", "local:2") as process:
         workers = eventually(lambda: engine_workers(process))
         for one in workers:
             one.suspend()
-    finally:
-        process.kill()
-        process.communicate(timeout=60)
 
     assert workers
     assert eventually(lambda: not running(tmp_path), 10.0)
@@ -251,8 +276,8 @@ def test_a_full_disk_of_the_run_is_one_line_and_resuming_is_exact(tmp_path: Path
     paths = scenes(tmp_path, 6)
     about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
     before = narrow(tmp_path / "out", "96k", again=True)  # room for the journal, not for what six cases return
-    process = started(tmp_path, *about, "--scheduler", "local:2", settings={"waiting.LARGEST": 2}, before=before)
-    printed, complaint = process.communicate(timeout=280)
+    with started(tmp_path, *about, "--scheduler", "local:2", settings={"waiting.LARGEST": 2}, before=before) as process:
+        printed, complaint = process.communicate(timeout=280)
 
     if process.returncode == CANNOT_MOUNT or "unshare:" in complaint:
         pytest.skip("this user may mount nothing")
@@ -275,8 +300,8 @@ def test_a_worker_whose_disk_is_full_gets_no_more_work(tmp_path: Path) -> None:
         full = cluster.worker(before=narrow(tmp_path / "full", "16k"), TMPDIR=str(tmp_path / "full"))
         cluster.worker()
         at = ("--scheduler", cluster.address, *cluster.tls)
-        process = started(tmp_path, *about, *at, settings={"waiting.LARGEST": 2})
-        printed, complaint = process.communicate(timeout=250)
+        with started(tmp_path, *about, *at, settings={"waiting.LARGEST": 2}) as process:
+            printed, complaint = process.communicate(timeout=250)
         if full.poll() == CANNOT_MOUNT or full.poll() == 1:
             pytest.skip("this user may mount nothing")
 
@@ -295,13 +320,10 @@ def test_a_scheduler_that_hangs_is_not_waited_for_forever(tmp_path: Path) -> Non
     with site(tmp_path / "site") as cluster:
         cluster.worker()
         at = ("--scheduler", cluster.address, *cluster.tls, "--wait", 20)
-        process = started(tmp_path, *about, *at, settings={"dispatch.LIFETIME": 5.0, "waiting.LARGEST": 2})
-        try:
+        with started(tmp_path, *about, *at, settings={"dispatch.LIFETIME": 5.0, "waiting.LARGEST": 2}) as process:
             assert eventually(lambda: kept(tmp_path / "out"))
             cluster.scheduler.send_signal(signal.SIGSTOP)
             printed, complaint = process.communicate(timeout=120)
-        finally:
-            process.kill()
 
     assert (process.returncode, complaint) == (3, "")
     assert "no worker is left, and no other one came within 20 s" in printed
@@ -326,12 +348,9 @@ def test_a_program_that_hangs_floods_and_forks_is_ended_on_a_worker_with_all_its
     about = (path, "--subject", f"exec:{script} {{scene}} {{output}}", "--timeout", 5, "--out", tmp_path / "out")
     with site(tmp_path / "site") as cluster:
         worker = cluster.worker()
-        process = started(tmp_path, *about, "--scheduler", cluster.address, *cluster.tls)
-        try:
+        with started(tmp_path, *about, "--scheduler", cluster.address, *cluster.tls) as process:
             begun = eventually(sleeping)
             printed, complaint = process.communicate(timeout=200)
-        finally:
-            process.kill()
 
         assert begun
         assert process.returncode == 3, printed + complaint
