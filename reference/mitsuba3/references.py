@@ -1,6 +1,7 @@
 """Mitsuba 3 as two references: without a compiler, and through Dr.Jit and LLVM."""
 
 from collections.abc import Collection
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,12 +14,24 @@ from rayproof.reference.mitsuba3 import scalar, variants, vectorized
 from rayproof.reference.mitsuba3.cameras import camera_answer
 from rayproof.reference.mitsuba3.epsilons import SHADOW_EPSILON, offsets
 from rayproof.reference.mitsuba3.images import clip_planes_beyond, radiance
-from rayproof.reference.mitsuba3.numbering import hold_a_high_number
 from rayproof.reference.mitsuba3.planes import reach
 from rayproof.reference.mitsuba3.refusals import refusal
 from rayproof.reference.mitsuba3.stages import answers
 from rayproof.reference.mitsuba3.tracing import own_interval
 from rayproof.reference.mitsuba3.worlds import build
+
+HIGHEST = 64  # a scene with more shapes has kernels of its own
+
+
+@cache
+def hold_a_high_number(mi: Any) -> Any:
+    """Return the last of HIGHEST shapes, kept so that scenes of few shapes and of many share kernels.
+
+    Dr.Jit numbers all living objects, the lowest free number first, so the shapes of scenes take the numbers of the
+    others. Into a kernel that calls two of their methods it writes where the second one's table begins, and the first
+    one's has a place for every number up to the highest.
+    """
+    return [mi.load_dict({"type": "disk"}) for _ in range(HIGHEST)][-1]
 
 
 class _Mitsuba:

@@ -5,9 +5,29 @@ from typing import Any
 import numpy as np
 
 from rayproof.cases.scene import Camera, PointLight
-from rayproof.reference.mitsuba3.compiling import apart
 from rayproof.reference.mitsuba3.tracing import Feelers, Hits, Interval, pixel_centers
 from rayproof.reference.mitsuba3.worlds import World
+
+
+def apart(mi: Any, integrator: Any) -> Any:
+    """Return `integrator`, its rays and its radiances computed in memory between two short kernels.
+
+    Mitsuba writes the numbers of camera and film into the code that it compiles. In one kernel with them, the
+    integrator is compiled anew for every camera; on its own, once for every mixture of shapes.
+    """
+    import drjit as dr
+
+    class Apart(mi.SamplingIntegrator):
+        def __init__(self) -> None:
+            super().__init__(mi.Properties())
+
+        def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
+            dr.eval(ray)
+            found = integrator.sample(scene, sampler, ray, medium, active)
+            dr.eval(found)
+            return found
+
+    return Apart()
 
 
 def trace(world: World, camera: Camera, interval: Interval | None) -> Hits:

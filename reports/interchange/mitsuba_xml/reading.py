@@ -1,18 +1,49 @@
 """Read a Mitsuba XML file."""
 
+from collections.abc import Callable, Iterator
+from math import pi
 from pathlib import Path
 
-from rayproof.cases.scene import Scene, SceneError
+import numpy as np
+
+from rayproof.cases.scene import PointLight, Scene, SceneError
 from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
 from rayproof.reports.interchange.framing import camera_for, light_for
-from rayproof.reports.interchange.mitsuba_xml.emitters import lights_of
+from rayproof.reports.interchange.mitsuba_xml.materials import rgb
 from rayproof.reports.interchange.mitsuba_xml.sensors import camera_of
 from rayproof.reports.interchange.mitsuba_xml.shapes import count_shapes, shapes_of
-from rayproof.reports.interchange.mitsuba_xml.tree import read_tree
+from rayproof.reports.interchange.mitsuba_xml.tree import Element, read_tree
+from rayproof.reports.interchange.numbers import vector
 
 PINHOLES = ("perspective", "thinlens")
 # What renders a scene and is no part of it; a film is the sensor's.
 OF_THE_RENDERER = ("Integrator", "Sampler", "ReconstructionFilter")
+
+
+def lights_of(scene: Element, drop: Callable[[str], None]) -> Iterator[PointLight]:
+    """Yield the point lights of a scene; every other emitter is dropped, and told.
+
+    Mitsuba gives intensity I [W/sr] per channel; the flux is 4 pi I [W].
+
+    Raises:
+        SceneError: a light is one that the specification refuses.
+
+    """
+    for _, emitter in scene.children("Emitter"):
+        if emitter.plugin != "point":
+            drop(f"{emitter.place}: the {emitter.plugin} light")
+            continue
+        where = emitter.get("position", None)
+        position = emitter.matrix()[:3, 3] if where is None else np.asarray(where, dtype=np.float64)
+        if any(name == "intensity" for name, _ in emitter.children()):
+            drop(f"{emitter.place}: the light's texture; its intensity is 1")
+            intensity = (1.0, 1.0, 1.0)
+        else:
+            intensity = rgb(emitter.get("intensity", 1.0), f"{emitter.place}: intensity", drop)
+        try:
+            yield PointLight(position=vector(position), flux=vector(4 * pi * np.asarray(intensity)))
+        except SceneError as error:
+            raise SceneError(f"{emitter.place}: {error}") from None
 
 
 @IMPORTERS.register(".xml")

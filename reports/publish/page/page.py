@@ -8,6 +8,7 @@ hash: no request leaves the folder, and markup smuggled in by a scene's name cou
 import base64
 import hashlib
 import html
+import re
 import shutil
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
@@ -24,7 +25,6 @@ from rayproof.reports.publish.page.history import HistoryFront, history_front
 from rayproof.reports.publish.page.panel_data import findings
 from rayproof.reports.publish.page.plots import pages
 from rayproof.reports.publish.page.run_comparison import ComparisonFront, comparison_front
-from rayproof.reports.publish.page.tradeoff import diagrams
 from rayproof.reports.publish.parallel import writers
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.case_table import briefs
@@ -67,6 +67,17 @@ _TAIL = """<script>{script}</script>
 </body>
 </html>
 """
+# What `rayproof tradeoff` writes; anything else in the folder is a stranger's.
+DIAGRAM = re.compile(r"[A-Za-z0-9_.-]+\.svg")
+
+
+def diagrams(folder: Path) -> list[str]:
+    """Return the names of the diagrams below `folder`/tradeoff, overall ones first; none without their page."""
+    place = folder / "tradeoff"
+    if not (place / "index.html").is_file():
+        return []
+    names = sorted(path.name for path in place.glob("*.svg") if DIAGRAM.fullmatch(path.name))
+    return sorted(names, key=lambda name: not name.endswith("-overall.svg"))
 
 
 class PageData(FrontData):

@@ -7,17 +7,72 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.studies.compare.contenders import Contender, differing, stages_at_stake
-from rayproof.reports.studies.compare.document import family_record
-from rayproof.reports.studies.compare.findings import Finding, Timing, finding, overall, overall_timing, timing
+from rayproof.reports.studies.compare.findings import Errors, Finding, Timing, finding, overall, overall_timing, timing
 from rayproof.reports.studies.compare.pairing import PairedStage, needed, paired, shown
 from rayproof.reports.studies.compare.questions import Question
-from rayproof.reports.studies.compare.records import ComparedAbout, FormulaComparison, SideRecord
+from rayproof.reports.studies.compare.records import (
+    ComparedAbout,
+    ErrorsRecord,
+    FamilyRecord,
+    FormulaComparison,
+    SideRecord,
+    TailRecord,
+)
 from rayproof.reports.studies.compare.statistics import LEVEL, Interval, shared
+from rayproof.reports.studies.compare.tails import Tail
 from rayproof.reports.studies.compare.timing import Job, interleaved
-from rayproof.reports.studies.compare.verdicts import accuracy, outcome, sentence, speed
+from rayproof.reports.studies.compare.verdicts import Signs, accuracy, outcome, sentence, speed
 
 SEED = 4
 BASE, CANDIDATE, AGAIN = 0, 1, 2  # who is timed
+
+
+def family_record(finding: Finding, timing: Timing, signs: Signs, outcome: str) -> FamilyRecord:
+    """Return one family's entry."""
+    return {
+        "family": finding.family,
+        "stress": finding.stress,
+        "outcome": outcome,
+        "changed": {"decisions": signs.decisions, "typical": signs.typical, "tail": signs.tail},
+        "scenes": finding.scenes,
+        "pixels": finding.pixels,
+        "same_inputs": finding.same_inputs,
+        "digits_gained": finding.digits,
+        "digits_interval": finding.digits_interval,
+        "share_better": finding.better,
+        "share_worse": finding.worse,
+        "wrong": {
+            "base": finding.only_base + finding.both_wrong,
+            "candidate": finding.only_candidate + finding.both_wrong,
+            "only_base": finding.only_base,
+            "only_candidate": finding.only_candidate,
+            "p": finding.p,
+        },
+        "tail": _tail(finding.tail),
+        "errors": {
+            stage: {"base": _errors(base), "candidate": _errors(candidate)}
+            for stage, (base, candidate) in finding.errors.items()
+        },
+        "time_ratio": timing.ratio,
+        "time_interval": timing.interval,
+        "nanoseconds_per_ray": timing.nanoseconds,
+        "compile_seconds": timing.compile_seconds,
+    }
+
+
+def _tail(tail: Tail) -> TailRecord:
+    return {
+        "better": tail.better,
+        "worse": tail.worse,
+        "tiles_better": tail.tiles_better,
+        "tiles_worse": tail.tiles_worse,
+        "scenes": tail.scenes,
+        "p": tail.p,
+    }
+
+
+def _errors(errors: Errors) -> ErrorsRecord:
+    return {"scaled": errors.scaled, "natural": errors.natural, "unit": errors.unit}
 
 
 @dataclass(frozen=True, kw_only=True)

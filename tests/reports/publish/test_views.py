@@ -15,8 +15,7 @@ from rayproof.reports.publish.page.viewer_page import SCRIPTS, digests_in_one, p
 from rayproof.reports.publish.scene3d import gl
 from rayproof.reports.publish.scene3d.picture_hits import Hits, chosen_hits, correct_digits
 from rayproof.reports.publish.scene3d.pictures import draw_pictures
-from rayproof.reports.publish.scene3d.view_file import pack
-from rayproof.reports.publish.scene3d.view_values import point_values
+from rayproof.reports.publish.scene3d.view_file import pack, point_values
 from tests.reports.publish.sample import answers, make_folder
 
 MOST_BYTES = 120_000

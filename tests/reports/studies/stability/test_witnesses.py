@@ -8,7 +8,7 @@ from rayproof.cases.ladders import all_ladders
 from rayproof.cases.ladders.ladder import Ladder
 from rayproof.reports.studies.stability.climb import drawn
 from rayproof.reports.studies.stability.judge import doubted
-from rayproof.reports.studies.stability.questions.impossible import dark, impossible
+from rayproof.reports.studies.stability.questions.special import dark, impossible
 
 LADDERS = all_ladders()
 

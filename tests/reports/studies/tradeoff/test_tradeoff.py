@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.families import select
-from rayproof.reports.publish.page.tradeoff import diagrams
+from rayproof.reports.publish.page.page import diagrams
 from rayproof.reports.studies.tradeoff import routes, sampling
 from rayproof.reports.studies.tradeoff.drawing import svg
 from rayproof.reports.studies.tradeoff.files import page, write
