@@ -6,7 +6,6 @@ so that somebody can count which of them a suite of cases meets (`rayproof paths
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import radians, tan
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from rayproof.tracer.frames import PACKETS
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.triangles import baked, degenerate
-from rayproof.tracer.stages.camera_rays import WIDEST
+from rayproof.tracer.stages.camera_rays import is_narrow
 from rayproof.tracer.stages.illumination import MANY
 
 STAGES, NUMBERS, FRAMES = "stages", "numbers", "frames"
@@ -117,10 +116,7 @@ def _bounded(r: Rendering) -> bool:
 
 
 def _narrow(r: Rendering) -> bool:
-    camera = r.scene.camera
-    side_by_side = r.samples if r.route != FRAMES else 1
-    pixel = 2 * tan(radians(camera.fovy) / 2) / (camera.height * side_by_side)
-    return max(r.tile) * pixel < WIDEST and camera.fovy < 90
+    return is_narrow(r.scene.camera, max(r.tile), per_side=r.samples if r.route != FRAMES else 1)
 
 
 @dataclass(frozen=True, kw_only=True)

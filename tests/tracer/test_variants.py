@@ -105,6 +105,21 @@ def test_pluecker_s_triangles_leak_at_corners_alone() -> None:
     assert leaks("pluecker", away=0.0, corner=True) > 0
 
 
+@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1)], ids=["one way round", "the other"])
+def test_a_triangle_by_pluecker_has_its_edges(order: tuple[int, int, int]) -> None:
+    types = array_types("float32")
+    corners = np.array([(-2.0, -2.0, 0.0), (2.0, -2.0, 0.0), (0.0, 2.0, 0.0)])
+    middles = (corners + np.roll(corners, 1, axis=0)) / 2  # whole numbers: each product with an edge is exactly zero
+    eye = np.array([(0.0, 0.0, 4.0)] * 3)
+    ray = Ray(origin=vector(types, eye), direction=vector(types, middles - eye))
+    first, second, third = (types.Vector(*map(float, corners[each])) for each in order)
+    found = FORMULAS["triangle/pluecker"].function(
+        ray, TriangleArrays(first=first, second=second, third=third), anywhere(types)
+    )
+
+    assert np.array(found).tolist() == [1.0, 1.0, 1.0]
+
+
 @pytest.mark.parametrize(("variant", "most"), [("slabs", 0.001), ("ize", 0.0), ("parallel_branch", 1.0)])
 def test_a_division_misses_fewer_edges_of_a_cube_than_a_reciprocal(variant: str, most: float) -> None:
     types, rng = array_types("float32"), np.random.default_rng(8)

@@ -9,6 +9,7 @@ from typing import Any
 
 import drjit as dr
 
+from rayproof.cases.scene import Camera
 from rayproof.tracer.device.scheduling import next_step
 from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.plan import Context
@@ -52,13 +53,21 @@ class View:
     def narrow(self) -> bool:
         """Return whether the directions of a lane's rays differ by less than WIDEST."""
         camera, lanes = self.context.scene.camera, self.lanes
-        pixel = 2 * math.tan(math.radians(camera.fovy) / 2) / (camera.height * (lanes.width // camera.width))
-        return max(lanes.columns, lanes.rows) * pixel < WIDEST and camera.fovy < 90
+        return is_narrow(camera, max(lanes.columns, lanes.rows), per_side=lanes.width // camera.width)
 
     def end(self, *values: Any) -> None:
         """End a stage of these samples, which has made `values`."""
         self.context.parameters.store(*values)
         next_step(self.context.types, samples=self.lanes.tile)
+
+
+def is_narrow(camera: Camera, across: int, *, per_side: int) -> bool:
+    """Return whether the directions through so many neighbouring samples differ by less than WIDEST.
+
+    There are `per_side` samples to a side of a pixel.
+    """
+    sample = 2 * math.tan(math.radians(camera.fovy) / 2) / (camera.height * per_side)
+    return across * sample < WIDEST and camera.fovy < 90
 
 
 def sample_positions(view: View) -> list[tuple[Any, Any]]:
