@@ -8,10 +8,10 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.analytic.cameras import camera_answer
+from rayproof.reference.analytic.camera_frame import pixel_centers
+from rayproof.reference.analytic.camera_stage import camera_answer
 from rayproof.reference.analytic.edges import Edges, edges_of
 from rayproof.reference.analytic.stages import NEXT, chain, rays
-from rayproof.reference.analytic.views import pixel_centers
 
 
 @REFERENCES.register("analytic", independent=True)

@@ -3,9 +3,9 @@
 import numpy as np
 
 from rayproof.cases.scene import Scene
+from rayproof.reference.analytic.camera_frame import view_of
 from rayproof.reference.analytic.polygons import Polygons
 from rayproof.reference.analytic.surfaces import surface_of
-from rayproof.reference.analytic.views import view_of
 
 
 def clip_interval(scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,10 +10,10 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import feelers, light
+from rayproof.reference.analytic.camera_frame import view_of
 from rayproof.reference.analytic.nearest import distances_to, nearest
 from rayproof.reference.analytic.surfaces import outward_normals
 from rayproof.reference.analytic.vectors import dot, length
-from rayproof.reference.analytic.views import view_of
 
 Rows = Mapping[Stage, np.ndarray]  # stage -> (N, channels)
 

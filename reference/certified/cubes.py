@@ -9,9 +9,9 @@ from flint import fmpq
 
 from rayproof.cases.scene import Cube
 from rayproof.reference.certified.fields import Field, Number, Vector
+from rayproof.reference.certified.intervals import Window
 from rayproof.reference.certified.placements import placement_of
 from rayproof.reference.certified.vectors import Rational, applied, numbers, rows
-from rayproof.reference.certified.windows import Window
 
 Branch = tuple[bool, tuple[int, int, int]]  # whether the ray enters here, and the signs of its direction
 

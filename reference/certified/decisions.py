@@ -8,8 +8,8 @@ from typing import Any
 
 from rayproof.reference.certified.cubes import SeenCube
 from rayproof.reference.certified.fields import Number, Vector
+from rayproof.reference.certified.intervals import Window
 from rayproof.reference.certified.vectors import dot, minus
-from rayproof.reference.certified.windows import Window
 from rayproof.reference.certified.worlds import EYE, Surface, World
 
 Branch = Any  # which of a surface's roots: its own affair

@@ -4,9 +4,9 @@ from flint import fmpq
 
 from rayproof.cases.scene import Sphere
 from rayproof.reference.certified.fields import Field, Number, Vector
+from rayproof.reference.certified.intervals import Window
 from rayproof.reference.certified.placements import placement_of, transposed
 from rayproof.reference.certified.vectors import Rational, applied, dot, numbers, rows
-from rayproof.reference.certified.windows import Window
 
 
 class SeenSphere:

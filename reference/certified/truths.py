@@ -10,7 +10,7 @@ from flint import arb, ctx
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.certified.fields import MOST, START, UndecidedError
-from rayproof.reference.certified.paths import Decisions, Path, Suspects, Values
+from rayproof.reference.certified.light_paths import Decisions, Path, Suspects, Values
 from rayproof.reference.certified.worlds import Worlds
 
 BEFORE_EXACT = 512  # bits at which a branch that is still open is taken for a tie, and asked exactly

@@ -16,7 +16,7 @@ from rayproof.cases.answers import Answers, Reference
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.edges import Edges
-from rayproof.reference.analytic.edges.lamps import LightEnd
+from rayproof.reference.analytic.edges.lights_on_surfaces import LightEnd
 from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.cache.entries import About, DamagedEntryError
 from rayproof.reports.cache.store import Entry, Store, usual_store

@@ -10,7 +10,7 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.certified import Certified
-from rayproof.reference.certified.continuing import continued
+from rayproof.reference.certified.stage_of_image import continued
 from rayproof.reports.certify.perturbed import horizons, perturbed
 from rayproof.reports.judge.comparison.declared_epsilons import ALLOWED, needed_shadow
 from rayproof.reports.judge.comparison.measurement import ratios

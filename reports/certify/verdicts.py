@@ -14,8 +14,8 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
-from rayproof.reference.certified.cameras import camera_answer
-from rayproof.reference.certified.continuing import continued
+from rayproof.reference.certified.camera_stage import camera_answer
+from rayproof.reference.certified.stage_of_image import continued
 from rayproof.reports.certify.judged_values import CERTIFIED, Held, Pixel, certified_answers
 from rayproof.reports.certify.perturbed import CORNERS, perturbed
 from rayproof.reports.judge.comparison import camera

@@ -41,7 +41,7 @@ def call(
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     scene = scene_named(case)
     tested = subject_named(subject, env, confine=confine, seconds=timeout)
-    from rayproof.reports.run.capabilities import answered
+    from rayproof.reports.run.asking_subject import answered
     from rayproof.reports.subjects import PROGRAM
     from rayproof.reports.subjects.keeping import TOLD, Keep
 

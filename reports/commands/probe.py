@@ -83,7 +83,7 @@ def probe(
 def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
     """Return what another renderer than the tracer answers at a pixel, or why it does not."""
     from rayproof.reports.judge.oracle import stages_of
-    from rayproof.reports.run.capabilities import answered
+    from rayproof.reports.run.asking_subject import answered
 
     with told_in_one_line():
         found = answered(subject, scene)

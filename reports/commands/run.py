@@ -371,7 +371,7 @@ def under_test(
     subject: str, *, seconds: float, memory: float, surroundings: "Surroundings", before_oracle: bool = True
 ) -> "Subject":
     """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test."""
-    from rayproof.reports.run.capabilities import ask
+    from rayproof.reports.run.asking_subject import ask
     from rayproof.reports.subjects import THE_TRACER
     from rayproof.reports.subjects.choosing import chosen
 

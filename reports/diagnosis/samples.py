@@ -18,9 +18,9 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import MISTAKES, Given, Way
 from rayproof.reports.diagnosis.answering import LIGHT, Unanswerable, follows
 from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.continued import concerned, work
 from rayproof.reports.diagnosis.hypotheses import Hypothesis, bound, middle, together
 from rayproof.reports.diagnosis.trial import Evidence
+from rayproof.reports.diagnosis.trial_by_stages import concerned, work
 
 WRONG, RIGHT = 80, 40  # pixels of a case that are looked at
 NEAR = 1e-3  # relative: what is no farther off is the same; limits are asked of what is left

@@ -11,11 +11,11 @@ import numpy as np
 
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.continued import Continued
 from rayproof.reports.diagnosis.hypotheses import Hypothesis, bound, estimated, in_one_light, joined, singles
 from rayproof.reports.diagnosis.samples import classes, pairs_of, sampled, tells
 from rayproof.reports.diagnosis.stage_by_stage import explanations
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, trial
+from rayproof.reports.diagnosis.trial_by_stages import Continued
 
 SCREENING = 3  # failing cases that every hypothesis meets
 FAILING, PASSING = 10, 10  # cases that what is left meets

@@ -12,7 +12,6 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Fit, Way
 from rayproof.reports.diagnosis.answering import LIGHT
 from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.continued import NOTHING, Continued, work
 from rayproof.reports.diagnosis.hypotheses import (
     Hypothesis,
     bound,
@@ -23,6 +22,7 @@ from rayproof.reports.diagnosis.hypotheses import (
     sought,
     together,
 )
+from rayproof.reports.diagnosis.trial_by_stages import NOTHING, Continued, work
 
 LOOKED_AT = 24  # failing cases that every hypothesis has to explain before it meets the others
 ALIKE = 4  # of these so many are wrong at the same stages

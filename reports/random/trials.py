@@ -14,7 +14,7 @@ from rayproof.reports.audit.planted import PlantedFault, tracer_faults
 from rayproof.reports.audit.worker import serve_audit
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
-from rayproof.reports.run.capabilities import ask
+from rayproof.reports.run.asking_subject import ask
 from rayproof.reports.run.request import RunRequest, Trial
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.choosing import chosen

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.scene import Scene
+from rayproof.reference.analytic.edges.apex_views import sight_from_eye
 from rayproof.reference.analytic.edges.borders import borders_of
 from rayproof.reference.analytic.edges.crossings import crossing_distances
 from rayproof.reference.analytic.edges.hits import Hits, hits_of
-from rayproof.reference.analytic.edges.lamps import LightEnd, gaps_to, light_ends
+from rayproof.reference.analytic.edges.lights_on_surfaces import LightEnd, gaps_to, light_ends
 from rayproof.reference.analytic.edges.meetings import meetings_of, next_depths, undecided_depths
+from rayproof.reference.analytic.edges.occlusion import Screens
 from rayproof.reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
-from rayproof.reference.analytic.edges.screens import Screens
 from rayproof.reference.analytic.edges.shadows import shadow_distances, terminator_distances
-from rayproof.reference.analytic.edges.sights import sight_from_eye
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
 from rayproof.reference.analytic.planes import Flat
 from rayproof.reference.analytic.surfaces import surface_of

@@ -6,9 +6,15 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.edges.hits import Hits
+from rayproof.reference.analytic.edges.inverse_depths import (
+    Sheet,
+    constant_sheet,
+    ellipsoid_sheet,
+    flat_sheet,
+    shell_sheet,
+)
 from rayproof.reference.analytic.edges.meetings import Meeting
-from rayproof.reference.analytic.edges.screens import Screens
-from rayproof.reference.analytic.edges.sheets import Sheet, constant_sheet, ellipsoid_sheet, flat_sheet, shell_sheet
+from rayproof.reference.analytic.edges.occlusion import Screens
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
 from rayproof.reference.analytic.planes import Flat
 from rayproof.reference.analytic.polygons import Polygons

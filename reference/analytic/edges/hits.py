@@ -6,14 +6,14 @@ import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Scene, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.edges.screens import Screens, flat_screen, no_screens, polar_screen
-from rayproof.reference.analytic.edges.sheets import Sheet, ellipsoid_sheet, flat_sheet, no_sheet
+from rayproof.reference.analytic.camera_frame import View, pixel_centers, view_of
+from rayproof.reference.analytic.edges.inverse_depths import Sheet, ellipsoid_sheet, flat_sheet, no_sheet
+from rayproof.reference.analytic.edges.occlusion import Screens, flat_screen, no_screens, polar_screen
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
 from rayproof.reference.analytic.planes import Flat
 from rayproof.reference.analytic.stages import Rows, chain
 from rayproof.reference.analytic.surfaces import cube_points, surface_of
 from rayproof.reference.analytic.vectors import length
-from rayproof.reference.analytic.views import View, pixel_centers, view_of
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,11 +7,11 @@ counts.
 
 import numpy as np
 
+from rayproof.reference.analytic.edges.apex_views import Sight
 from rayproof.reference.analytic.edges.borders import Borders
 from rayproof.reference.analytic.edges.bounds import reach
-from rayproof.reference.analytic.edges.screens import Screens
-from rayproof.reference.analytic.edges.sheets import farthest, metric
-from rayproof.reference.analytic.edges.sights import Sight
+from rayproof.reference.analytic.edges.inverse_depths import farthest, metric
+from rayproof.reference.analytic.edges.occlusion import Screens
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
 from rayproof.reference.analytic.pencils import FEW, bundles
 from rayproof.reference.analytic.polygons import blocks

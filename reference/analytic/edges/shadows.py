@@ -4,12 +4,12 @@ import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Square, Triangle
 from rayproof.cases.stages import Stage
+from rayproof.reference.analytic.edges.apex_views import sight_from_light
 from rayproof.reference.analytic.edges.borders import borders_of
 from rayproof.reference.analytic.edges.bounds import reach
 from rayproof.reference.analytic.edges.hits import Hits
+from rayproof.reference.analytic.edges.occlusion import ROUNDING
 from rayproof.reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
-from rayproof.reference.analytic.edges.screens import ROUNDING
-from rayproof.reference.analytic.edges.sights import sight_from_light
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
 from rayproof.reference.analytic.feelers import above_horizon, blocked_by_itself
 from rayproof.reference.analytic.planes import Flat

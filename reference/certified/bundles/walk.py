@@ -13,10 +13,10 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.certified.bundles.field import Bundles, PartedError, constant
 from rayproof.reference.certified.bundles.numbers import Bundle
+from rayproof.reference.certified.camera_frame import view_of
 from rayproof.reference.certified.fields import Balls, UndecidedError, Vector, precision
-from rayproof.reference.certified.paths import Path, Suspects
+from rayproof.reference.certified.light_paths import Path, Suspects
 from rayproof.reference.certified.truths import ABOUT_ZERO, NARROW, POSITION
-from rayproof.reference.certified.views import view_of
 from rayproof.reference.certified.worlds import World
 
 BITS = 192  # of the balls that constants are made from

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from rayproof.cases.scene import Scene
+from rayproof.reference.certified.camera_frame import View, view_of
 from rayproof.reference.certified.fields import Balls, exact, precision
 from rayproof.reference.certified.filters.margins import SAFE, UNIT, Margin, floats, of, products
 from rayproof.reference.certified.filters.reach import Reach, Span, reach
-from rayproof.reference.certified.paths import Suspects
+from rayproof.reference.certified.light_paths import Suspects
 from rayproof.reference.certified.placements import faces_of, rational
 from rayproof.reference.certified.vectors import Rational
-from rayproof.reference.certified.views import View, view_of
 from rayproof.reference.certified.worlds import Surface
 
 CELLS = 400_000  # rays times faces in one piece

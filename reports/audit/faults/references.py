@@ -9,7 +9,7 @@ import numpy as np
 
 from rayproof.cases.scene import Camera, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import feelers, light, nearest, surfaces, views
+from rayproof.reference.analytic import camera_frame, feelers, light, nearest, surfaces
 from rayproof.reference.embree import facets
 from rayproof.reference.embree.tracing import World
 from rayproof.reference.mitsuba3 import shapes, stages, worlds
@@ -88,7 +88,7 @@ def analytic_fovy() -> Iterator[None]:
 
     Analytic's vertical angle is a thousandth too large.
     """
-    right = views.view_of
+    right = camera_frame.view_of
 
     def wrong(camera: Camera) -> Any:
         return right(replace(camera, fovy=camera.fovy * 1.001))
@@ -167,7 +167,7 @@ def analytic_pixel_corner() -> Iterator[None]:
 
     Analytic samples the pixels' corners.
     """
-    right = views.pixel_centers
+    right = camera_frame.pixel_centers
 
     def wrong(camera: Camera) -> Any:
         return right(camera) - 0.5

@@ -212,7 +212,7 @@ def test_what_cannot_be_decided_is_listed_and_not_guessed(monkeypatch: pytest.Mo
         raise UndecidedError
 
     scene = oblique()
-    monkeypatch.setattr("rayproof.reference.certified.paths.nearest", refuse)
+    monkeypatch.setattr("rayproof.reference.certified.light_paths.nearest", refuse)
     (record,) = ORACLE.enclose(scene, IMAGE_STAGES, [(8, 8)])
 
     assert record["undecided"] == ["object"]
@@ -226,7 +226,7 @@ def test_a_light_that_cannot_be_decided_leaves_the_hit_known(monkeypatch: pytest
     def refuse(*_: Any) -> None:
         raise UndecidedError
 
-    monkeypatch.setattr("rayproof.reference.certified.paths.is_lit", refuse)
+    monkeypatch.setattr("rayproof.reference.certified.light_paths.is_lit", refuse)
     (record,) = ORACLE.enclose(oblique(), IMAGE_STAGES, [(8, 16)])
 
     assert record["undecided"] == ["visibility.0"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Camera
-from rayproof.reference.analytic.cameras import camera_answer
+from rayproof.reference.analytic.camera_stage import camera_answer
 from rayproof.reports.judge.comparison import camera
 from rayproof.reports.judge.tolerance.limits import Roundoff
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rayproof.reference.analytic.camera_frame import View
 from rayproof.reference.analytic.edges.bounds import reach
-from rayproof.reference.analytic.edges.sheets import Sheet, no_sheet
+from rayproof.reference.analytic.edges.inverse_depths import Sheet, no_sheet
 from rayproof.reference.analytic.vectors import length
-from rayproof.reference.analytic.views import View
 
 
 @dataclass(frozen=True, kw_only=True)

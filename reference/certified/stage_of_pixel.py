@@ -9,9 +9,9 @@ from typing import Any
 from rayproof.cases.stages import Stage
 from rayproof.reference.certified.decisions import clip_window, cube_face, is_lit, nearest, outward, turned
 from rayproof.reference.certified.fields import Vector
+from rayproof.reference.certified.intervals import Window
 from rayproof.reference.certified.light import irradiance
 from rayproof.reference.certified.vectors import along, dot, minus, scaled
-from rayproof.reference.certified.windows import Window
 from rayproof.reference.certified.worlds import EYE, Surface, World
 
 Given = dict[Stage, list[float]]  # one pixel's floats, all finite, of an object that exists

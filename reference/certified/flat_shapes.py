@@ -6,9 +6,9 @@ Triangles by Cramer's rule with the determinant's sign factored out, so that not
 
 from rayproof.cases.scene import Mesh, Shape, Square, Triangle
 from rayproof.reference.certified.fields import Field, Number, Vector
+from rayproof.reference.certified.intervals import Window
 from rayproof.reference.certified.placements import corners_of, placement_of, rational, transposed, winding_of
 from rayproof.reference.certified.vectors import Rational, Row, cross, dot, minus, numbers
-from rayproof.reference.certified.windows import Window
 
 
 class SeenPlane:

@@ -9,10 +9,10 @@ from flint import arb, ctx
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import FACTS, Stage, exr_channels
+from rayproof.reference.certified.exact_numbers import Algebraic
 from rayproof.reference.certified.fields import MOST, START, UndecidedError
 from rayproof.reference.certified.filters.suspects import hits_along, lights_from, surfaces_of
-from rayproof.reference.certified.steps import STEPS, Given, Suspected, surface_of
-from rayproof.reference.certified.towers import Algebraic
+from rayproof.reference.certified.stage_of_pixel import STEPS, Given, Suspected, surface_of
 from rayproof.reference.certified.truths import BEFORE_EXACT, narrow, rounded
 from rayproof.reference.certified.worlds import Worlds
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rayproof.cases.scene import Camera
-from rayproof.reference.analytic.views import View, pixel_centers, view_of
+from rayproof.reference.analytic.camera_frame import View, pixel_centers, view_of
 
 
 def camera_answer(camera: Camera) -> dict[str, np.ndarray]:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rayproof.reference.analytic.camera_frame import View
 from rayproof.reference.analytic.edges.bounds import reach
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
 from rayproof.reference.analytic.vectors import cross, dot, length
-from rayproof.reference.analytic.views import View
 
 FARTHEST = 8.0  # px: no curved surface is followed farther than this,
 NARROW = 1e-2  # rad: or than this, where pixels are so small that rounding moves edges by many of them

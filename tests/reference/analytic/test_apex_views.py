@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rayproof.reference.analytic.camera_frame import pixel_centers, view_of
+from rayproof.reference.analytic.edges.apex_views import Sight, sight_from_eye
 from rayproof.reference.analytic.edges.bounds import reach
+from rayproof.reference.analytic.edges.inverse_depths import no_sheet
+from rayproof.reference.analytic.edges.occlusion import no_screens
 from rayproof.reference.analytic.edges.outlines import ellipsoid_distances
-from rayproof.reference.analytic.edges.screens import no_screens
-from rayproof.reference.analytic.edges.sheets import no_sheet
-from rayproof.reference.analytic.edges.sights import Sight, sight_from_eye
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
-from rayproof.reference.analytic.views import pixel_centers, view_of
 from tests.reference.analytic.scenes import camera
 
 RANDOM = np.random.default_rng(4)

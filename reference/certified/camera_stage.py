@@ -6,9 +6,9 @@ import numpy as np
 from flint import fmpq
 
 from rayproof.cases.scene import Camera
+from rayproof.reference.certified.camera_frame import View, view_of
 from rayproof.reference.certified.fields import Balls, exact, precision
 from rayproof.reference.certified.vectors import dot
-from rayproof.reference.certified.views import View, view_of
 
 BITS = 512
 
