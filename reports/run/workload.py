@@ -2,7 +2,8 @@
 
 import re
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -30,6 +31,52 @@ FIRST = 3  # calls of a program; if they fail alike, so will the rest
 _CHANGING = re.compile(r"\S*rayproof-\S*|\d+")  # a call's own folder, and numbers such as a process's
 
 
+@dataclass(frozen=True)
+class Recording:
+    """How a case is recorded when it is finished, or found finished: its key, journal, pictures and progress."""
+
+    request: RunRequest
+    keys: Mapping[str, str]  # by the cases' names
+    dependencies: Dependencies
+    journal: Journal
+    progress: CaseProgress
+    draw: Callable[[CaseRecord], object]
+    calls: "FirstCalls"
+    done: set[str] = field(default_factory=set)  # names
+
+    def finished(self, one: PlannedCase, record: CaseRecord) -> None:
+        """Record a case that was just rendered and judged."""
+        key = self.keys[one.case.name]
+        self.done.add(one.case.name)
+        record["key"] = key
+        record["rendered"] = True
+        if self.dependencies.known:
+            record["depends"] = self.dependencies.of(one)
+        record["reproduce"] = self._reproduce(one)
+        self.draw(record)
+        self.journal.append(key, record)
+        self.progress.finished(record, again=False)
+        self.calls.finished(record)
+
+    def taken_up(self, one: PlannedCase, earlier: Earlier | None) -> bool:
+        """Take up what the journal, or an earlier run, knows of a case; say whether it does."""
+        key = self.keys[one.case.name]
+        known = self.journal.finished(key) if earlier is None else unchanged(one, earlier, self.journal, key)
+        if known is None:
+            return False
+        self.done.add(one.case.name)
+        again = self._reproduce(one)
+        if known.get("reproduce") != again:  # a folder that was moved
+            known["reproduce"] = again
+            self.journal.append(key, known)
+        self.draw(known)
+        self.progress.finished(known, again=True)
+        return True
+
+    def _reproduce(self, one: PlannedCase) -> str:
+        return reproduce(self.request.out, one.case, one.configurations, self.request.subject)
+
+
 def render_and_judge(
     request: RunRequest,
     planned: Sequence[PlannedCase],
@@ -46,72 +93,40 @@ def render_and_judge(
     `workers` are the processes of this machine, or those of a cluster. Where the first calls of a program under test
     all fail alike, the rest is not made. What `earlier` found of cases on which nothing has changed is taken up.
     """
-    subject = request.subject
-    done: set[str] = set()
     asked = demands(request, references)
     keys = {one.case.name: record_key(one, asked).digest for one in planned}
     interrupted, gone = False, None
-    calls = FirstCalls(len(planned)) if subject.name == PROGRAM else None
-    draw = drawing.submit if len(planned) <= ALL_OF else drawing.leave_out
+    calls = FirstCalls(len(planned) if request.subject.name == PROGRAM else 0)
     with (
         Journal(request.out, resume=request.resume or earlier is not None) as journal,
         CaseProgress(console, total=len(planned)) as progress,
     ):
-
-        def finished(one: PlannedCase, record: CaseRecord) -> None:
-            name = one.case.name
-            done.add(name)
-            record["key"] = keys[name]
-            record["rendered"] = True
-            if dependencies.known:
-                record["depends"] = dependencies.of(one)
-            record["reproduce"] = reproduce(request.out, one.case, one.configurations, subject)
-            draw(record)
-            journal.append(keys[name], record)
-            progress.finished(record, again=False)
-            if calls is not None:
-                calls.finished(record)
-
-        def enough() -> bool:
-            return calls is not None and calls.hopeless is not None
-
+        draw = drawing.submit if len(planned) <= ALL_OF else drawing.leave_out
+        recording = Recording(request, keys, dependencies, journal, progress, draw, calls)
         try:
-            todo = array("Q")
-            for number, one in enumerate(planned):
-                key = keys[one.case.name]
-                known = journal.finished(key) if earlier is None else unchanged(one, earlier, journal, key)
-                if known is not None:
-                    done.add(one.case.name)
-                    again = reproduce(request.out, one.case, one.configurations, subject)
-                    if known.get("reproduce") != again:  # a folder that was moved
-                        known["reproduce"] = again
-                        journal.append(keys[one.case.name], known)
-                    draw(known)
-                    progress.finished(known, again=True)
-                else:
-                    todo.append(number)
+            todo = array("Q", (number for number, one in enumerate(planned) if not recording.taken_up(one, earlier)))
+            pending = (planned[number] for number in todo)
             if isinstance(workers, Pool):
                 terms = Terms(
                     demands=asked,
-                    subject=subject,
+                    subject=request.subject,
                     cached=store is not None,
                     patient=request.patient,
                     most=request.case_timeout,
                     artifacts=request.artifacts,
                 )
-                under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=finished)
-                pending = (planned[number] for number in todo)
-                while len(done) < len(planned) and not enough():
+                under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=recording.finished)
+                while len(recording.done) < len(planned) and calls.hopeless is None:
                     while under_way.has_room and (one := next(pending, None)) is not None:
                         under_way.start(one)
                     progress.working(under_way.doing, workers.busy)
                     under_way.step()
             else:
                 workers.put_through(
-                    (planned[number] for number in todo),
+                    pending,
                     folder=request.out,
-                    finished=finished,
-                    enough=enough,
+                    finished=recording.finished,
+                    enough=lambda: calls.hopeless is not None,
                     glance=lambda: progress.working(workers.under_way, workers.busy),
                 )
                 gone = workers.gone
@@ -119,10 +134,10 @@ def render_and_judge(
             interrupted = True
         finally:
             workers.close()
-        found = journal.cases(key for name, key in keys.items() if name in done)
+        found = journal.cases(key for name, key in keys.items() if name in recording.done)
     if gone is not None:
         return found, interrupted, f"{gone}; {len(found)} of {len(planned)} cases are finished, go on with --resume"
-    if calls is not None and calls.hopeless is not None:
+    if calls.hopeless is not None:
         said = f"the first {FIRST} calls fail alike: {calls.hopeless}; `{called()} call` makes one of them by hand"
         return found, interrupted, said
     return found, interrupted, None
@@ -139,7 +154,7 @@ def unchanged(planned: PlannedCase, earlier: Earlier, journal: Journal, key: str
 
 
 class FirstCalls:
-    """The first calls of a program: whether they all failed, in the same words."""
+    """The first calls of a program: whether they all failed, in the same words. Any other subject has none."""
 
     def __init__(self, planned: int) -> None:
         self._asked = planned > FIRST  # of so few cases all are made
