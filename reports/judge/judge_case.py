@@ -1,7 +1,7 @@
 """Judging a case: every candidate before every witness at every stage, then who is wrong, then a verdict."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from rayproof.reports.judge.comparison.box_filtered_checks import mean_checks
 from rayproof.reports.judge.comparison.check import Check, unmeasured
 from rayproof.reports.judge.comparison.closed_forms import closed_forms
 from rayproof.reports.judge.comparison.decidable import (
-    crowded,
+    mostly_edges,
     only_at_edges,
     with_enough_to_tell,
     with_too_little_seen,
@@ -27,7 +27,7 @@ from rayproof.reports.judge.panel.adjudicate import ORACLE, adjudicated
 from rayproof.reports.judge.panel.code_families import voice
 from rayproof.reports.judge.panel.contradictions import Contradictions
 from rayproof.reports.judge.panel.known_defects import explained
-from rayproof.reports.judge.panel.matrix import matrices
+from rayproof.reports.judge.panel.matrix import Matrix, matrices
 from rayproof.reports.judge.renderers import Candidate, Witness, lost
 from rayproof.reports.judge.tolerance.pair_limits import Terms
 from rayproof.reports.judge.tolerance.scene_context import Ground, ground
@@ -73,51 +73,86 @@ def judge_case(
     candidates = with_equal_answers_shared([without(one, misshapen[one.name]) for one in candidates])
     witnesses = [without(one, misshapen[one.name]) for one in witnesses]
 
-    checks: list[Check] = []
-    expectations: list[ExpectationRecord] = []
-    sparse: list[str] = []
-    crowds: set[str] = set()
-    beyond: dict[str, Excess] = {}
+    measured = _Measured()
     for candidate in candidates:
-        found: list[Check] = []
-        for witness in witnesses:
-            mine = [stage for stage in stages if witness.answers_at(stage)]
-            at = Bench(ground=base, candidate=candidate, witness=witness)
-            pair = pair_checks(at, mine, misshapen)
-            found += [one if one.end_to_end is None else with_enough_to_tell(case, one, at.terms) for one in pair]
-        if candidate.answers is not None:
-            at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
-            beyond[candidate.name] = excess(at_oracle)
-            expectations += closed_forms(case, candidate, at_oracle)
-            found, why = with_too_little_seen(case, found, at_oracle)
-            sparse += why
-            if crowded(case, at_oracle):
-                crowds.add(candidate.name)
-        checks += found
+        _measure(measured, case, candidate, witnesses, truth, base, misshapen)
     if case.samples > 1 and scene.lights:
         means, asked = mean_checks(case, candidates, witnesses, oracle)
-        checks += means
+        measured.checks.extend(means)
         planned += asked
-    each = matrices(base, candidates, witnesses, stages, checks)
+    each = matrices(base, candidates, witnesses, stages, measured.checks)
+    checks = _settled(case, measured, candidates, witnesses, each, base, versions)
+    judged = sum_up(case, checks, measured.expectations, len(planned), {c.name: c for c in candidates}, each)
+    judged = replace(judged, ground=base)
+    return judged.worsened(Outcome.ERROR, measured.too_little[0]) if measured.too_little else judged
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """What was found of the candidates before anybody is blamed."""
+
+    checks: list[Check] = field(default_factory=list)
+    expectations: list[ExpectationRecord] = field(default_factory=list)
+    too_little: list[str] = field(default_factory=list)  # why there is too little of an image to judge a candidate by
+    mostly_edges: set[str] = field(default_factory=set)  # candidates of whose pixels too many are edges
+    beyond: dict[str, Excess] = field(default_factory=dict)  # by candidate
+
+
+def _measure(
+    measured: _Measured,
+    case: Case,
+    candidate: Candidate,
+    witnesses: Sequence[Witness],
+    truth: Witness,
+    base: Ground,
+    misshapen: Mapping[str, Mapping[Stage, str]],
+) -> None:
+    """Add what is found of a candidate before every witness, and before the closed forms."""
+    found: list[Check] = []
+    for witness in witnesses:
+        mine = [stage for stage in stages_of(case.scene) if witness.answers_at(stage)]
+        at = Bench(ground=base, candidate=candidate, witness=witness)
+        pair = pair_checks(at, mine, misshapen)
+        found += [one if one.end_to_end is None else with_enough_to_tell(case, one, at.terms) for one in pair]
+    if candidate.answers is not None:
+        at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
+        measured.beyond[candidate.name] = excess(at_oracle)
+        measured.expectations.extend(closed_forms(case, candidate, at_oracle))
+        found, why = with_too_little_seen(case, found, at_oracle)
+        measured.too_little.extend(why)
+        if mostly_edges(case, at_oracle):
+            measured.mostly_edges.add(candidate.name)
+    measured.checks.extend(found)
+
+
+def _settled(
+    case: Case,
+    measured: _Measured,
+    candidates: Sequence[Candidate],
+    witnesses: Sequence[Witness],
+    each: Mapping[Stage, Matrix],
+    base: Ground,
+    versions: Mapping[str, str],
+) -> list[Check]:
+    """Return the checks, each with the side that is wrong by the panel, the known defects and what edges can tell."""
     tested = {candidate.name for candidate in candidates}
     independent = {witness.name: witness.independent for witness in witnesses}
     contradictions = Contradictions(
         ground=base,
         candidates={candidate.name: candidate for candidate in candidates},
         witnesses={witness.name: witness for witness in witnesses},
-        checks=checks,
+        checks=measured.checks,
     )
-    checks = adjudicated(checks, each, independent, lambda name: voice(name, tested), contradictions.sides)
+    checks = adjudicated(measured.checks, each, independent, lambda name: voice(name, tested), contradictions.sides)
     parties = {party.name: party for party in (*candidates, *witnesses)}
     checks = [_with_known_defect(check, parties, versions, base) for check in checks]
     checks = [
-        _undecided_at_edges(case, check) if check.configuration in crowds and only_at_edges(check, checks) else check
+        _undecided_at_edges(case, check)
+        if check.configuration in measured.mostly_edges and only_at_edges(check, checks)
+        else check
         for check in checks
     ]
-    checks = held_to_epsilons(checks, beyond, case.most_edge)
-    judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in candidates}, each)
-    judged = replace(judged, ground=base)
-    return judged.worsened(Outcome.ERROR, sparse[0]) if sparse else judged
+    return held_to_epsilons(checks, measured.beyond, case.most_edge)
 
 
 def _with_known_defect(

@@ -106,7 +106,7 @@ def _judged(terms: Terms, stage: Stage) -> tuple[int, float]:
     return int(np.count_nonzero(terms.conditioning.hit[inner] & ~edge)), float(np.count_nonzero(edge) / edge.size)
 
 
-def crowded(case: Case, terms: Terms) -> bool:
+def mostly_edges(case: Case, terms: Terms) -> bool:
     """Say whether outlines reach more pixels than the case allows: what a side is, such pixels cannot tell.
 
     By the scene's own conditioning alone, so that no renderer under test can bring it about.
