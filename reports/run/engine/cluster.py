@@ -13,6 +13,7 @@ import logging
 import queue
 import socket
 import ssl
+import sys
 import tempfile
 from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import Future
@@ -37,6 +38,7 @@ LOOK = 1.0  # s between looks at which workers there are
 LATE = 5.0  # s that a scheduler may take to say so
 PARTING = 5.0  # s for workers to be told that a run is over
 ENDING = 20.0  # s for a cluster of this machine to end; one of its workers that is stopped is killed after 4 s
+QUIET = "ignore::UserWarning:multiprocessing.resource_tracker"
 # What the engine's processes serve in plain text by themselves, of their state, to whoever asks.
 PAGES = ("distributed.scheduler.http.routes", "distributed.worker.http.routes")
 
@@ -333,7 +335,7 @@ def _local(number: int, security: "Security") -> Iterator[str]:
     folder = tempfile.gettempdir()
     atexit.unregister(close_clusters)  # it complains of one that is stopped while it starts; its workers are daemonic
     runner = LoopRunner()
-    ensure_running()  # here: where it is started by whoever needs it first, that thread hears Ctrl-C again
+    _start_tracker()  # here: where it is started by whoever needs it first, that thread hears Ctrl-C again
     with deaf():  # and so are the workers, which are started from the runner's thread: Ctrl-C is for this process
         runner.start()
     with contextlib.ExitStack() as stack:
@@ -360,6 +362,18 @@ def _local(number: int, security: "Security") -> Iterator[str]:
             raise ClusterError(f"--scheduler {LOCAL}{number}: no cluster started here: {_why(error)}") from None
         stack.callback(_closed, cluster)
         yield cluster.scheduler_address
+
+
+def _start_tracker() -> None:
+    """Start the process that removes the semaphores of a cluster that is stopped while it starts, without a warning.
+
+    A thread may make one after the main one has cleared up. It is removed all the same, and nobody need do anything.
+    """
+    sys.warnoptions.append(QUIET)  # which the new process gets
+    try:
+        ensure_running()
+    finally:
+        sys.warnoptions.remove(QUIET)
 
 
 def _closed(cluster: Any) -> None:

@@ -247,6 +247,21 @@ def test_a_cluster_that_is_stopped_while_it_starts_ends_in_one_line(
 
 
 @pytest.mark.process
+def test_a_semaphore_that_a_stopped_run_leaves_is_removed_without_a_word() -> None:
+    code = """
+import os
+from multiprocessing import get_context
+from rayproof.reports.run.engine import cluster
+cluster._start_tracker()
+left = get_context("spawn").Lock()
+os._exit(130)
+"""
+    ended = subprocess.run([sys.executable, "-c", code], cwd=CHECKOUT, capture_output=True, text=True, timeout=60)
+
+    assert (ended.returncode, ended.stderr) == (130, "")
+
+
+@pytest.mark.process
 def test_a_run_that_is_killed_leaves_nothing_running_though_its_workers_are_stopped(tmp_path: Path) -> None:
     about = (*scenes(tmp_path, 9), "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
     with started(tmp_path, *about, "--scheduler", "local:2") as process:
