@@ -16,7 +16,7 @@ from rayproof.cases.relations import Relation
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.tolerance.conditioning import basis_condition
+from rayproof.reports.judge.tolerance.conditioning import ABSOLUTE, basis_condition, image_reach
 
 # Roundings from pixel to radiance, each side of a relation: ray 16, hit 16, position 4, normal 16, light 12
 # (`reports.judge.tolerance.limits`). The sum is what one side may be off; two random sides come near to it together.
@@ -106,5 +106,7 @@ def limit(relation: Relation, precision: str, coarse: Resolution | None = None) 
         high = np.where(np.isnan(around), -np.inf, around).max(axis=0)
         low = np.where(np.isnan(around), np.inf, around).min(axis=0)
     spread = np.where(high >= low, high - low, 0.0)
-    slide = pixels_per_radian(relation.scene.camera) * spread
+    # The pixel's own coordinates are off by roundings of 1, which a wide image magnifies (`ray_condition`).
+    wide = max(1.0, ABSOLUTE / K * image_reach(relation.scene.camera))
+    slide = pixels_per_radian(relation.scene.camera) * wide * spread
     return factor * (size + slide) + relation.conditions.truncation * size + step

@@ -148,7 +148,7 @@ def _factors(
         ours, theirs, whole = ours[here], theirs[here], bound.whole[here]
         bound = Bounds(shared=bound.shared[here], whole=whole, usual=np.median(whole, axis=0))
         weights = None if weights is None else weights[here]
-    off = ours / theirs - 1
+    off = (ours - theirs) / theirs  # ours / theirs - 1 would be off by a rounding of 1
     ordered = np.sort(off, axis=0)
     count = len(off)
     middle = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2

@@ -20,6 +20,10 @@ from rayproof.reports.judge.tolerance.channels import crossed, dot, largest, len
 # A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
 LEAST_COSINE = 1e-9
 CURVED = ("local", "whirl", "loss", "curvature", "bend", "give")  # what curved shapes alone have
+# Of the 16 roundings of a ray six make sx = 2 px / w - 1 or sy, u of 1 each, however little the difference leaves: two
+# of the quotient (1 / w, product), two of what it is multiplied by, and two of what is taken off and the difference.
+# The four that carry them to the ray are relative.
+ABSOLUTE, RELATIVE = 6, 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,15 +94,23 @@ def aim_condition(camera: Camera) -> float:
     return float(np.linalg.norm(eye) + np.linalg.norm(target)) / apart / sine * min(1 + reach, 2.0)
 
 
-def ray_condition(camera: Camera) -> float:
+def image_reach(camera: Camera) -> float:
+    """Return how far the point that a ray goes through at depth 1 moves when both pixel coordinates change by 1."""
+    return math.tan(camera.alpha) * math.hypot(camera.aspect, 1.0)
+
+
+def ray_condition(camera: Camera, axial: np.ndarray) -> np.ndarray:
     """Return the direction error per unit roundoff [rad]: the axes, tan(alpha), and the pixel's coordinates.
 
     F + a R + b U is off by 1 + |a| + |b| times the axes' error, and so turned by sqrt(3) times it at most, however wide
-    the view: its own length is sqrt(1 + a^2 + b^2).
+    the view: its own length is sqrt(1 + a^2 + b^2), 1 over the cosine `axial` of its angle to the axis. An error of sx
+    moves a by aspect tan(alpha) times as much, which turns the ray by no more than that times `axial`.
     """
     reach = math.tan(camera.alpha) * max(1.0, camera.aspect)
-    tangent = camera.alpha / (math.sin(camera.alpha) * math.cos(camera.alpha))
-    return basis_condition(camera) * min(1 + reach, 2.0) + (1 + tangent) * min(reach, 1.0)
+    slope, widest = camera.alpha / (math.sin(camera.alpha) * math.cos(camera.alpha)), min(reach, 1.0)
+    # Sixteen relative roundings are more than both together, unless the image is wide.
+    coordinates = np.maximum(1.0, (RELATIVE + ABSOLUTE * image_reach(camera) * axial / widest) / 16)
+    return basis_condition(camera) * min(1 + reach, 2.0) + (coordinates + slope) * widest
 
 
 def off_axis(camera: Camera, directions: np.ndarray) -> np.ndarray:
@@ -128,13 +140,13 @@ def condition(scene: Scene, truth: Answers) -> Conditioning:
         if np.any(mask):
             for name, values in _of_shape(scene, one, mask, truth, distance).items():
                 fields[name][mask] = values
-    aim = aim_condition(scene.camera)
+    aim, axial = aim_condition(scene.camera), off_axis(scene.camera, directions)
     return Conditioning(
         hit=hit,
         pixel_angle=pixel_angle(scene.camera, directions),
-        ray=np.full(shape, ray_condition(scene.camera) - aim),
+        ray=ray_condition(scene.camera, axial) - aim,
         aim=np.full(shape, aim),
-        axial=off_axis(scene.camera, directions),
+        axial=axial,
         cosine=cosine,
         distance=distance,
         **fields,

@@ -31,8 +31,8 @@ LIGHT = 12  # difference, length 4, two dot products' worth of sums, product of 
 
 BECAUSE: dict[Stage, str] = {
     Stage.CAMERA: "16 roundings times the condition of the axes and of 1/near - 1/far",
-    Stage.RAY: f"{RAY} roundings times the condition of the camera's axes, tan(alpha) and pixel coordinates, "
-    f"{AIM} times (|eye| + |target|) / |target - eye|; CAM-5 adds |eye|/near, the cancellation in w",
+    Stage.RAY: f"{RAY} roundings times the condition of the camera's axes, tan(alpha) and pixel coordinates, which are "
+    f"differences with 1, {AIM} times (|eye| + |target|) / |target - eye|; CAM-5 adds |eye| / near",
     Stage.OBJECT: "integers: away from edges they are equal",
     Stage.DISTANCE: f"{HIT} roundings of the data along the normal over |n.d| (implicit function theorem), plus "
     "t times the ray's error times tan(incidence) end to end",

@@ -11,7 +11,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.double_double import DoubleDouble
-from rayproof.reports.judge.tolerance.conditioning import condition, ray_condition
+from rayproof.reports.judge.tolerance.conditioning import condition, off_axis, ray_condition
 from rayproof.reports.judge.tolerance.limits import LIGHT, Roundoff, continued_light_limit
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
@@ -66,7 +66,7 @@ def truth_of(scene: Scene, stage: Stage, given: Answers, oracle: Oracle) -> Trut
             value=value,
             objects=None,
             counts=np.ones(size, dtype=bool),
-            magnified=np.full(size, ray_condition(scene.camera)),
+            magnified=ray_condition(scene.camera, off_axis(scene.camera, value)),
         )
     return Truth(
         value=value,
