@@ -24,6 +24,7 @@ from rayproof.reports.cache.store import Entry, Store, usual_store
 # Reading is checking too: about as fast as a processor sums an HMAC-SHA256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
+OF_ENDS = ("pixels", "depth", "chord")  # arrays of a light's end
 CODE = ("rayproof.reports.run.tasks.reference_task",)
 
 
@@ -158,14 +159,22 @@ class KeepingOracle:
         arrays = {
             name: getattr(edges, name) for name in ("silhouette", "shadow", "terminator", "gap", "behind", "eye_gaps")
         }
-        arrays |= {f"end {index}": end.pixels for index, end in enumerate(edges.light_ends)}
+        arrays |= {
+            f"end {name} {index}": getattr(end, name) for index, end in enumerate(edges.light_ends) for name in OF_ENDS
+        }
         _keep(self._store, key, {"light_ends": ends, **_seen(key, seconds)}, arrays, seconds)
         return edges
 
 
 def _edges(about: About, arrays: dict[str, np.ndarray]) -> Edges:
     ends = tuple(
-        LightEnd(light=light, shape=shape, face=face, gap=gap, pixels=arrays[f"end {index}"])
+        LightEnd(
+            light=light,
+            shape=shape,
+            face=face,
+            gap=gap,
+            **{name: arrays[f"end {name} {index}"] for name in OF_ENDS},
+        )
         for index, (light, shape, face, gap) in enumerate(about["light_ends"])
     )
     plainly = {name: array for name, array in arrays.items() if not name.startswith("end ")}

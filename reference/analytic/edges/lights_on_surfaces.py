@@ -32,6 +32,10 @@ class LightEnd:
     face: int  # the nearest face's number; 0 where the shape has none
     gap: float  # m, a lower bound of the distance between light and surface
     pixels: np.ndarray  # (height, width) bool
+    # A feeler may cut a short chord off a curved surface just before the light: how deep [m] below the surface it gets
+    # there, at least, and how far [m] before the light it enters; (height, width), 0 where it does not.
+    depth: np.ndarray
+    chord: np.ndarray
 
 
 def light_ends(hits: Hits) -> tuple[LightEnd, ...]:
@@ -49,17 +53,31 @@ def light_ends(hits: Hits) -> tuple[LightEnd, ...]:
         near = [index for index, gap in enumerate(gaps) if gap.min(initial=np.inf) <= limits[index]]
         if not near:
             continue
-        open_pixels = _open(hits, source, {index: gaps[index] <= limits[index] for index in near}).reshape(size)
+        open_pixels = _open(hits, source, {index: (gaps[index] <= limits[index], limits[index]) for index in near})
         for index in near:
             surface, face = surfaces[index], int(gaps[index].argmin())
             number = int(surface.numbers[face]) if isinstance(surface, Polygons) else 0
             gap = float(gaps[index][face])
-            ends.append(LightEnd(light=column, shape=index, face=number, gap=gap, pixels=open_pixels))
+            depth, chord = _chords(surface, source, hits.rows[Stage.POSITION] - source)
+            others = open_pixels & (hits.rows[Stage.OBJECT][:, 0] != index)
+            images = {"pixels": open_pixels, "depth": depth * others, "chord": chord * others}
+            ends.append(
+                LightEnd(
+                    light=column,
+                    shape=index,
+                    face=number,
+                    gap=gap,
+                    **{name: image.reshape(size) for name, image in images.items()},
+                )
+            )
     return tuple(ends)
 
 
-def _open(hits: Hits, source: np.ndarray, near: dict[int, np.ndarray]) -> np.ndarray:
-    """Return the rays (N,) whose light is above the horizon and blocked by nothing but the faces `near` it."""
+def _open(hits: Hits, source: np.ndarray, near: dict[int, tuple[np.ndarray, float]]) -> np.ndarray:
+    """Return the rays (N,) whose light is above the horizon and blocked by nothing but the faces `near` it.
+
+    `near` has for shapes by index which of their faces are, and how near [m] that is.
+    """
     rows = hits.rows
     found = (rows[Stage.OBJECT][:, 0] >= 0) & above_horizon(source, rows[Stage.POSITION], rows[Stage.NORMAL])
     for index, shape in enumerate(hits.scene.shapes):
@@ -70,29 +88,46 @@ def _open(hits: Hits, source: np.ndarray, near: dict[int, np.ndarray]) -> np.nda
             continue
         surface, own = surface_of(shape), objects[:, 0] == index
         ends = ends_of(hits.view.eye, positions)
-        hidden = _blocked_by_the_rest(surface, near[index], source, positions - source, ends)
+        faces, most = near[index]
+        if isinstance(surface, Ellipsoid):
+            hidden = _chords(surface, source, positions - source)[0] > most
+        else:
+            hidden = _blocked_by_the_rest(surface, faces, source, positions - source, ends)
         # A convex shape's point has no other side between it and a light on the same shape.
-        one_sided = isinstance(surface, Ellipsoid | Flat) or isinstance(shape, Cube) or len(near[index]) == 1
+        one_sided = isinstance(surface, Ellipsoid | Flat) or isinstance(shape, Cube) or len(faces) == 1
         found[asked] = ~np.where(own & one_sided, False, hidden)
     return found
 
 
 def _blocked_by_the_rest(
-    surface: Surface, near: np.ndarray, source: np.ndarray, segments: np.ndarray, ends: Ends
+    surface: Polygons | Flat, near: np.ndarray, source: np.ndarray, segments: np.ndarray, ends: Ends
 ) -> np.ndarray:
     """Return which segments (N, 3) from the light meet the surface elsewhere than beside the light itself."""
     if isinstance(surface, Flat):
         return np.zeros(len(segments), dtype=bool)
-    if isinstance(surface, Ellipsoid):
-        roots = surface.crossings(source, segments)
-        with np.errstate(invalid="ignore"):
-            farther = np.where(np.abs(roots[:, 0]) < np.abs(roots[:, 1]), roots[:, 1], roots[:, 0])
-            return (farther > 0) & (farther < 1)
     rest = Polygons(corners=surface.corners[~near], numbers=surface.numbers[~near], closed=surface.closed)
     # A segment that ends on one of these faces ends a rounding before or behind it.
     if not len(rest.corners):
         return np.zeros(len(segments), dtype=bool)
     return rest.blocks(source, segments * (1 - NEAR), ends)
+
+
+def _chords(surface: Surface, source: np.ndarray, segments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how deep [m] below a curved surface, at least, segments (N, 3) from a light on it get, and how far on [m].
+
+    The chord's middle is the deepest place. Nearer the surface than that, a light or a surface moved by rounding has no
+    chord there, and is seen.
+    """
+    nothing = np.zeros(len(segments))
+    if not isinstance(surface, Ellipsoid):
+        return nothing, nothing
+    roots = surface.crossings(source, segments)
+    with np.errstate(all="ignore"):
+        farther = np.where(np.abs(roots[:, 0]) < np.abs(roots[:, 1]), roots[:, 1], roots[:, 0])
+        cut = (farther > 0) & (farther < 1)
+        middles = surface.unit_points(source + segments * roots.mean(axis=1, keepdims=True))
+        depth = (1 - length(middles)) / np.linalg.norm(surface.to_unit, 2)
+        return np.where(cut, np.maximum(depth, 0.0), 0.0), np.where(cut, farther * length(segments), 0.0)
 
 
 def gaps_to(surface: Surface, point: np.ndarray) -> np.ndarray:

@@ -14,6 +14,8 @@ class LightEnd(Protocol):
     face: int
     gap: float  # m
     pixels: np.ndarray  # (height, width)
+    depth: np.ndarray  # (height, width) m: how deep below a curved surface the way to the light gets just before it
+    chord: np.ndarray  # (height, width) m: how far before the light it enters there
 
 
 class Edges(Protocol):

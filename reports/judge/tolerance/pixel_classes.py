@@ -155,8 +155,10 @@ def classify(
                 near = np.isfinite(one.shadow) & (one.shadow <= shift / one.pixel)
             light[..., index] = c.hit & (near | one.undecided | touching)
         for end, error in zip(edges.light_ends, before.ends, strict=True):
-            blind = light_epsilon * before.lights[end.light].distance
-            undecided = end.pixels & (end.gap <= error + 2 * shadow_epsilon + blind)
+            blind, moved = light_epsilon * before.lights[end.light].distance, error + 2 * shadow_epsilon
+            # A chord of a curved surface just before the light is none if that is off by more than it is deep.
+            shallow = (end.depth <= moved) | (end.chord <= blind)
+            undecided = end.pixels & (end.gap <= moved + blind) & shallow
             light[..., end.light] |= undecided
             if np.any(undecided):
                 notes.append(f"light {end.light} lies on shape {end.shape}, within rounding: either it blocks or not")

@@ -7,6 +7,7 @@ import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES, select
+from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
@@ -199,3 +200,36 @@ def test_without_clipping_a_surface_that_holds_the_eye_may_be_missed_in_every_pi
     result = judged(case, missed, truth)
 
     assert result.outcome is Outcome.UNDECIDED, result.reason
+
+
+CHORDS = Scene(  # a light on a ball, and the floor where the plane that touches the ball there meets it, from close by
+    camera=Camera(
+        eye=(-1 / 3, -3, 1), target=(-1 / 3, 0, 0), up=(0, 0, 1), fovy=0.3, width=64, height=48, near=0.1, far=100
+    ),
+    shapes=(Plane(albedo=(0.5, 0.5, 0.5)), Sphere(albedo=(0.5, 0.5, 0.5), center=(0, 0, 1.5))),
+    lights=(PointLight(position=(0.6, 0.0, 0.7), flux=(90, 80, 70)),),
+)
+OUT = np.array((0.6, 0.0, -0.8))  # from the ball's centre to the light
+WAY = 1.5e-6  # m, a few float32 roundings of these coordinates: so far the light may seem outside the ball
+
+
+def test_a_chord_just_before_a_light_on_a_ball_hides_it_only_where_it_is_deeper_than_rounding():
+    case = replace(LAMP, name="nearest/chords", scene=CHORDS, tuned=False, least_interior=0, most_edge=0.9)
+    truth = truth_of(case)
+    light = CHORDS.lights[0]
+    seen = []
+    for way in (1e-12, WAY):
+        place = np.array(light.position) + way * OUT
+        outside = replace(CHORDS, lights=(replace(light, position=tuple(map(float, place))),))
+        seen.append(ORACLE.render(outside, [Stage.VISIBILITY])[Stage.VISIBILITY])
+
+    result = judged(case, answered(case, truth, Stage.VISIBILITY, seen[1]), truth)
+
+    assert (seen[0] != seen[1]).sum() > 200, "chords that a light moved by rounding does not meet"
+    assert result.outcome is Outcome.PASS, result.reason
+    (end,) = ORACLE.edges(CHORDS).light_ends
+    row, column = np.argwhere(end.depth > 4e-6)[0]
+    visible = truth[Stage.VISIBILITY].copy()
+    visible[row, column, 0] = 1
+    result = judged(case, answered(case, truth, Stage.VISIBILITY, visible), truth)
+    assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.VISIBILITY)
