@@ -31,7 +31,6 @@ from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.results.records import CertifiedRecord
 
-ACCUSING = (Outcome.REFERENCE_SUSPECT, Outcome.WARN)
 UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})
 MOST_NAMED = 3  # wrong verdicts a renderer and case that are listed with their pixel
 SAMPLE = 200  # pixels by which a scene is called decidable
@@ -170,7 +169,7 @@ def certify(
         if found:
             decided[candidate.name] = any(inquest.decidable(candidate, check, witnesses) for check in found)
     for witness in witnesses:
-        checks = [check for check in judged.checks if check.outcome in ACCUSING and _blamed(check) == witness.name]
+        checks = [check for check in judged.checks if _blamed(check) == witness.name]
         if checks and witness.error is None:
             wrong += _accused(inquest, as_candidate(witness), checks)
     return Certified(
@@ -181,9 +180,15 @@ def certify(
     )
 
 
-def _blamed(check: Check) -> str:
-    """Return whom a check that does not fail accuses."""
-    return check.suspected or check.reference
+def _blamed(check: Check) -> str | None:
+    """Return whom a check that does not fail accuses: nobody by a warning that is of no finding.
+
+    Such a warning counts the pixels that the one under test leaves undecided by its epsilon, and says that all values
+    hold.
+    """
+    if check.outcome is Outcome.REFERENCE_SUSPECT or (check.outcome is Outcome.WARN and check.known):
+        return check.suspected or check.reference
+    return None
 
 
 def _passed(inquest: Inquest, candidate: Candidate, outcome: Outcome) -> list[WrongVerdict]:

@@ -105,9 +105,18 @@ class FactorGroupRecord(TypedDict, total=False):
     shape: int
     lights: list[int]
     fitted: int
+    wide: bool
     pixels: int
     off: list[Number | None]
     sees: list[Number | None]
+
+
+class LeaningRecord(TypedDict):
+    """How many pixels have wide limits, and how many are off to either side by more than pixels share."""
+
+    pixels: Count
+    above: Count
+    below: Count
 
 
 class BiasRecord(TypedDict, total=False):
@@ -118,6 +127,7 @@ class BiasRecord(TypedDict, total=False):
     common: Number | None
     allowance: Number
     groups: list[FactorGroupRecord]
+    wide: LeaningRecord
     continued: Any  # a `BiasRecord` again, given the candidate's own previous stages
 
 
@@ -389,6 +399,14 @@ class CommonFactorRecord(TypedDict, total=False):
     verdict: Verdict
 
 
+class WideLimitsRecord(LeaningRecord):
+    """The same of a whole run, for one configuration and stage of light; each camera and its lights count once."""
+
+    configuration: str
+    stage: str
+    verdict: Verdict
+
+
 class ExplainedRecord(TypedDict):
     """How many cases something explains, of how many."""
 
@@ -587,6 +605,7 @@ class RunRecord(TypedDict, total=False):
     examined: dict[str, Count] | None
     examined_passing: dict[str, Count] | None
     common_factors: list[CommonFactorRecord]
+    wide_limits: list[WideLimitsRecord]
     wrong_factors: list[str]
     gate: GateRecord
     engine: EngineRecord

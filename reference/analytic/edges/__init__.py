@@ -59,7 +59,8 @@ def edges_of(scene: Scene) -> Edges:
     meetings = meetings_of(hits)
     silhouette = np.minimum(_outline_distances(hits, screens), crossing_distances(hits, screens, meetings))
     gap, behind = next_depths(hits, meetings)
-    silhouette = np.where(undecided_depths(hits, gap), 0, silhouette)
+    # Surfaces that coincide make no outline: what is seen is one of the two, and nothing of the neighbourhood.
+    gap = np.where(undecided_depths(hits, gap), 0, gap)
     return Edges(
         silhouette=_lowered(silhouette.reshape(size)),
         shadow=_lowered(shadow),

@@ -22,6 +22,7 @@ from rayproof.reports.judge.tolerance.common_factor_bounds import (
     floor,
     groups,
     stage_bounds,
+    wide_pixels,
 )
 from rayproof.reports.judge.tolerance.pair_limits import Terms
 from rayproof.reports.results.records import BiasRecord, FactorGroupRecord
@@ -43,6 +44,7 @@ class Factor:
     value: float  # ours / theirs
     limit: float  # the largest |value - 1| of a correct renderer, and so the smallest factor that can be seen
     distinct: bool  # enough different values for the sign test; without them the limit is a pixel's
+    wide: bool  # of pixels alone whose limits are wide
 
     @property
     def ratio(self) -> float:
@@ -54,10 +56,20 @@ class Factor:
         """Return what is wrong where it is over its limit."""
         numbers = self.lights if self.fitted is None else (self.fitted,)
         lights = ("light " if len(numbers) == 1 else "lights ") + ", ".join(map(str, numbers))
+        held = "pixels with wide limits" if self.wide else "pixels"
         return (
             f"{stage} of shape {self.shape} under {lights} is {self.value:.9g} times {reference}'s in {self.pixels} "
-            f"pixels ({CHANNELS[self.channel]}), a factor that they share; limit {self.limit:.3g}"
+            f"{held} ({CHANNELS[self.channel]}), a factor that they share; limit {self.limit:.3g}"
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Leaning:
+    """To which side the pixels with wide limits are off by more than what they share, each different value once."""
+
+    pixels: int
+    above: int
+    below: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +78,7 @@ class Bias:
 
     factors: tuple[Factor, ...]
     allowance: float  # of a factor that a whole run may share: the constants' roundings and the output's step
+    wide: Leaning | None = None  # of the pixels with wide limits; None given the candidate's own previous stages
 
     @cached_property
     def worst(self) -> Factor | None:
@@ -80,14 +93,14 @@ class Bias:
     @property
     def common(self) -> float | None:
         """Return the middle one of the groups' factors, as this case's word on what the whole run shares."""
-        values = [factor.value for factor in self.factors if factor.distinct and factor.fitted is None]
+        values = [one.value for one in self.factors if one.distinct and one.fitted is None and not one.wide]
         return float(np.median(values)) if values else None
 
     def as_json(self) -> BiasRecord:
         """Return plain JSON data: a row for each group, with a place for each channel."""
         rows: dict[tuple, FactorGroupRecord] = {}
         for factor in self.factors:
-            key = factor.shape, factor.lights, factor.fitted
+            key = factor.shape, factor.lights, factor.fitted, factor.wide
             row = rows.setdefault(
                 key,
                 FactorGroupRecord(
@@ -100,15 +113,20 @@ class Bias:
             )
             if factor.fitted is not None:
                 row["fitted"] = factor.fitted
+            if factor.wide:
+                row["wide"] = True
             row["off"][factor.channel] = jsonable(_short(factor.value - 1))
             row["sees"][factor.channel] = jsonable(_short(factor.limit))
-        return {
+        found: BiasRecord = {
             "ratio": jsonable(_short(self.ratio)),
             "sees": jsonable(_short(min((factor.limit for factor in self.factors), default=math.inf))),
             "common": None if self.common is None else jsonable(_short(self.common - 1)),
             "allowance": jsonable(_short(self.allowance)),
             "groups": list(rows.values()),
         }
+        if self.wide is not None and self.wide.pixels:
+            found["wide"] = {"pixels": self.wide.pixels, "above": self.wide.above, "below": self.wide.below}
+        return found
 
 
 def bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Bias:
@@ -122,11 +140,24 @@ def bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None)
     # Where an output has steps it has a last one, and what is beyond is clamped to it.
     coarse = terms.candidate.resolutions.get(stage)
     top = float(ours.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
+    top = min(top, _ceiling(terms))
     factors: list[Factor] = []
     for group, bound in zip(groups(terms), bounds.groups, strict=True):
         here = np.ix_(group.pixels, group.channels)
-        factors += _factors(group, bound, mine[here], theirs[here], min(top, _ceiling(terms)), floor(terms))
-    return Bias(factors=tuple(factors), allowance=bounds.allowance)
+        factors += _factors(group, bound, mine[here], theirs[here], top, floor(terms))
+    wide = None
+    if value is None:
+        pixels = wide_pixels(terms)
+        good = (theirs[pixels] > floor(terms)) & (theirs[pixels] < top) & np.isfinite(mine[pixels])
+        wide = _leaning(mine[pixels][good], theirs[pixels][good], bounds.wide[good])
+    return Bias(factors=tuple(factors), allowance=bounds.allowance, wide=wide)
+
+
+def _leaning(ours: np.ndarray, theirs: np.ndarray, shared: np.ndarray) -> Leaning:
+    """Return to which side values (n,) are off by more than what they share with others."""
+    off, first = np.unique((ours - theirs) / theirs, return_index=True)
+    shared = shared[first]
+    return Leaning(pixels=len(off), above=int(np.sum(off > shared)), below=int(np.sum(-off > shared)))
 
 
 def _ceiling(terms: Terms) -> float:
@@ -187,6 +218,7 @@ class _About:
             value=1 + off,
             limit=limit,
             distinct=distinct,
+            wide=self.group.wide,
         )
 
 

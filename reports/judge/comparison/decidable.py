@@ -9,6 +9,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.check import Check
 from rayproof.reports.judge.comparison.examined import Kind
+from rayproof.reports.judge.comparison.measurement import ratios
 from rayproof.reports.judge.comparison.pair import GEOMETRY
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.judge.tolerance.pair_limits import Terms
@@ -63,13 +64,14 @@ def with_too_little_seen(case: Case, checks: Sequence[Check], terms: Terms) -> t
 def with_enough_to_tell(case: Case, check: Check, terms: Terms) -> Check:
     """Return the check; one that passed is `undecided` where so little could be judged strictly that it says nothing.
 
-    If that is by what a candidate declares not to see, far beyond what rounding needs, it is an error: nobody chooses
-    what is decidable of him. If it is by what the reference declares, the reference abstains.
+    An edge pixel with the reference's own value needed no excuse, and tells as much as one that is judged strictly. If
+    that is by what a candidate declares not to see, far beyond what rounding needs, it is an error: nobody chooses what
+    is decidable of him. If it is by what the reference declares, the reference abstains.
     """
     if check.outcome is not Outcome.PASS or check.stage in ALWAYS:
         return check
     why = _nothing_to_tell(case, terms, check.stage)
-    if why is None:
+    if why is None or _nothing_to_tell(case, terms, check.stage, excusing=~_agreeing(terms, check.stage)) is None:
         return check
     candidate = terms.candidate
     blind = np.any(np.asarray(candidate.shadow_epsilon) > 0) or candidate.ray_epsilon > 0
@@ -88,9 +90,20 @@ def with_enough_to_tell(case: Case, check: Check, terms: Terms) -> Check:
     return replace(check, outcome=Outcome.UNDECIDED, reason=why)
 
 
-def _nothing_to_tell(case: Case, terms: Terms, stage: Stage) -> str | None:
-    """Return why a check of a stage says nothing, or None. Where nothing is hit, misses tell."""
-    interior, share = _judged(terms, stage)
+def _agreeing(terms: Terms, stage: Stage) -> np.ndarray:
+    """Return the pixels (height, width) in which both parties have one value, to within the limit away from edges."""
+    assert terms.candidate.answers is not None
+    theirs = np.asarray(terms.witness.answers[stage], dtype=np.float64)
+    limit = terms.limits.end_to_end.get(stage, np.zeros(theirs.shape[:2]))
+    return ratios(stage, terms.candidate.answers[stage], theirs, limit)[0] <= 1
+
+
+def _nothing_to_tell(case: Case, terms: Terms, stage: Stage, *, excusing: np.ndarray | None = None) -> str | None:
+    """Return why a check of a stage says nothing, or None. Where nothing is hit, misses tell.
+
+    `excusing` are the pixels (height, width) of which an edge excuses anything; without it, all.
+    """
+    interior, share = _judged(terms, stage, excusing)
     if not interior and np.any(terms.conditioning.hit):
         return "no pixel that hits something lies clear of every edge"
     if share > case.most_edge:
@@ -98,11 +111,15 @@ def _nothing_to_tell(case: Case, terms: Terms, stage: Stage) -> str | None:
     return None
 
 
-def _judged(terms: Terms, stage: Stage) -> tuple[int, float]:
-    """Return how many pixels that hit something are judged strictly at a stage, and the share of edge pixels."""
+def _judged(terms: Terms, stage: Stage, excusing: np.ndarray | None = None) -> tuple[int, float]:
+    """Return how many pixels that hit something are judged strictly at a stage, and the share of edge pixels.
+
+    Of edge pixels only those that are `excusing` count as such.
+    """
     # What a renderer says that it does not see before the eye is excused as an edge is, and counts as one.
     inner = terms.scene.camera.inner
-    edge = (terms.classes.edge(stage) | terms.near)[inner]
+    edge = terms.classes.edge(stage) | terms.near
+    edge = (edge if excusing is None else edge & excusing)[inner]
     return int(np.count_nonzero(terms.conditioning.hit[inner] & ~edge)), float(np.count_nonzero(edge) / edge.size)
 
 

@@ -73,8 +73,8 @@ class Bench:
         find = excused_anyhow if Stage.OBJECT not in self.candidate.answers else excused
         objects = self.ground.truth[Stage.OBJECT][..., 0]
         if stage in (Stage.DISTANCE, Stage.POSITION):
-            # Either of two faces of one shape: as far from one another as they are not told apart.
-            apart = np.where(self.terms.twins, self.terms.classes.depth, 0.0)
+            # Either of two faces of one shape: as far from one another as they lie.
+            apart = np.where(self.terms.twins, self.ground.edges.gap, 0.0)
             limit = limit + (apart[..., np.newaxis] if limit.ndim == 3 else apart)
         good = find(stage, self.candidate.answers, self._sides, limit, objects, continued=continued)
         return Held(good=good, interval=none)

@@ -5,7 +5,7 @@ once each and once more where two are put together. A datum is rounded as such, 
 in which it is used; the derivatives by which that moves light are those of the limits. docs/judging.md derives it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,18 +25,23 @@ SHARED = 2 / 16
 # Half of those that are made of the eye's own place, of a flat shape's one normal, and of the direction to a light: the
 # light's own place is one of two, and where normals are alike so are the products that they enter.
 HALF = 1 / 2
+WIDE = 0.01  # of the light: pixels with a larger limit are tested together
 LEAST_DISTINCT = 30  # so many signs are all alike with a probability of 2^-29
 
 
 @dataclass(frozen=True, kw_only=True)
 class Group:
-    """The interior pixels of one shape that see the same lights, in the channels in which they are lit."""
+    """The interior pixels of one shape that see the same lights, in the channels in which they are lit.
+
+    Those of them whose limits are `wide` are a group of their own: among others they would be outvoted.
+    """
 
     shape: int
     lights: tuple[int, ...]
     pixels: np.ndarray  # (n,) flat indices
     channels: np.ndarray  # their numbers
     weights: np.ndarray | None  # (n, channels, lights): each light's share of the irradiance; None with one light
+    wide: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +58,7 @@ class StageBounds:
     """The bounds of all groups at one stage, and of what a whole run may share."""
 
     groups: tuple[Bounds, ...]
+    wide: np.ndarray  # (n,): `shared` of each of the `wide_pixels`
     allowance: float
 
 
@@ -80,16 +86,21 @@ def _stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds
         with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
             shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
     steps = _steps(terms, stage, continued=continued)
+    values = truth[stage].reshape(-1, truth[stage].shape[-1])
+    pixels = wide_pixels(terms)
+    with np.errstate(divide="ignore", invalid="ignore"):  # the back of a surface is black
+        wide = constants + shared[pixels] + (0.0 if steps is None else steps[pixels] / values[pixels])
     found, share = [], []
     for group in groups(terms):
         here = np.ix_(group.pixels, group.channels)
-        theirs = truth[stage].reshape(-1, truth[stage].shape[-1])[here]
+        theirs = values[here]
         stepped = 0.0 if steps is None else np.divide(steps[here], theirs, out=np.zeros_like(theirs), where=theirs > 0)
         limits = constants + whole[here] + stepped
         usual = np.median(limits, axis=0)
         found.append(Bounds(shared=constants + shared[here] + stepped, whole=limits, usual=usual))
-        share.append(float(np.median(stepped)))
-    return StageBounds(groups=tuple(found), allowance=constants + max(share, default=0.0))
+        if not group.wide:
+            share.append(float(np.median(stepped)))
+    return StageBounds(groups=tuple(found), wide=wide, allowance=constants + max(share, default=0.0))
 
 
 def _steps(terms: Terms, stage: Stage, *, continued: bool) -> np.ndarray | None:
@@ -127,19 +138,44 @@ def _light_bounds(terms: Terms) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np
     return (relative[0], relative[1]), (relative[2], relative[3])
 
 
+def wide_pixels(terms: Terms) -> tuple[np.ndarray, np.ndarray]:
+    """Return the interior pixels that receive light and are held to a limit of more than `WIDE` of it.
+
+    As flat indices (n,) and each one's brightest channel (n,).
+    """
+    return terms.ground.once(("wide pixels", terms.rules), lambda: _wide_pixels(terms))
+
+
+def _wide_pixels(terms: Terms) -> tuple[np.ndarray, np.ndarray]:
+    value = terms.truth[Stage.IRRADIANCE].reshape(-1, terms.truth[Stage.IRRADIANCE].shape[-1])
+    pixels = _receiving(terms)
+    limit = terms.limits.end_to_end[Stage.IRRADIANCE].reshape(value.shape)[pixels]
+    pixels = pixels[(limit > WIDE * value[pixels]).any(axis=1)]
+    return pixels, value[pixels].argmax(axis=1)
+
+
 def groups(terms: Terms) -> tuple[Group, ...]:
     """Return the groups of interior pixels that receive light, of `LEAST_DISTINCT` pixels at least."""
     return terms.ground.once(("bias groups", terms.rules), lambda: _groups(terms))
 
 
-def _groups(terms: Terms) -> tuple[Group, ...]:
-    truth = terms.truth
-    value = truth[Stage.IRRADIANCE].reshape(-1, truth[Stage.IRRADIANCE].shape[-1])
-    lit = (value > floor(terms)) & np.isfinite(value)
+def _lit(terms: Terms) -> np.ndarray:
+    """Return the channels (pixels, 3) that receive light of a size at which a rounding is small."""
+    value = terms.truth[Stage.IRRADIANCE].reshape(-1, terms.truth[Stage.IRRADIANCE].shape[-1])
+    return (value > floor(terms)) & np.isfinite(value)
+
+
+def _receiving(terms: Terms) -> np.ndarray:
+    """Return the interior pixels that receive light, as flat indices."""
     interior = terms.conditioning.hit & ~terms.classes.edge(Stage.IRRADIANCE) & ~terms.near
     inner = np.zeros_like(interior)
     inner[terms.scene.camera.inner] = True
-    candidates = np.flatnonzero((interior & inner).ravel() & lit.any(axis=1))
+    return np.flatnonzero((interior & inner).ravel() & _lit(terms).any(axis=1))
+
+
+def _groups(terms: Terms) -> tuple[Group, ...]:
+    truth, lit, candidates = terms.truth, _lit(terms), _receiving(terms)
+    value = truth[Stage.IRRADIANCE].reshape(-1, truth[Stage.IRRADIANCE].shape[-1])
     seen = truth[Stage.VISIBILITY].reshape(len(value), -1)[candidates] > 0
     shapes = truth[Stage.OBJECT][..., 0].ravel()[candidates]
     kinds = np.unique(shapes, return_inverse=True)[1]
@@ -153,7 +189,11 @@ def _groups(terms: Terms) -> tuple[Group, ...]:
         pixels = candidates[here]
         channels = np.flatnonzero(lit[pixels].any(axis=0))
         weights = _weights(terms, truth, pixels, channels, lights) if len(lights) > 1 else None
-        found.append(Group(shape=int(shapes[first]), lights=lights, pixels=pixels, channels=channels, weights=weights))
+        group = Group(shape=int(shapes[first]), lights=lights, pixels=pixels, channels=channels, weights=weights)
+        found.append(group)
+        wide = pixels[np.isin(pixels, wide_pixels(terms)[0])]
+        if LEAST_DISTINCT <= len(wide) < len(pixels):
+            found.append(replace(group, pixels=wide, weights=None, wide=True))
     return tuple(found)
 
 

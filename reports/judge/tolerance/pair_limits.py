@@ -177,7 +177,7 @@ class Terms:
         widest = self.ground.once(("relative", self.rounding), lambda: self._widest(relative))
         r = [length(np.asarray(light.position) - truth[Stage.POSITION][rows, columns]) for light in scene.lights]
         apart = np.stack(r, axis=-1)
-        other = np.where(self.twins, classes.depth, 0.0)[rows, columns][:, np.newaxis]
+        other = np.where(self.twins, self.ground.edges.gap, 0.0)[rows, columns][:, np.newaxis]
         with np.errstate(divide="ignore", invalid="ignore"):
             shifted = np.where(other > 0, 3 * other / apart, 0.0)
         close = apart <= 4 * self.limits.position[rows, columns][:, np.newaxis]

@@ -18,7 +18,7 @@ from rayproof.reports.judge.comparison.common_factors import least_share
 from rayproof.reports.judge.tolerance.common_factor_bounds import LEAST_DISTINCT
 from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, CommonFactorRecord
+from rayproof.reports.results.records import CaseRecord, CommonFactorRecord, LeaningRecord, WideLimitsRecord
 
 
 def camera_and_lights(scene: Scene) -> str:
@@ -33,13 +33,17 @@ class CommonFactors:
     def __init__(self) -> None:
         self._voices: dict[str, int] = {}  # who shares a camera and lights, by number
         self._words: dict[tuple[str, str], tuple[array[int], array[float], array[float]]] = {}
+        # Of who shares a camera and lights the case with the most pixels: others may show the same ones.
+        self._wide: dict[tuple[str, str], dict[str, LeaningRecord]] = {}
 
     def add(self, record: CaseRecord) -> None:
         """Take up another case."""
         for check in record["checks"]:
-            bias = check.get("bias")
+            bias, told = check.get("bias"), record.get("camera_and_lights", record["name"])
+            if bias is not None and (wide := bias.get("wide")) is not None:
+                cases = self._wide.setdefault((check["configuration"], check["stage"]), {})
+                cases[told] = max(cases.get(told, wide), wide, key=lambda one: one["pixels"])
             if bias is not None and bias["common"] is not None:
-                told = record.get("camera_and_lights", record["name"])
                 voice = self._voices.setdefault(told, len(self._voices))
                 key = check["configuration"], check["stage"]
                 words = self._words.setdefault(key, (array("l"), array("d"), array("d")))
@@ -59,6 +63,23 @@ class CommonFactors:
             for voice, off, allowed in zip(*words, strict=True):
                 voices.setdefault(voice, []).append((off, allowed))
             found.append(_pooled(configuration, stage, voices))
+        return found
+
+    @property
+    def wide(self) -> list[WideLimitsRecord]:
+        """Return for each configuration and stage of light which way its pixels with wide limits are off together.
+
+        Of a correct renderer each is off to a chosen side by more than pixels share with probability 1/2 at most.
+        """
+        found: list[WideLimitsRecord] = []
+        for (configuration, stage), cases in sorted(
+            self._wide.items(), key=lambda entry: (entry[0][0], list(Stage).index(Stage(entry[0][1])))
+        ):
+            pixels, above, below = (sum(one[key] for one in cases.values()) for key in ("pixels", "above", "below"))
+            verdict = Outcome.PASS if max(above, below) <= (1 - least_share(pixels)) * pixels else Outcome.FAIL
+            verdict = Outcome.UNDECIDED if pixels < LEAST_DISTINCT else verdict
+            about = {"configuration": configuration, "stage": stage, "verdict": verdict.value}
+            found.append({**about, "pixels": pixels, "above": above, "below": below})
         return found
 
 
@@ -91,13 +112,27 @@ def _pooled(configuration: str, stage: str, voices: Mapping[int, Sequence[tuple[
     }
 
 
-def wrong(pooled: Sequence[CommonFactorRecord]) -> list[str]:
-    """Return in sentences which configurations multiply all of a run by a wrong factor, from their first stage on."""
+def wrong(pooled: Sequence[CommonFactorRecord], wide: Sequence[WideLimitsRecord]) -> list[str]:
+    """Return in sentences which configurations multiply all of a run by a wrong factor, from their first stage on.
+
+    A factor of the pixels with wide limits alone is told where there is no other.
+    """
     first: dict[str, str] = {}
     for entry in pooled:
         if entry["verdict"] == Outcome.FAIL:
             first.setdefault(entry["configuration"], _sentence(entry))
+    for leaning in wide:
+        if leaning["verdict"] == Outcome.FAIL:
+            first.setdefault(leaning["configuration"], _leaning(leaning))
     return list(first.values())
+
+
+def _leaning(entry: WideLimitsRecord) -> str:
+    most, way = max((entry["above"], "too large"), (entry["below"], "too small"))
+    return (
+        f"{entry['stage']} of {entry['configuration']} is {way} in {most} of the {entry['pixels']} pixels of the whole "
+        "run whose limits are over 1 % of the value, by more than rounding can make them share"
+    )
 
 
 def _sentence(entry: CommonFactorRecord) -> str:

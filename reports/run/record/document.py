@@ -58,8 +58,8 @@ def results_document(
 def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
     """Return what of a run's document its records come to: verdict, ledgers, coverage and what to look at."""
     detail = found.coverage
-    pooled = found.factors.pooled
-    shared = wrong(pooled)
+    pooled, wide = found.factors.pooled, found.factors.wide
+    shared = wrong(pooled, wide)
     of_cases = found.verdict(planned=planned, tracer=tracer)
     told: Any = {
         "verdict": worst([of_cases, *(Outcome.FAIL for _ in shared)]).value,
@@ -69,6 +69,7 @@ def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
         "examined": found.examined,
         "examined_passing": found.examined_passing,
         "common_factors": pooled,
+        "wide_limits": wide,
         "wrong_factors": shared,
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,

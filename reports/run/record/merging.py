@@ -205,15 +205,19 @@ def _size(ratio: float | str | None) -> float:
 
 def _bias(each: Sequence[BiasRecord]) -> BiasRecord:
     """Return each group's factors of the band in which they are farthest over their limits."""
-    groups: dict[tuple[int, tuple[int, ...], int | None], FactorGroupRecord] = {}
+    groups: dict[tuple[int, tuple[int, ...], int | None, bool], FactorGroupRecord] = {}
     for bias in each:
         for group in bias["groups"]:
-            key = group["shape"], tuple(group["lights"]), group.get("fitted")
+            key = group["shape"], tuple(group["lights"]), group.get("fitted"), "wide" in group
             known = groups.get(key)
             pixels = group["pixels"] + (known["pixels"] if known else 0)
             groups[key] = {**(group if known is None or _over(group) > _over(known) else known), "pixels": pixels}
     offs = [
-        value for group in groups.values() if group.get("fitted") is None for value in group["off"] if value is not None
+        value
+        for group in groups.values()
+        if group.get("fitted") is None and "wide" not in group
+        for value in group["off"]
+        if value is not None
     ]
     found: BiasRecord = {
         "ratio": max((bias["ratio"] for bias in each), key=_size),
@@ -222,6 +226,10 @@ def _bias(each: Sequence[BiasRecord]) -> BiasRecord:
         "allowance": max((bias["allowance"] for bias in each), key=float),
         "groups": list(groups.values()),
     }
+    wide = [bias["wide"] for bias in each if "wide" in bias]
+    if wide:
+        pixels, above, below = (sum(one[key] for one in wide) for key in ("pixels", "above", "below"))
+        found["wide"] = {"pixels": pixels, "above": above, "below": below}
     continued = [bias["continued"] for bias in each if bias.get("continued")]
     if continued:
         found["continued"] = max(continued, key=lambda one: _size(one["ratio"]))

@@ -210,9 +210,9 @@ def test_of_two_squares_in_one_plane_either_may_be_seen():
 
     edges = ORACLE.edges(scene)
 
-    assert edges.gap[20, 20] <= 1e-15
+    assert edges.gap[20, 20] == 0
     assert edges.behind[20, 20] == 1
-    assert edges.silhouette[20, 20] == 0
+    assert edges.silhouette[20, 20] > 2
     # Towards a corner of the greater one there is no second surface.
     assert np.isinf(edges.gap[13, 13])
     assert edges.behind[13, 13] == -1

@@ -7,6 +7,7 @@ import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES, select
+from rayproof.cases.random import random_case
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.judge_case import judge_case
@@ -84,6 +85,20 @@ def test_squares_that_do_not_coincide_may_not_be_taken_for_each_other():
     result = judged(case, ours, truth)
 
     assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.OBJECT)
+
+
+@pytest.mark.parametrize("pixel", [(17, 10), (20, 14)], ids=str)
+def test_a_face_that_occurs_twice_excuses_no_place_but_its_own(pixel):
+    """Seen at grazing incidence, where a pixel's neighbourhood reaches a millimetre and its limit less."""
+    case, (column, row) = random_case(90417, 369), pixel
+    truth = truth_of(case)
+    ours = rounded(truth)
+    ours[Stage.POSITION][row, column] *= 1.001
+    alone = replace(candidate(ours), chained=False)  # of which continued limits tell less
+
+    result = judge_case(case, [alone], [witness(truth)], ORACLE, {})
+
+    assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.POSITION)
 
 
 def lifted(to_world, height: float):

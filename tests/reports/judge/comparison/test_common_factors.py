@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.common_factors import LEAST_DISTINCT, Bias
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.tolerance.pair_limits import Terms
+from rayproof.reports.judge.tolerance.scene_context import ground
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.record.common_factors import CommonFactors, wrong
 from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness
 
 F = np.float32
@@ -230,3 +234,51 @@ def test_a_record_holds_every_group_with_the_smallest_factor_that_it_shows():
         assert all(abs(off) < sees for off, sees in zip(group["off"], group["sees"], strict=True))
     assert record["sees"] == min(sees for group in record["groups"] for sees in group["sees"])
     assert record["continued"]["sees"] < record["sees"], "without the geometry's errors it sees more"
+
+
+def off_where_wide(name: str, part: float) -> dict:
+    """Return float32 answers to a case of the suite, lit too brightly by a part of the limit where that is wide."""
+    (case,) = select([name])
+    truth = ORACLE.render(case.scene, stages_of(case.scene))
+    base = ground(case.scene, stages_of(case.scene), ORACLE, known=truth)
+    ours = rounded(truth)
+    limits = Terms(ground=base, candidate=candidate(ours), witness=witness(truth)).limits.end_to_end
+    for stage in LIGHT_STAGES:
+        wide = np.any(limits[stage] > 0.01 * truth[stage], axis=-1, keepdims=True)
+        ours[stage] = (ours[stage] + part * limits[stage] * wide).astype(F).astype(np.float64)
+    return ours
+
+
+def judged_case(name: str, answers: dict):
+    """Judge a float32 program of passes of its own on a case of the suite."""
+    (case,) = select([name])
+    truth = witness(ORACLE.render(case.scene, stages_of(case.scene)))
+    return judge_case(case, [replace(candidate(answers), chained=False)], [truth], ORACLE, {})
+
+
+def test_light_that_is_off_by_most_of_its_limit_shows_where_many_limits_are_wide():
+    name = "shadows/behind_the_light"
+
+    right, spoilt = (judged_case(name, off_where_wide(name, part)) for part in (0.0, 0.9))
+
+    assert right.outcome is Outcome.PASS, right.reason
+    assert (spoilt.outcome, spoilt.stage) == (Outcome.FAIL, Stage.IRRADIANCE)
+    assert "pixels with wide limits" in spoilt.reason
+
+
+def test_light_that_is_off_by_most_of_few_wide_limits_shows_in_the_whole_run():
+    names = ("acne/from_afar", "transforms/sphere_sheared", "primitives/sphere", "acne/terminator")
+    told = {}
+    for part in (0.0, 0.9):
+        factors = CommonFactors()
+        for name in names:
+            found = judged_case(name, off_where_wide(name, part))
+            assert found.outcome is Outcome.PASS, found.reason
+            factors.add({"name": name, "checks": [check.as_json() for check in found.checks]})
+        told[part] = factors.wide
+
+    for entry in told[0.0]:
+        assert (entry["verdict"], entry["above"], entry["below"]) == ("pass", 0, 0)
+    for entry in told[0.9]:
+        assert (entry["verdict"], entry["above"]) == ("fail", entry["pixels"])
+    assert "is too large in" in wrong([], told[0.9])[0]
