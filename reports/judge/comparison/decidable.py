@@ -64,14 +64,16 @@ def with_too_little_seen(case: Case, checks: Sequence[Check], terms: Terms) -> t
 def with_enough_to_tell(case: Case, check: Check, terms: Terms) -> Check:
     """Return the check; one that passed is `undecided` where so little could be judged strictly that it says nothing.
 
-    An edge pixel with the reference's own value needed no excuse, and tells as much as one that is judged strictly. If
-    that is by what a candidate declares not to see, far beyond what rounding needs, it is an error: nobody chooses what
-    is decidable of him. If it is by what the reference declares, the reference abstains.
+    An edge pixel with the reference's own value needed no excuse, and tells as much as one that is judged strictly;
+    but not where that value is one of a tie, which both may have by chance. If that is by what a candidate declares
+    not to see, far beyond what rounding needs, it is an error: nobody chooses what is decidable of him. If it is by
+    what the reference declares, the reference abstains.
     """
     if check.outcome is not Outcome.PASS or check.stage in ALWAYS:
         return check
     why = _nothing_to_tell(case, terms, check.stage)
-    if why is None or _nothing_to_tell(case, terms, check.stage, excusing=~_agreeing(terms, check.stage)) is None:
+    excusing = None if why is None else terms.near | terms.classes.tied(check.stage) | ~_agreeing(terms, check.stage)
+    if why is None or _nothing_to_tell(case, terms, check.stage, excusing=excusing) is None:
         return check
     candidate = terms.candidate
     blind = np.any(np.asarray(candidate.shadow_epsilon) > 0) or candidate.ray_epsilon > 0

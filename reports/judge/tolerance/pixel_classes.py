@@ -31,6 +31,10 @@ class Classes:
     reach: np.ndarray  # (height, width) px
     depth: np.ndarray  # (height, width) m: surfaces no farther apart than this along the ray are not told apart
     flagged: np.ndarray  # (height, width): a light lies on the surface here, within rounding
+    # (height, width): of these the object, or some light, is undecided by no distance in the image (surfaces that
+    # coincide, or hold the eye or a light; a light at the horizon), so that who has one side's value has it by chance.
+    object_tied: np.ndarray
+    light_tied: np.ndarray
     notes: tuple[str, ...]  # why whole areas are undecided, in sentences
 
     def edge(self, stage: Stage) -> np.ndarray:
@@ -40,6 +44,11 @@ class Classes:
         if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
             return self.outline
         return self._lit_edge
+
+    def tied(self, stage: Stage) -> np.ndarray:
+        """Return the pixels (height, width) that are edges at `stage` wherever they lie in the image."""
+        tied = self.object_tied & self.outline
+        return tied if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL) else tied | self.light_tied
 
     @cached_property
     def undecided(self) -> np.ndarray:
@@ -56,6 +65,7 @@ class Unlit:
     """What one precision leaves undecided whatever the parties' shadow epsilons are: most of what classes need."""
 
     outline: np.ndarray  # (height, width)
+    object_tied: np.ndarray  # (height, width)
     reach: np.ndarray  # (height, width) px
     depth: np.ndarray  # (height, width) m
     flagged: np.ndarray  # (height, width)
@@ -108,12 +118,13 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
             )
         lights.append(lit)
         flagged |= c.hit & (lamp.distance <= 4 * limits.position)
-    outline = (edges.silhouette <= reach) | (edges.gap <= depth)
+    tied = edges.gap <= depth
     # Without clipping a surface that holds the eye is before it or behind it, and seen in every pixel or in none.
     if any(gap <= g(HIT) * error for gap, error in zip(edges.eye_gaps, about.at_eye, strict=True)):
-        outline = np.ones_like(outline)
+        tied = np.ones_like(tied)
     return Unlit(
-        outline=outline,
+        outline=(edges.silhouette <= reach) | tied,
+        object_tied=tied,
         reach=reach,
         depth=depth,
         flagged=flagged,
@@ -144,7 +155,7 @@ def classify(
         about = Unrounded(scene=scene, truth=truth, edges=edges, conditioning=conditioning)
         before = unlit(about, limits, g)
     c = conditioning
-    light = np.zeros((*c.hit.shape, len(scene.lights)), dtype=bool)
+    light, tied = np.zeros((*c.hit.shape, len(scene.lights)), dtype=bool), before.flagged.copy()
     notes = []
     if before.lights:
         # A surface that close to the hit a strategy may leave out, or start its feelers beyond.
@@ -154,16 +165,20 @@ def classify(
                 shift = (one.shift + 2 * shadow_epsilon) / one.cosine + one.slide
                 near = np.isfinite(one.shadow) & (one.shadow <= shift / one.pixel)
             light[..., index] = c.hit & (near | one.undecided | touching)
+            tied |= c.hit & (one.undecided | touching)
         for end, error in zip(edges.light_ends, before.ends, strict=True):
             blind, moved = light_epsilon * before.lights[end.light].distance, error + 2 * shadow_epsilon
             # A chord of a curved surface just before the light is none if that is off by more than it is deep.
             shallow = (end.depth <= moved) | (end.chord <= blind)
             undecided = end.pixels & (end.gap <= moved + blind) & shallow
             light[..., end.light] |= undecided
+            tied |= undecided
             if np.any(undecided):
                 notes.append(f"light {end.light} lies on shape {end.shape}, within rounding: either it blocks or not")
     return Classes(
         outline=before.outline,
+        object_tied=before.object_tied,
+        light_tied=tied,
         light=light,
         reach=before.reach,
         depth=before.depth,

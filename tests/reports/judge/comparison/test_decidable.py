@@ -8,6 +8,7 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.placement import translation
+from rayproof.cases.random import random_case
 from rayproof.cases.scene import Camera, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.judge_case import judge_case
@@ -88,6 +89,26 @@ def test_where_nobody_can_decide_the_case_is_undecided_and_no_pass():
     assert {check.outcome for check in found.checks if check.stage is Stage.RAY} == {Outcome.PASS}
     assert found.outcome is Outcome.UNDECIDED
     assert "clear of every edge" in found.reason
+
+
+def test_edges_that_needed_no_excuse_leave_nothing_undecided():
+    """More than half of the pixels lie at shadows' edges, six kilometres from the origin."""
+    case = random_case(90417, 81)
+    right = ORACLE.render(case.scene, stages_of(case.scene))
+    dark = right | {stage: 0 * right[stage] for stage in (Stage.VISIBILITY, Stage.IRRADIANCE)}
+    dark |= {stage: 0 * right[stage] for stage in (Stage.EXITANCE, Stage.RADIANCE)}
+
+    found, spoilt = (
+        judge_case(case, [candidate(rounded(answers))], [witness(right)], ORACLE, {}) for answers in (right, dark)
+    )
+
+    assert {check.outcome for check in found.checks} == {Outcome.PASS}
+    assert any(
+        check.end_to_end.edge > 0.5 * case.scene.camera.width * case.scene.camera.height
+        for check in found.checks
+        if check.end_to_end
+    )
+    assert spoilt.outcome is Outcome.FAIL
 
 
 def test_an_undecided_case_hides_no_failure():

@@ -63,7 +63,7 @@ def records(factor: float) -> list[dict]:
 @pytest.mark.parametrize("factor", [1 + 1e-6, 1 - 1e-6, 1 + 2e-6])
 def test_a_millionth_that_a_run_shares_shows_in_radiance_alone(factor):
     (pooled,) = common_factors(records(factor))
-    (sentence,) = wrong([pooled])
+    (sentence,) = wrong([pooled], [])
 
     assert pooled["verdict"] == "fail"
     assert pooled["voices"] == pooled["cases"] == VIEWS
@@ -75,7 +75,7 @@ def test_correct_programs_in_any_order_share_no_factor():
 
     assert pooled["verdict"] == "pass"
     assert abs(pooled["off"]) < pooled["sees"] < 1e-6
-    assert wrong([pooled]) == []
+    assert wrong([pooled], []) == []
 
 
 def said(off: float, number: int, *, stage: str = "radiance", view: str | None = None) -> dict:
@@ -108,7 +108,7 @@ def test_the_run_is_blamed_at_the_first_stage_that_has_the_factor_and_says_so_in
         "pass": 40,
     }
 
-    text = headline({"summary": counts, "checks": counts, "cases": [], "wrong_factors": wrong(pooled)})
+    text = headline({"summary": counts, "checks": counts, "cases": [], "wrong_factors": wrong(pooled, [])})
 
     assert [entry["stage"] for entry in pooled] == list(stages), "in the order of the light path"
     assert text.startswith("40 cases: each passes, in 40 checks. But irradiance of exec is 1.00001 times")
