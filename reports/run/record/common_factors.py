@@ -78,8 +78,16 @@ class CommonFactors:
             pixels, above, below = (sum(one[key] for one in cases.values()) for key in ("pixels", "above", "below"))
             verdict = Outcome.PASS if max(above, below) <= (1 - least_share(pixels)) * pixels else Outcome.FAIL
             verdict = Outcome.UNDECIDED if pixels < LEAST_DISTINCT else verdict
-            about = {"configuration": configuration, "stage": stage, "verdict": verdict.value}
-            found.append({**about, "pixels": pixels, "above": above, "below": below})
+            found.append(
+                {
+                    "configuration": configuration,
+                    "stage": stage,
+                    "pixels": pixels,
+                    "above": above,
+                    "below": below,
+                    "verdict": verdict.value,
+                }
+            )
         return found
 
 
