@@ -309,13 +309,18 @@ def _results() -> RunRecord:
 def results() -> Target:
     """Return a results folder, published again."""
     from rayproof.reports.publish import publish_all
+    from rayproof.reports.results.compact import TABLE, compact
     from rayproof.reports.results.document import ResultsError, load_results
+    from rayproof.reports.results.records import SCHEMA
 
     def read(path: Path) -> Any:
         load_results(path.parent)
         return publish_all(path.parent)
 
-    seeds = (json.dumps(_results()).encode(),)
+    places: dict[str, int] = {}
+    flat = _results()
+    grouped = flat | {"schema": SCHEMA, "cases": [compact(case, places) for case in flat["cases"]], TABLE: list(places)}
+    seeds = (json.dumps(flat).encode(), json.dumps(grouped).encode())
     return Target(name="results.json", seeds=seeds, read=read, refusals=(ResultsError,))
 
 

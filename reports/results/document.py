@@ -1,11 +1,11 @@
 """The document of a run, as docs/results.md describes it: loaded, checked in shape, written whole.
 
-A folder has it as results.sqlite, and up to `LISTED` cases as results.json too, whose `schema` is then `SCHEMA`.
+A folder has it as results.sqlite, and up to `LISTED` cases as results.json too.
 """
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, cast
@@ -16,9 +16,8 @@ from rayproof.reports.results.case_table import Cases, CaseTable, DamagedTableEr
 from rayproof.reports.results.compact import TABLE, compact, expand
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, RunRecord, problem, problem_of_case
+from rayproof.reports.results.records import SCHEMA, CaseRecord, RunRecord, problem
 
-SCHEMA = 2
 IN_A_TABLE = 3  # the schema of what results.sqlite has beside its cases
 NAME = "results.json"
 LISTED = 2000  # cases of a run that results.json holds; `rayproof run --json` writes one of any length
@@ -106,27 +105,22 @@ def write_results(path: Path, results: RunRecord) -> Path:
 
     """
     cases: Any = results.get("cases")
-    if wrong := problem({**results, "cases": [] if isinstance(cases, list | Cases) else cases}):
+    # Of the cases, which take half a second, tests say whether they fit the schema.
+    if wrong := problem({**results, "schema": SCHEMA, "cases": [] if isinstance(cases, list | Cases) else cases}):
         raise ResultsError(f"{path}: {wrong}")
     # JSON that can be read by eye at the top and compared by line below; half the size of an indented one.
     places: dict[str, int] = {}
     with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
         # The texts that cases share stand before them, and are known only after them.
         with TemporaryFile("w+", encoding="utf-8", errors="replace", newline="\n") as lines:
-            lines.writelines(_lines(path, results, places))
+            for number, case in enumerate(results["cases"]):
+                lines.write((",\n" if number else "") + as_json(compact(case, places)))
             lines.seek(0)
             rest = _rest(results, SCHEMA) | {TABLE: list(places)}
             file.write(as_json(rest, indent=1)[:-2] + ',\n "cases": [\n')
             shutil.copyfileobj(lines, file)
         file.write("\n ]\n}\n")
     return path
-
-
-def _lines(path: Path, results: RunRecord, places: dict[str, int]) -> Iterator[str]:
-    for number, case in enumerate(results["cases"]):
-        if wrong := problem_of_case(case):
-            raise ResultsError(f"{path}: cases[{number}].{wrong}")
-        yield (",\n" if number else "") + as_json(compact(case, places))
 
 
 def _rest(results: RunRecord, schema: int) -> dict[str, Any]:

@@ -6,6 +6,7 @@ each key means. Keys that a class does not name are allowed, and kept.
 """
 
 import re
+from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, Literal, NotRequired, Required, TypedDict
 
@@ -18,6 +19,7 @@ MOST_SECONDS = 1e12  # s that a run may have taken; thousandths of it are still 
 
 Number = float | Literal["inf", "-inf", "nan"]  # JSON has no other numbers
 MOST_SHARDS = 10_000
+SCHEMA = 4  # the schema of a results.json in which what checks of a case have in common stands once
 Count = Annotated[int, Meta(ge=0)]
 Name = Annotated[str, Meta(min_length=1)]
 Seconds = Annotated[float, Meta(ge=-MOST_SECONDS, le=MOST_SECONDS)]
@@ -131,13 +133,12 @@ class BiasRecord(TypedDict, total=False):
     continued: Any  # a `BiasRecord` again, given the candidate's own previous stages
 
 
-class CheckRecord(TypedDict, total=False):
-    """One stage of one renderer under test before one reference."""
+class CheckFacts(TypedDict, total=False):
+    """What one stage of one renderer under test came to before one reference."""
 
     configuration: str
     reference: str
     stage: str
-    verdict: Required[Verdict]
     ratio: Number
     reason: str | None
     evidence: EvidenceRecord | None  # witness to the stage at which it sides with, or against, who is under test
@@ -147,6 +148,18 @@ class CheckRecord(TypedDict, total=False):
     examined: dict[str, Count] | None
     bias: BiasRecord | None
     because: str | int
+
+
+class CheckRecord(CheckFacts, total=False):
+    """The same with its verdict."""
+
+    verdict: Required[Verdict]
+
+
+class WrittenCheckRecord(CheckFacts, total=False):
+    """A check as results.json has it: without what `results.compact` puts back when it is read."""
+
+    verdict: Verdict  # left out where it is `pass`
 
 
 class RenderRecord(TypedDict, total=False):
@@ -315,8 +328,16 @@ class CertifiedRecord(TypedDict, total=False):
     reason: str | None
 
 
-class CaseRecord(TypedDict, total=False):
-    """One case: who rendered it, what was checked, and its verdict."""
+class CheckGroupRecord(TypedDict):
+    """The checks of one renderer under test before one reference, as results.json has them: a check a stage."""
+
+    configuration: str
+    reference: str
+    stages: dict[str, WrittenCheckRecord]
+
+
+class CaseFacts(TypedDict, total=False):
+    """One case: who rendered it, and its verdict."""
 
     name: Required[Name]
     family: Required[Name]
@@ -352,7 +373,6 @@ class CaseRecord(TypedDict, total=False):
     unsupported: list[UnsupportedRecord]
     abstained: dict[str, str]
     notes: list[NoteRecord]
-    checks: list[CheckRecord]
     expectations: list[ExpectationRecord]
     adjudication: dict[str, AdjudicationRecord] | None
     paths: dict[str, list[str]]
@@ -367,6 +387,19 @@ class CaseRecord(TypedDict, total=False):
     key: str
     seconds: Seconds
     judge_seconds: Seconds
+
+
+class CaseRecord(CaseFacts, total=False):
+    """A case with everything that was checked."""
+
+    checks: list[CheckRecord]
+
+
+class WrittenCaseRecord(CaseFacts, total=False):
+    """A case as results.json has it: what its checks have in common stands there once."""
+
+    checks: list[CheckGroupRecord]
+    because: dict[str, dict[str, int]]  # reference -> stage -> place of the limit's derivation, unless a check has one
 
 
 class ReferenceRecord(TypedDict, total=False):
@@ -583,10 +616,10 @@ class HistoryRecord(TypedDict, total=False):
     cases: dict[str, SeriesRecord]
 
 
-class RunRecord(TypedDict, total=False):
-    """A whole run, as results.json holds it."""
+class RunFacts(TypedDict, total=False):
+    """A whole run without its cases."""
 
-    schema: Required[Literal[1, 2, 3]]
+    schema: Required[Literal[1, 2, 3, 4]]
     rayproof: str
     command: str
     started: str
@@ -624,7 +657,18 @@ class RunRecord(TypedDict, total=False):
     derivations: list[str]
     sources: dict[str, str]
     changed: ChangedRecord
+
+
+class RunRecord(RunFacts, total=False):
+    """A whole run."""
+
     cases: Required[list[CaseRecord]]
+
+
+class WrittenRunRecord(RunFacts, total=False):
+    """A whole run as results.json holds it."""
+
+    cases: Required[list[WrittenCaseRecord]]
 
 
 # The kinds of values as msgspec names them, and in words.
@@ -636,8 +680,12 @@ LONGEST = 80  # characters of a bad value that are shown
 
 
 def problem(document: Any) -> str | None:
-    """Return in a sentence what keeps a document from being a `RunRecord`, with the field and its value, or None."""
-    return _problem(document, RunRecord)
+    """Return in a sentence what keeps a document from being a run's, with the field and its value, or None.
+
+    The checks of one that was written in groups are in groups; those of earlier schemas are a list.
+    """
+    grouped = isinstance(document, Mapping) and document.get("schema") == SCHEMA
+    return _problem(document, WrittenRunRecord if grouped else RunRecord)
 
 
 def problem_of_case(record: Any) -> str | None:
@@ -660,7 +708,7 @@ def _sentence(said: str, place: str, document: Any) -> str:
     if missing := re.fullmatch("Object missing required field `(.*)`", said):
         return f"{place + '.' if place else ''}{missing[1]} is missing"
     if said.startswith("Invalid enum value") and place == "schema":
-        wanted = "one of 1, 2, 3"
+        wanted = "one of 1, 2, 3, 4"
     elif "matching regex" in said:
         wanted = f"one of {', '.join(Outcome)}"
     elif "length" in said:
@@ -695,4 +743,4 @@ def _shown(value: Any) -> str:
 @cache
 def schema() -> dict[str, Any]:
     """Return the JSON Schema (2020-12) of results.json."""
-    return msgspec.json.schema(RunRecord)
+    return msgspec.json.schema(WrittenRunRecord)

@@ -11,7 +11,7 @@ from rayproof.cases.stages import Stage, upto
 from rayproof.reports.judge.comparison import camera
 from rayproof.reports.judge.comparison.common_factors import Bias
 from rayproof.reports.judge.comparison.examined import Examined, Kind, counted, most_interval, unexamined
-from rayproof.reports.judge.comparison.measurement import Measurement, jsonable
+from rayproof.reports.judge.comparison.measurement import Measurement, jsonable, shortened
 from rayproof.reports.judge.comparison.metrics import METRICS
 from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.oracle import ORACLE
@@ -22,7 +22,7 @@ from rayproof.reports.judge.tolerance.pair_limits import LIGHT
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import BiasRecord, CheckRecord, EvidenceRecord, MeasurementRecord
 
-# The stage whose images people look at: its informative metrics are worth their time.
+# The stage whose images people look at: its informative metrics, before the oracle, are worth their time.
 INFORMED = Stage.RADIANCE
 
 
@@ -62,17 +62,22 @@ class Check:
     def as_json(self) -> CheckRecord:
         """Return plain JSON data."""
         whole = self.end_to_end.as_json() if self.end_to_end else None
+        continued = self.continued.as_json() if self.continued else None
         if whole is not None:
             whole.update(self.informative)
+        for measured in (whole, continued):
+            if measured is not None and self.outcome is Outcome.PASS:
+                # The images have them; a failure's are told where it is.
+                del measured["ours"], measured["theirs"]
         record: CheckRecord = {
             "configuration": self.configuration,
             "reference": self.reference,
             "stage": self.stage.value,
             "verdict": self.outcome.value,
             "reason": self.reason,
-            "ratio": jsonable(self.ratio),
+            "ratio": jsonable(shortened(self.ratio)),
             "end_to_end": whole,
-            "continued": self.continued.as_json() if self.continued else None,
+            "continued": continued,
             "examined": self.examined.as_json() if self.examined else None,
             "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
             + self.steps,
@@ -143,7 +148,7 @@ def stage_check(bench: Bench, stage: Stage) -> Check:
     if by_oracle and stage in LIGHT:
         shared = bench.shared_factors(stage, continued=False)
     informative = MeasurementRecord()
-    if stage is INFORMED and bench.ground.scene.camera.rows is None:
+    if stage is INFORMED and (by_oracle or bench.candidate.name == ORACLE) and bench.ground.scene.camera.rows is None:
         both = ours[stage], bench.witness.answers[stage]
         informative = bench.ground.once(("informative", *bench.authors(stage)), lambda: _inform(*both))
     outcome, ratio, reason = _conclusion(

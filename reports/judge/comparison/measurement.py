@@ -14,6 +14,7 @@ from rayproof.reports.results.records import MeasurementRecord
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
 VECTORS = (*DIRECTIONS, Stage.POSITION)
+DIGITS = 6  # of a measured number, in records: an error is known to two or three of them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,15 +48,25 @@ class Measurement:
         return counted(self.kinds)
 
     def as_json(self) -> MeasurementRecord:
-        """Return plain JSON data; inf and nan become the strings "inf" and "nan". Of the kinds the check tells."""
+        """Return plain JSON data, numbers by `DIGITS`; inf and nan become the strings "inf" and "nan".
+
+        Of the kinds the check tells.
+        """
         return cast(
             "MeasurementRecord",
             {
-                name: value if type(value) is int else jsonable(value)
+                name: value if type(value) is int else jsonable(shortened(value))
                 for name, value in vars(self).items()
                 if name != "kinds"
             },
         )
+
+
+def shortened(value: Any) -> Any:
+    """Return a number, or each of several, by the digits that a record keeps; anything else as it is."""
+    if isinstance(value, tuple):
+        return tuple(map(shortened, value))
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
 
 
 def jsonable(value: Any) -> Any:

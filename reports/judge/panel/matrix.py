@@ -19,6 +19,8 @@ from rayproof.reports.judge.tolerance.output_resolution import WHOLE
 from rayproof.reports.judge.tolerance.scene_context import Ground
 from rayproof.reports.results.records import AdjudicationRecord
 
+SHOWN = 4  # digits of a ratio in a table that people read; checks have them all
+
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
@@ -62,7 +64,7 @@ class Matrix:
         names = self.renderers
         return {
             "renderers": list(names),
-            "ratio": table(lambda cell: cell.ratio),
+            "ratio": table(lambda cell: float(f"{cell.ratio:.{SHOWN}g}")),
             "differing": table(lambda cell: cell.differing),
         }
 

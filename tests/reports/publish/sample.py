@@ -240,7 +240,11 @@ def _check(configuration: str, reference: str, stage: Stage, case: dict[str, Any
     return {
         "configuration": configuration, "reference": reference, "stage": stage.value,
         "verdict": case["verdict"] if blamed or case["verdict"] == "warn" else "pass",
-        "reason": "12 interior pixels beyond the limit" if blamed else "",
+        "reason": "12 interior pixels beyond the limit" if blamed else "", "ratio": ratio,
+        "examined": {
+            "pixels": 4000, "strict": 3969 - 12 * blamed, "wide": 0, "side": 31, "interval": 0, "epsilon": 0,
+            "wrong": 12 * blamed, "unexamined": 0,
+        },
         "end_to_end": measurement,
         "continued": {**measurement, "worst_ratio": 0.11} if reference == "analytic" else None,
         "because": "gamma(9) of float32 times the conditioning of the normal, |J| <= 2.4, for the inverse transpose.",

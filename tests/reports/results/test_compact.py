@@ -3,10 +3,24 @@
 import copy
 import json
 
-from rayproof.reports.results.compact import COUNTS, TABLE, compact, expand
-from rayproof.reports.results.document import load_results, save_results
+from jsonschema import Draft202012Validator
 
-MEASURED = {"worst_ratio": 0.5, "worst_inside": 0.5, "ours": [0, 1]} | dict.fromkeys(COUNTS, 0) | {"edge": 3}
+from rayproof.reports.results.compact import COUNTS, KINDS, TABLE, compact, expand
+from rayproof.reports.results.document import load_results, save_results
+from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.results.records import schema
+
+MEASURED = {"worst_ratio": 0.5, "worst_inside": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": [3, 1]}
+MEASURED |= dict.fromkeys(COUNTS, 0) | {"edge": 3}
+EXAMINED = {"pixels": 12, "strict": 12} | dict.fromkeys(KINDS, 0)
+CHECK = {
+    "configuration": "float32", "reference": "analytic", "stage": "ray", "verdict": "pass", "reason": "", "ratio": 0.5,
+    "end_to_end": MEASURED, "continued": None, "examined": EXAMINED, "because": "gamma(16)",
+}  # fmt: skip
+
+
+def results_of(*checks, **facts):
+    return {"cases": [{"width": 4, "height": 3, "checks": list(checks), **facts}]}
 
 
 def compacted(results):
@@ -15,56 +29,78 @@ def compacted(results):
     return {TABLE: list(places), "cases": cases}
 
 
-def test_every_text_is_in_the_file_once_and_in_every_check_when_read(tmp_path, published):
+def there_and_back(results):
+    written = json.loads(json.dumps(plain(compacted(results))))
+    expand(written)
+    return written
+
+
+def test_the_file_fits_its_schema_and_has_every_text_once(tmp_path, published):
     save_results(tmp_path, published.results)
 
     text = (tmp_path / "results.json").read_text()
     because = published.results["cases"][0]["checks"][0]["because"]
+    Draft202012Validator(schema()).validate(json.loads(text))
     assert text.count(because) == 1
-    assert json.loads(text)["cases"][0]["checks"][0]["because"] == 0
+    assert json.loads(text)["cases"][0]["because"]["analytic"]["camera"] == 0
     assert load_results(tmp_path)["cases"][0]["checks"][0]["because"] == because
 
 
-def test_texts_are_told_by_their_place_and_come_back():
-    full = {"reason": "", "end_to_end": None, "continued": None}
-    checks = [{"because": text, **full} for text in "aba"]
-    results = {"cases": [{"checks": [*checks, full]}, {}]}
+def test_what_checks_have_in_common_stands_once_and_comes_back():
+    checks = [
+        CHECK | {"configuration": configuration, "reference": reference, "stage": stage, "because": because}
+        for configuration, because in (("float32", "gamma(16)"), ("float64", "another"))
+        for reference in ("analytic", "embree")
+        for stage in ("ray", "object")
+    ]
+    results = results_of(*checks)
     before = copy.deepcopy(results)
 
-    once = compacted(results)
+    (case,) = compacted(results)["cases"]
 
-    assert once["derivations"] == ["a", "b"]
-    assert [check.get("because") for check in once["cases"][0]["checks"]] == [0, 1, 0, None]
-    assert results == before
-    expand(once)
-    assert once == results
-    expand(once)
-    assert once == results
-
-
-def test_what_goes_without_saying_is_left_out_and_put_back():
-    check = {"reason": "", "end_to_end": MEASURED, "continued": None, "ratio": 0.5}
-    results = {"cases": [{"checks": [check]}]}
-
-    once = compacted(results)
-
-    assert once["cases"][0]["checks"] == [{"end_to_end": {"worst_ratio": 0.5, "ours": [0, 1], "edge": 3}, "ratio": 0.5}]
-    expand(once)
-    assert once == results
-
-
-def test_what_says_something_stays():
-    check = {
-        "reason": "it is off",
-        "end_to_end": MEASURED | {"worst_inside": 0.25, "nan": 1},
-        "continued": MEASURED | {"worst_ratio": "inf", "worst_inside": "nan"},
+    usual = {
+        "end_to_end": {"worst_ratio": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": [3, 1], "edge": 3}
     }
+    assert case["because"] == {"analytic": {"ray": 0, "object": 0}, "embree": {"ray": 0, "object": 0}}
+    assert [group["stages"]["ray"] for group in case["checks"]] == [usual] * 2 + [usual | {"because": 1}] * 2
+    assert results == before
+    assert there_and_back(results) == results
+    expand(results)
+    assert results == before
 
-    (left,) = compacted({"cases": [{"checks": [check]}]})["cases"][0]["checks"]
 
-    assert left["reason"] == "it is off"
-    assert left["end_to_end"] == {"worst_ratio": 0.5, "worst_inside": 0.25, "ours": [0, 1], "edge": 3, "nan": 1}
-    assert (left["continued"]["worst_ratio"], left["continued"]["worst_inside"]) == ("inf", "nan")
+def test_what_is_not_usual_is_written_and_read():
+    exact = MEASURED | {"worst_ratio": 0, "worst_inside": 0, "worst_error": 0, "limit": 0, "ulp": 0, "pixel": [0, 0]}
+    counts = EXAMINED | {"strict": 9, "wrong": 3}
+    unusual = [
+        CHECK | {"verdict": "fail", "reason": "it is off", "ratio": 2.0, "examined": counts},
+        CHECK | {"stage": "object", "end_to_end": exact, "continued": exact, "ratio": 0},
+        CHECK | {"stage": "normal", "end_to_end": MEASURED | {"worst_inside": 0.25, "nan": 1}, "continued": MEASURED},
+        CHECK | {"stage": "distance", "continued": MEASURED | {"worst_ratio": "inf", "worst_inside": "nan"}},
+        CHECK | {"stage": "camera", "end_to_end": None, "examined": EXAMINED | {"pixels": 78, "strict": 78}},
+        CHECK | {"stage": "exitance", "examined": EXAMINED | {"pixels": 78, "strict": 0, "unexamined": 78}},
+        CHECK | {"stage": "radiance", "end_to_end": None, "ratio": 0.0, "examined": None},
+    ]
+    assert there_and_back(results_of(*unusual)) == results_of(*unusual)
+
+
+def test_a_matrix_is_written_by_its_half_only_where_nobody_differs_and_it_is_symmetric():
+    agree = {"ratio": [[None, 0.5], [0.5, None]], "differing": [[None, 0], [0, None]], "alone": None}
+    panels = [
+        agree,
+        agree | {"ratio": [[None, 0.5], [0.25, None]]},
+        agree | {"differing": [[None, 3], [0, None]]},
+        {"ratio": [[None]], "differing": [[None]]},
+    ]
+
+    written = [
+        compacted(results_of(adjudication={"ray": panel}))["cases"][0]["adjudication"]["ray"] for panel in panels
+    ]
+
+    assert written[0] == {"ratio": [[None, 0.5], [None]], "alone": None}
+    assert written[2] == panels[2]
+    for panel in panels:
+        assert there_and_back(results_of(adjudication={"ray": panel})) == results_of(adjudication={"ray": panel})
 
 
 def test_results_that_leave_nothing_out_can_still_be_read(tmp_path, published):
