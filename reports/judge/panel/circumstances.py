@@ -43,7 +43,24 @@ def light_nearness(scene: Scene, truth: Answers) -> np.ndarray:
     return np.where(truth[Stage.OBJECT][..., 0] >= 0, found, 0.0)
 
 
+def center_over_hit(scene: Scene, truth: Answers) -> np.ndarray:
+    """Return of the sphere that is seen its centre's distance from the origin and its radius over 1 m and the hit's.
+
+    A hit in float32 is off its surface by 16 u of the former at most, and Mitsuba's feelers start 1500 u of the latter
+    above it, the largest coordinate standing for the distance: from 1500 / 16 on the sphere may block its own light.
+    """
+    objects, found = truth[Stage.OBJECT][..., 0], np.zeros(truth[Stage.OBJECT].shape[:2])
+    for index, shape in enumerate(scene.shapes):
+        if isinstance(shape, Sphere):
+            matrix = np.asarray(shape.to_world, dtype=np.float64)
+            center = matrix[:3, :3] @ shape.center + matrix[:3, 3]
+            size = np.linalg.norm(center) + shape.radius * np.linalg.norm(matrix[:3, :3], 2)
+            found = np.where(objects == index, size / (1 + np.abs(truth[Stage.POSITION]).max(axis=-1)), found)
+    return found
+
+
 CIRCUMSTANCES: dict[str, Callable[[Scene, Answers], np.ndarray]] = {
+    "center_over_hit": center_over_hit,
     "distance_over_radius": distance_over_radius,
     "light_nearness": light_nearness,
 }

@@ -158,3 +158,15 @@ def test_the_size_of_a_scene_costs_no_digits(radiance, size):
     first, _, depth = unit_sphere_roots(looking_down(height=5, near=0.1, far=10), IDENTITY)
     clear = depth > 0.01
     assert np.abs(distance[..., 0] / size - first)[clear].max() <= CLOSE
+
+
+def test_a_face_that_a_mesh_has_many_times_is_met_once(radiance):
+    corners = np.array(((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0)))
+    once, often = (
+        answer(radiance, Scene(camera=GENERIC, shapes=(Mesh(albedo=WHITE, vertices=corners, faces=faces),)), *HIT)
+        for faces in (np.array([(0, 1, 2)]), np.tile((0, 1, 2), (30, 1)))
+    )
+
+    assert np.count_nonzero(once[0] == 0) > 100
+    for single, repeated in zip(once, often, strict=True):
+        np.testing.assert_array_equal(single, repeated)

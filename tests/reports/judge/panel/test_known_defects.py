@@ -44,12 +44,13 @@ FINDING = KnownFinding(
 
 ON_THE_BALL = np.where(truth()[Stage.OBJECT][..., :1] == 0, 1.01, 1.0)
 ABOUT_PLAIN_MITSUBA = [one for one in known_findings() if "exec:" in one.command]
-(ABOUT_MITSUBA_LLVM,) = [one for one in known_findings() if one.reference == "mitsuba_llvm"]
+(ABOUT_MITSUBA_LLVM,) = [one for one in known_findings() if one.where == "light_nearness"]
+ABOUT_LARGE_SPHERES = [one for one in known_findings() if one.where == "center_over_hit"]
 ABOUT_POVRAY = [one for one in known_findings() if one.reference == "povray"]
 
 
 def test_every_finding_is_shown():
-    shown = (*ABOUT_PLAIN_MITSUBA, *ABOUT_POVRAY, ABOUT_MITSUBA_LLVM)
+    shown = (*ABOUT_PLAIN_MITSUBA, *ABOUT_POVRAY, ABOUT_MITSUBA_LLVM, *ABOUT_LARGE_SPHERES)
 
     assert {one.name for one in known_findings()} == {one.name for one in shown}
 
@@ -85,6 +86,27 @@ def test_mitsuba_has_no_number_where_a_light_lies_on_what_is_seen():
 
     assert np.isnan(compiled).any()
     assert np.isfinite(plain).all()
+
+
+@pytest.mark.references
+@pytest.mark.parametrize("name", ["mitsuba_llvm", "mitsuba_scalar"])
+def test_a_large_sphere_blocks_its_own_light_near_the_origin(name):
+    findings = [finding for finding in ABOUT_LARGE_SPHERES if finding.reference == name]
+    ((place, command),) = {(finding.smallest_scene, finding.command) for finding in findings}
+    assert command == f"rayproof run {place} --subject {name}"
+    scene = load_scene(ROOT / place)
+
+    lit, seen = (
+        REFERENCES[other]().render(scene, [Stage.VISIBILITY])[Stage.VISIBILITY] for other in (name, "radiance")
+    )
+
+    truth = Analytic().render(scene, stages_of(scene))
+    assert np.all(truth[Stage.VISIBILITY] == 1)
+    assert np.all(seen == 1)
+    assert np.count_nonzero(lit == 0) >= 5
+    assert {finding.stage for finding in findings} == {
+        finding.stage for finding in findings if finding.covers(scene, truth, lit[..., 0] == 0)
+    }
 
 
 @pytest.mark.references
