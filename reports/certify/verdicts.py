@@ -64,6 +64,7 @@ class Certified:
     undecided: tuple[str, ...] = ()  # configurations whose verdict is that nothing could be judged, though it can be
     undecidable: tuple[str, ...] = ()  # the same where rounding decides most of what is seen
     abstained: tuple[str, ...] = ()  # references that left checks undecided by what they declare not to see
+    stopped: tuple[str, ...] = ()  # who left checks unmeasured because its time was over
     why: str | None = None  # why nothing was certified
     seconds: float = 0.0
 
@@ -154,6 +155,7 @@ def certify(
     wrong: list[WrongVerdict] = []
     decided: dict[str, bool] = {}  # of whom checks are undecided: whether one of them could be decided
     abstained: set[str] = set()
+    stopped: set[str] = set()
     for candidate in candidates:
         checks = [check for check in judged.checks if check.configuration == candidate.name]
         outcome = worst([check.outcome for check in checks])
@@ -164,8 +166,9 @@ def certify(
         else:
             wrong += _passed(inquest, candidate, outcome)
         found = [check for check in checks if check.outcome in UNMEASURED]
-        abstained |= {check.reference for check in found if check.abstains}
-        found = [check for check in found if not check.abstains]
+        stopped |= {_stopped_of(check, candidate) for check in found if check.stopped}
+        abstained |= {check.reference for check in found if check.abstains and not check.stopped}
+        found = [check for check in found if not (check.abstains or check.stopped)]
         if found:
             decided[candidate.name] = any(inquest.decidable(candidate, check, witnesses) for check in found)
     for witness in witnesses:
@@ -177,7 +180,13 @@ def certify(
         undecided=tuple(name for name, decidable in decided.items() if decidable),
         undecidable=tuple(name for name, decidable in decided.items() if not decidable),
         abstained=tuple(sorted(abstained)),
+        stopped=tuple(sorted(stopped)),
     )
+
+
+def _stopped_of(check: Check, candidate: Candidate) -> str:
+    """Return which party's time was over."""
+    return candidate.name if candidate.stopped else check.reference
 
 
 def _blamed(check: Check) -> str | None:

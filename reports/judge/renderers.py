@@ -21,6 +21,7 @@ class Candidate:
     shadow_epsilon: float | np.ndarray
     answers: Answers | None
     error: str | None = None
+    stopped: bool = False  # the error is that its time was over
     fine: Answers | None = None  # at the resolution of a case's samples: the tracer's own answers there
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered by its own means, instead of `fine`
     unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
@@ -53,6 +54,7 @@ class Witness:
     mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered over a case's samples
     error: str | None = None
+    stopped: bool = False  # the error is that its time was over
     settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarse
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
@@ -94,6 +96,7 @@ def as_candidate(witness: Witness) -> Candidate:
         shadow_epsilon=witness.shadow_epsilon,
         answers=None if witness.error is not None else witness.answers,
         error=witness.error,
+        stopped=witness.stopped,
         mean=witness.mean,
         unsupported=witness.unsupported,
         resolutions=witness.resolutions,

@@ -152,7 +152,7 @@ class Pool:
             if worker.process.connection.fileno() in ready:
                 self._exchange(place, worker)
             if worker.done is not None and time.monotonic() >= worker.deadline:
-                self._lose(place, worker, f"no answer within {worker.limit:g} s; stopped")
+                self._lose(place, worker, f"no answer within {worker.limit:g} s; stopped", stopped=True)
             elif worker.done is not None and self.memory < float("inf") and worker.process.memory > self.memory:
                 self._lose(place, worker, f"it took more than {self.memory / 2**30:g} GiB of memory; stopped")
 
@@ -209,7 +209,8 @@ class Pool:
                 continue
             left = None if one.most is None else one.most()
             if left is not None and left <= 0:
-                one.done(Reply(value=None, error="no time is left for its case", trace=None, seconds=0.0))
+                about = {"error": "no time is left for its case", "stopped": True}
+                one.done(Reply(value=None, trace=None, seconds=0.0, **about))
                 continue
             place = self._free_place(one.kind)
             if place is None:
@@ -292,12 +293,13 @@ class Pool:
         if worker is not None and not worker.process.alive:
             self._lose(place, worker, "the worker had died")
 
-    def _lose(self, place: tuple[str, int], worker: _Worker, why: str) -> None:
-        """Answer a lost worker's task with an error and forget the worker."""
+    def _lose(self, place: tuple[str, int], worker: _Worker, why: str, *, stopped: bool = False) -> None:
+        """Answer a lost worker's task with an error and forget the worker; `stopped` says that its time was over."""
         self._forget(place, worker)
         done, worker.done = worker.done, None
         if done is not None:
-            done(Reply(value=None, error=why, trace=None, seconds=time.monotonic() - worker.started))
+            seconds = time.monotonic() - worker.started
+            done(Reply(value=None, error=why, trace=None, seconds=seconds, stopped=stopped))
 
     def _forget(self, place: tuple[str, int], worker: _Worker) -> None:
         del self._workers[place]

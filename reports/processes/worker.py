@@ -26,6 +26,7 @@ class Reply:
     error: str | None
     trace: str | None
     seconds: float
+    stopped: bool = False  # by a time limit, and not by anything that went wrong
     computed: float | None = None  # s of processor time that it took, its programs' included; None: nobody knows
 
 

@@ -37,6 +37,7 @@ class UndecidedRecord(TypedDict):
     share: float
     undecidable: dict[str, list[str]]
     abstained: dict[str, list[str]]  # scene -> references
+    stopped: dict[str, list[str]]  # scene -> whose time was over
     uncertified: dict[str, str]  # scene -> why
 
 
@@ -63,6 +64,7 @@ class Tally:
     undecided: dict[str, list[str]] = field(default_factory=dict)  # scene -> configurations; most could be decided
     undecidable: dict[str, list[str]] = field(default_factory=dict)
     abstained: dict[str, list[str]] = field(default_factory=dict)  # scene -> references that did not see or answer
+    stopped: dict[str, list[str]] = field(default_factory=dict)  # scene -> whose time was over: no word on the scene
     uncertified: dict[str, str] = field(default_factory=dict)  # scene -> why nobody certified its verdicts
     trials: dict[str, int] = field(default_factory=dict)
     liar: dict[str, int] = field(default_factory=dict)  # what it could spoil, in pixels of all stages
@@ -81,6 +83,9 @@ class Tally:
         name = case["name"]
         self.scenes.append(name)
         certified = case.get("certified")
+        if certified is None and case.get("stopped"):
+            self.stopped[name] = case["stopped"]
+            return
         if certified is None:
             self.undecided[name] = [f"not judged: {case['reason']}"]
             return
@@ -91,8 +96,9 @@ class Tally:
             for about, names in ((self.undecided, one["undecided"]), (self.undecidable, one["undecidable"])):
                 if names:
                     about.setdefault(name, []).extend(names)
-            if one["abstained"]:
-                self.abstained[name] = sorted({*self.abstained.get(name, ()), *one["abstained"]})
+            for about, key in ((self.abstained, "abstained"), (self.stopped, "stopped")):
+                if names := one.get(key):
+                    about[name] = sorted({*about.get(name, ()), *names})
             if number:
                 self.trials[one["tried"]] = self.trials.get(one["tried"], 0) + 1
 
@@ -141,6 +147,7 @@ class Tally:
                 "share": self.share,
                 "undecidable": self.undecidable,
                 "abstained": self.abstained,
+                "stopped": self.stopped,
                 "uncertified": self.uncertified,
             },
             "trials": self.trials,
@@ -223,9 +230,11 @@ def _tell(tally: Tally, out: Path, console: Console) -> None:
         )
     for name in list(tally.undecided)[:MOST_SHOWN]:
         line(f"undecided: {name}: {', '.join(tally.undecided[name])}", "yellow")
+    for name in list(tally.stopped)[:MOST_SHOWN]:
+        line(f"stopped by a time limit: {name}: {', '.join(tally.stopped[name])}", "yellow")
     scenes = len({wrong["case"] for wrong in tally.wrong})
     line(
         f"{len(tally.scenes)} scenes, wrong verdicts in {scenes}; undecided though decidable in {len(tally.undecided)} "
         f"({tally.share:.1%}), undecidable in {len(tally.undecidable)}, a reference abstains in "
-        f"{len(tally.abstained)}; {out / NAME}"
+        f"{len(tally.abstained)}, a time limit stopped somebody in {len(tally.stopped)}; {out / NAME}"
     )

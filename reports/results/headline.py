@@ -40,6 +40,8 @@ def headline(results: RunRecord) -> str:
     if not worst_first:
         return "Nothing was measured."
     shared = "".join(f" But {sentence}." for sentence in results.get("wrong_factors", []))
+    for name, cases in _stopped(results).items():
+        shared += f" A time limit stopped {name} in {len(cases)} case{'' if len(cases) == 1 else 's'}."
     for name, cases in _abstained(results).items():
         shared += f" {name} had no say in {len(cases)} case{'' if len(cases) == 1 else 's'}."
     shared += _taken_up(results)
@@ -112,6 +114,9 @@ def _checks(ledger: Mapping[str, int]) -> str:
 def no_say(results: RunRecord) -> list[str]:
     """Return in sentences which references of the announced panel answered nothing in some cases, and why."""
     found = []
+    for name, names in _stopped(results).items():
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        found.append(f"a time limit stopped {name} in {names[0]}{more}")
     for name, cases in _abstained(results).items():
         case, why = next(iter(cases.items()))
         more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
@@ -120,11 +125,24 @@ def no_say(results: RunRecord) -> list[str]:
 
 
 def _abstained(results: RunRecord) -> dict[str, dict[str, str]]:
-    """Return reference to case to why, of a record as far as it can be read."""
-    told = results.get("abstained")
+    """Return reference to case to why, of a record as far as it can be read, but for those that were stopped."""
+    told, stopped = results.get("abstained"), _stopped(results)
     if not isinstance(told, Mapping):
         return {}
-    return {str(name): dict(cases) for name, cases in told.items() if isinstance(cases, Mapping) and cases}
+    found = {
+        str(name): {case: why for case, why in cases.items() if case not in stopped.get(str(name), [])}
+        for name, cases in told.items()
+        if isinstance(cases, Mapping)
+    }
+    return {name: cases for name, cases in found.items() if cases}
+
+
+def _stopped(results: RunRecord) -> dict[str, list[str]]:
+    """Return who was stopped by a time limit to the cases, of a record as far as it can be read."""
+    told = results.get("stopped")
+    if not isinstance(told, Mapping):
+        return {}
+    return {str(name): list(map(str, cases)) for name, cases in told.items() if isinstance(cases, list | tuple)}
 
 
 # What became of a pixel, as results.json names it, and what a reader is told of so many.

@@ -136,6 +136,7 @@ class BiasRecord(TypedDict, total=False):
 class CheckFacts(TypedDict, total=False):
     """What one stage of one renderer under test came to before one reference."""
 
+    stopped: bool
     configuration: str
     reference: str
     stage: str
@@ -320,6 +321,7 @@ class CertifiedRecord(TypedDict, total=False):
     undecided: list[str]
     undecidable: list[str]
     abstained: list[str]
+    stopped: list[str]
     why: str | None
     seconds: float
     tried: str
@@ -372,6 +374,7 @@ class CaseFacts(TypedDict, total=False):
     ran: dict[str, list[str]]
     unsupported: list[UnsupportedRecord]
     abstained: dict[str, str]
+    stopped: list[str]
     notes: list[NoteRecord]
     expectations: list[ExpectationRecord]
     adjudication: dict[str, AdjudicationRecord] | None
@@ -633,6 +636,7 @@ class RunFacts(TypedDict, total=False):
     references: dict[str, ReferenceRecord] | None
     absent: dict[str, str] | None
     abstained: dict[str, dict[str, str]] | None
+    stopped: dict[str, list[str]]
     summary: Required[LedgerRecord]
     checks: Required[LedgerRecord]
     examined: dict[str, Count] | None

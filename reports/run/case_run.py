@@ -222,6 +222,7 @@ class CaseRun:
                     shadow_epsilon=0.0,
                     answers=None,
                     error=reply.error,
+                    stopped=reply.stopped,
                 )
                 continue
             found.candidates[name], versions, *more = reply.value
@@ -244,7 +245,7 @@ class CaseRun:
             renders.seconds[name] = reply.seconds
             if reply.error is not None:
                 lost = {"precision": "float32", "independent": False, "shadow_epsilon": 0.0, "answers": {}}
-                witnesses.append(Witness(name=name, **lost, error=reply.error))
+                witnesses.append(Witness(name=name, **lost, error=reply.error, stopped=reply.stopped))
                 continue
             witness, versions = reply.value
             if name in damaged:

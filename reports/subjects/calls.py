@@ -32,7 +32,12 @@ class Ended:
     refusal: str | None  # why it says it cannot, in its own words
     said: str  # what it printed
     complaint: str = ""  # what it printed on standard error, the end of it
+    stopped: bool = False  # its time was over
     code: int | None = None  # its exit code, or less a signal's number
+
+
+class Overrun(str):
+    """The problem of a program whose time was over."""
 
 
 def call(
@@ -70,7 +75,7 @@ def call(
                 process.wait()
             left = end_below(os.getpid(), besides=others)
         text, wrong, note = _tail(said), _tail(complaint), ""
-        about = {"said": text, "complaint": wrong, "code": process.returncode}
+        about = {"said": text, "complaint": wrong, "code": process.returncode, "stopped": isinstance(problem, Overrun)}
         if problem is None and process.returncode == CANNOT:
             return Ended(problem=None, refusal=_first_line(text) or "It says that it cannot.", **about)
         if problem is None and process.returncode != 0:
@@ -103,7 +108,7 @@ def _watch(process: subprocess.Popen[bytes], folder: Path, seconds: float, outpu
             return None
         except subprocess.TimeoutExpired:
             if time.monotonic() >= deadline:
-                return f"it did not end within {seconds:g} s and was stopped"
+                return Overrun(f"it did not end within {seconds:g} s and was stopped")
             if _size(folder) > output:
                 return f"it wrote more than {output / 2**20:g} MiB and was stopped"
 

@@ -30,6 +30,8 @@ ASKING = "--capabilities"
 class ProgramError(Exception):
     """A program that gave nothing that could be judged; the message is one sentence."""
 
+    stopped = False  # its time was over
+
 
 class Refused(Exception):  # noqa: N818  an answer, not a mishap
     """A program that says it cannot draw a scene, in its own words."""
@@ -90,7 +92,7 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int, keep: 
     except Refused as cannot:
         return replace(blank, answers={}, unsupported=dict.fromkeys(stages, str(cannot)))
     except ProgramError as wrong:
-        return replace(blank, error=str(wrong))
+        return replace(blank, error=str(wrong), stopped=wrong.stopped)
     unsupported = {stage: UNSAID for stage in stages if stage not in taken.images and stage not in taken.lacking}
     unsupported[Stage.CAMERA] = CAMERA
     answers = {stage: image for stage, image in taken.images.items() if stage in stages}
@@ -145,7 +147,9 @@ def _conclude(ended: Ended, place: "_Place") -> None:
     if ended.refusal is not None:
         raise Refused(ended.refusal)
     if ended.problem is not None:
-        raise ProgramError(f"the program gave no image: {ended.problem}")
+        error = ProgramError(f"the program gave no image: {ended.problem}")
+        error.stopped = ended.stopped
+        raise error
     if strays := place.strays():
         raise ProgramError(f"the program wrote outside of its folder: {strays[0]}")
 

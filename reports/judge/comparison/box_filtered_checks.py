@@ -37,7 +37,7 @@ def mean_checks(
         if (candidate.fine is None and candidate.mean is None) or witness.mean is None:
             why = candidate.error or witness.error or "no box-filtered image was given"
             how = Outcome.ERROR if candidate.error or not witness.error else abstention(witness)
-            checks.append(unmeasured(many, witness, stage, how, why))
+            checks.append(unmeasured(many, witness, stage, how, why, stopped=candidate.stopped or witness.stopped))
             continue
         fine = Terms(
             ground=base,

@@ -47,6 +47,7 @@ class Check:
     suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
     steps: str = ""  # what the parties' coarse outputs add to the limit, in words
     abstains: bool = False  # undecided only because the reference declares not to see there, or did not answer
+    stopped: bool = False  # not measured because a party's time was over
     why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
     examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
 
@@ -84,6 +85,8 @@ class Check:
         }
         if self.evidence:
             record["evidence"] = self.evidence
+        if self.stopped:
+            record["stopped"] = True
         if self.known:
             record["finding"] = self.known
         if self.bias:
@@ -249,7 +252,14 @@ def _accounted(check: Check, scene: Scene, *, tuned: bool) -> Check:
 
 
 def unmeasured(
-    candidate: Candidate, witness: Witness, stage: Stage, outcome: Outcome, reason: str, *, abstains: bool = False
+    candidate: Candidate,
+    witness: Witness,
+    stage: Stage,
+    outcome: Outcome,
+    reason: str,
+    *,
+    abstains: bool = False,
+    stopped: bool = False,
 ) -> Check:
     """Return a check that ended before anything was measured."""
     return Check(
@@ -260,4 +270,5 @@ def unmeasured(
         reason=reason,
         ratio=float("inf") if outcome is Outcome.FAIL else 0.0,
         abstains=abstains,
+        stopped=stopped,
     )

@@ -1,7 +1,7 @@
 """A check for every planned stage of one candidate before one witness; none is left out, whatever is in its way."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.check import Check, camera_check, stage_check, unmeasured
@@ -19,6 +19,7 @@ class Obstacle:
     outcome: Outcome
     reason: str
     abstains: bool = False
+    stopped: bool = False
 
 
 def pair_checks(bench: Bench, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]) -> list[Check]:
@@ -40,8 +41,7 @@ def pair_checks(bench: Bench, stages: Sequence[Stage], misshapen: Mapping[str, M
             or _too_coarse(bench, stage)
         )
         if obstacle is not None:
-            about = {"outcome": obstacle.outcome, "reason": obstacle.reason, "abstains": obstacle.abstains}
-            checks.append(unmeasured(candidate, witness, stage, **about))
+            checks.append(unmeasured(candidate, witness, stage, **asdict(obstacle)))
         elif stage is Stage.CAMERA:
             checks.append(camera_check(bench))
         else:
@@ -53,7 +53,7 @@ def _declined(candidate: Candidate, stage: Stage) -> Obstacle | None:
     """Return what the candidate itself said of its not answering."""
     name = candidate.name
     if candidate.answers is None:
-        return Obstacle(outcome=Outcome.ERROR, reason=f"{name}: {candidate.error}")
+        return Obstacle(outcome=Outcome.ERROR, reason=f"{name}: {candidate.error}", stopped=candidate.stopped)
     if stage in candidate.lacking:
         return Obstacle(outcome=Outcome.MISSING, reason=f"{name}: {candidate.lacking[stage]}")
     if stage in candidate.unsupported:
@@ -73,7 +73,9 @@ def _repeated(bench: Bench) -> dict[Stage, Obstacle]:
 def _abstained(witness: Witness) -> Obstacle | None:
     if witness.error is None:
         return None
-    return Obstacle(outcome=abstention(witness), reason=f"{witness.name} abstains: {witness.error}", abstains=True)
+    why = "was stopped by its time limit" if witness.stopped else "abstains"
+    reason = f"{witness.name} {why}: {witness.error}"
+    return Obstacle(outcome=abstention(witness), reason=reason, abstains=True, stopped=witness.stopped)
 
 
 def _not_answered(candidate: Candidate, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:

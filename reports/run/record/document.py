@@ -64,6 +64,7 @@ def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
     told: Any = {
         "verdict": worst([of_cases, *(Outcome.FAIL for _ in shared)]).value,
         "abstained": found.abstained,
+        "stopped": found.stopped,
         "summary": found.case_ledger(planned=planned),
         "checks": found.check_ledger(),
         "examined": found.examined,

@@ -57,6 +57,7 @@ class Totals:
         self.checks: Counter[Outcome] = Counter()
         self.planned_checks = 0
         self.abstained: dict[str, dict[str, str]] = {}  # reference -> case in which it had no say -> why
+        self.stopped: dict[str, list[str]] = {}  # renderer, or the judge -> cases in which its time was over
         self.versions: dict[str, str] = {}
         self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
         self.factors = CommonFactors()
@@ -74,6 +75,8 @@ class Totals:
         self.versions |= record.get("versions", {})
         for name, why in record.get("abstained", {}).items():
             self.abstained.setdefault(name, {})[record["name"]] = why
+        for name in record.get("stopped", []):
+            self.stopped.setdefault(name, []).append(record["name"])
         if keeps_images(record):
             self.with_images += 1
         elif record["verdict"] == Outcome.PASS:

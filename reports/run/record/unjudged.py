@@ -72,6 +72,7 @@ def unjudged(
         "ran": {},
         "unsupported": [],
         "abstained": {one.name: one.error for one in witnesses if one.error is not None},
+        "stopped": [one.name for one in (*candidates, *witnesses) if one.stopped] + ["the judge"] * reply.stopped,
         "notes": [],
         "checks": checks,
         "expectations": [],

@@ -126,6 +126,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
             for stage, why in stages.items()
         ],
         "abstained": {witness.name: witness.error for witness in task.witnesses if witness.error is not None},
+        "stopped": [one.name for one in (*task.candidates, *task.witnesses) if one.stopped],
         "notes": [{"reference": name, "note": note} for name, note in notes],
         "checks": [check.as_json() for check in judged.checks],
         "expectations": judged.expectations,

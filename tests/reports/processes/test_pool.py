@@ -322,6 +322,7 @@ def test_a_task_whose_case_has_no_time_left_is_not_begun_and_one_that_has_little
 
     assert none.error == "no time is left for its case"
     assert little.error == "no answer within 0.5 s; stopped"
+    assert little.stopped
     assert enough.value == ("a", "after")
 
 

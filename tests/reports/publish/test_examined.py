@@ -67,6 +67,15 @@ def test_a_run_that_lost_a_reference_on_the_way_does_not_say_that_all_was_checke
     )
     assert no_say({"abstained": lost}) == ["embree had no say in mesh/huge, where it was asked: a crash"]
     assert no_say({"abstained": "nobody"}) == no_say({}) == []
+    late = {
+        "abstained": {"embree": {"mesh/huge": "a crash", "a/b": "no answer within 120 s"}},
+        "stopped": {"embree": ["a/b"]},
+    }
+    assert no_say(late) == [
+        "a time limit stopped embree in a/b",
+        "embree had no say in mesh/huge, where it was asked: a crash",
+    ]
+    assert headline(run | late).endswith("A time limit stopped embree in 1 case. embree had no say in 1 case.")
 
 
 def test_the_summary_says_so_too(tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.cases.random import FAMILY, random_case
+from rayproof.reports.random import campaign
 from rayproof.reports.random.campaign import Tally
 from rayproof.reports.random.trials import fault_for, trials
 from rayproof.reports.subjects import PROGRAM, Subject
@@ -69,3 +70,20 @@ def test_one_wrong_verdict_or_too_many_undecided_scenes_are_no_sound_run() -> No
     open_ = Tally(seed=1, scenes=sound.scenes, undecided={name: ["float32"] for name in sound.scenes[:2]})
 
     assert (sound.sound, wrong.sound, open_.sound) == (True, False, False)
+
+
+def test_a_scene_that_a_time_limit_stopped_is_counted_as_such_and_not_as_undecided(monkeypatch, tmp_path) -> None:
+    certified = {"wrong": [], "undecided": [], "undecidable": [], "abstained": [], "stopped": ["radiance"], "why": None}
+    cases = [
+        {"name": "random/1/0", "certified": [certified]},
+        {"name": "random/1/1", "verdict": "error", "reason": "judging failed", "stopped": ["the judge"]},
+        {"name": "random/1/2", "verdict": "error", "reason": "judging failed"},
+    ]
+    monkeypatch.setattr(campaign, "load_results", lambda folder: {"cases": cases})
+    tally = Tally(seed=1)
+
+    tally.add(tmp_path)
+
+    assert tally.stopped == {"random/1/0": ["radiance"], "random/1/1": ["the judge"]}
+    assert (tally.undecided, tally.abstained) == ({"random/1/2": ["not judged: judging failed"]}, {})
+    assert tally.as_json()["undecided"]["stopped"] == tally.stopped

@@ -11,6 +11,7 @@ from rayproof.cases.placement import translation
 from rayproof.cases.random import random_case
 from rayproof.cases.scene import Camera, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
+from rayproof.reports.certify.verdicts import certify
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.tolerance.output_resolution import WHOLE
@@ -144,7 +145,22 @@ def test_a_reference_that_crashed_abstains_and_one_that_was_lost_is_missing():
     assert abstains.outcome is Outcome.PASS
     assert {check.outcome for check in abstains.checks if check.reference == "embree"} == {Outcome.UNDECIDED}
     assert "no answer within 120 s" in abstains.checks[-1].reason
+    assert not any(check.stopped for check in abstains.checks)
     assert lost.outcome is Outcome.MISSING
+
+
+def test_whom_a_time_limit_stopped_is_told_apart_from_what_cannot_be_decided():
+    late = {"error": "no answer within 120 s; stopped", "stopped": True}
+    ours, right = candidate(rounded(truth())), witness(truth())
+    reference, tested = replace(witness({}, name="embree"), **late), replace(ours, name="slow", answers=None, **late)
+
+    found = judge_case(CASE, [ours, tested], [right, reference], ORACLE, {})
+    named = certify(found, [ours, tested], [right, reference], ORACLE)
+
+    stopped = {(check.configuration, check.reference) for check in found.checks if check.as_json().get("stopped")}
+    assert stopped == {("float32", "embree"), ("slow", "analytic"), ("slow", "embree")}
+    assert "embree was stopped by its time limit" in "".join(check.reason for check in found.checks)
+    assert (named.stopped, named.undecided, named.undecidable, named.abstained) == (("embree", "slow"), (), (), ())
 
 
 def test_the_reason_of_a_case_is_that_of_what_decides_it():
