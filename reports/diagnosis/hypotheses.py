@@ -32,6 +32,8 @@ class Hypothesis:
     def phrase(self, name: str) -> str:
         """Return one of its mistakes as a verb phrase, with the model of light that it is restricted to."""
         where = f", in scenes of {self.way.shading} light alone" if self.way.shading is not None else ""
+        if self.way.says is not None:
+            return self.way.says + where
         return MISTAKES[name].sentence(self.parameters.get(name, 0.0)) + where
 
     @property
@@ -47,7 +49,7 @@ def singles(estimate: Estimate) -> Iterator[Hypothesis]:
     """Yield every mistake in each of its ways; those with a parameter as it is estimated, where it is."""
     for name in MISTAKES:
         mistake = MISTAKES[name]
-        if mistake.seen is not None:
+        if mistake.seen is not None or mistake.fitted is not None:
             continue
         parameters = {}
         if mistake.fit is not None:

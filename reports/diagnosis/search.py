@@ -11,6 +11,7 @@ import numpy as np
 
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.clock import Clock
+from rayproof.reports.diagnosis.fits import fits, from_images
 from rayproof.reports.diagnosis.hypotheses import Hypothesis, bound, estimated, in_one_light, joined, singles
 from rayproof.reports.diagnosis.samples import classes, pairs_of, sampled, tells
 from rayproof.reports.diagnosis.stage_by_stage import explanations
@@ -157,6 +158,8 @@ def _end_to_end(
         left = held(restricted or single)
     if left and _leaves_another(left[0], everything):
         return []
+    if not left and not clock.over:
+        left = held(_left(list(fits(from_images(failing[::2]))), screen, rest, passing[:PASSING], clock))
     if pairs and not left:
         plain = [one for one in hypotheses if not one.parameters]
         shown = sampled(failing)
