@@ -216,7 +216,15 @@ struct Placement {
     }
 };
 
-struct Ray { Vec origin, direction; double low, high; };
+struct Ray {
+    Vec origin, direction;
+    double low, high;
+    // Of a feeler that counts blockers behind its start, not the surface that it starts on.
+    bool holds(double t) const {
+        const bool own = low < 0 && is(blockers_behind) && std::abs(t) * length(direction) <= 1e-6;
+        return !own && t > low && t < high;
+    }
+};
 struct Hit { double t = INF; int shape = -1, face = 0; Vec normal, local; };
 
 struct Shape {
@@ -239,7 +247,7 @@ struct Shape {
         if (is(origin_untranslated)) o = place.back(ray.origin);
         if (is(rays_by_inverse_transpose))
             o = place.inverse_transpose(ray.origin - place.t), d = place.inverse_transpose(ray.direction);
-        auto inside = [&](double t) { return t > ray.low && t < ray.high; };
+        auto inside = [&](double t) { return ray.holds(t); };
         if (type == "sphere") {
             const Vec from = is(center_ignored) ? o : o - center;
             const double A = is(unit_a) ? 1 : dot(d, d), B = dot(from, d);
@@ -299,7 +307,7 @@ struct Shape {
             if (is(triangle_culled) && dot(ray.direction, normals[i]) > 0) continue;
             const double u = dot(h, T) / det, v = dot(k, ray.direction) / det, t = dot(k, E2) / det;
             const bool inside = u >= 0 && v >= 0 && (is(triangle_no_sum) ? u <= 1 && v <= 1 : u + v <= 1);
-            if (inside && t > ray.low && t < ray.high) found(t, int(i), normals[i], locals[i]);
+            if (inside && ray.holds(t)) found(t, int(i), normals[i], locals[i]);
         }
     }
 };
@@ -341,9 +349,7 @@ struct Scene {
             if (is(spheres_block_alone) && shapes[i].type != "sphere") continue;
             if (is(faces_behind_pass) && i != seen.shape + 1) continue;
             if (is(not_by_itself) && (i == own || i == own + 1)) continue;
-            shapes[i].meet(ray, [&](double t, int, Vec, Vec) {
-                met |= !is(blockers_behind) || std::abs(t) * length(ray.direction) > 1e-6;
-            });
+            shapes[i].meet(ray, [&](double, int, Vec, Vec) { met = true; });
         }
         return met;
     }
@@ -541,6 +547,7 @@ int main(int count, char** words) try {
                     if (is(attenuation)) fall = 1 / (4 * PI * (1 + 0.09 * r + 0.032 * r * r));
                     if (is(exponential_falloff)) fall *= std::exp(-0.1 * r);
                     if (is(range_window)) fall *= std::pow(std::max(0.0, 1 - std::pow(r / 10, 4)), 2);
+                    if (scene.simplified) c = std::min(c, 1.0);  // the normal may be longer than 1
                     const Vec part = (c * (scene.simplified ? 1 : fall)) * flux;
                     if (!is(brightest_light)) E = E + part;
                     else if (part.x + part.y + part.z > brightest) brightest = part.x + part.y + part.z, E = part;

@@ -13,6 +13,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.hypotheses import Hypothesis
 from rayproof.reports.diagnosis.trial import Evidence
 from rayproof.reports.diagnosis.trial_by_stages import NOTHING, Continued
@@ -65,14 +66,16 @@ def from_stages(failing: Sequence[Continued]) -> list[Fitting]:
     return found
 
 
-def fits(cases: Sequence[Fitting]) -> Iterator[Hypothesis]:
-    """Yield what the fits make of some failing cases."""
+def fits(cases: Sequence[Fitting], clock: Clock) -> Iterator[Hypothesis]:
+    """Yield what the fits make of some failing cases, while there is time."""
     for name in MISTAKES:
         fitted = MISTAKES[name].fitted
-        if fitted is None:
+        if fitted is None or clock.over:
             continue
         with np.errstate(all="ignore"):
             for way in fitted(cases):
+                if clock.over:
+                    break
                 yield Hypothesis(mistakes=(name,), parameters={}, way=way)
 
 

@@ -59,8 +59,9 @@ CALLED: Mapping[str, str] = {
         "another_camera",
     ),
     **dict.fromkeys(
-        ("direction_by_normal_matrix", "origin_untranslated", "rays_by_inverse_transpose"), "ray_by_another_matrix"
+        ("direction_by_normal_matrix", "rays_by_inverse_transpose"), "ray_by_another_matrix"
     ),
+    "origin_untranslated": "no_translation",  # of all but triangles
     "normal_by_model_unnormalised": "normal_by_another_matrix",
     **dict.fromkeys(("facing_mixed", "facing_by_object_ray", "mirrored_two_sided"), "facing_in_another_space"),
     **dict.fromkeys(("last_face", "first_face", "farthest_face", "farthest_hit", "within_20m"), "another_hit"),

@@ -4,7 +4,7 @@ A mistake that fits some failing cases by chance does not fit the rest. So every
 no part in finding it: parameters are estimated from one half of the failing cases, and the other half is predicted.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -159,7 +159,7 @@ def _end_to_end(
     if left and _leaves_another(left[0], everything):
         return []
     if not left and not clock.over:
-        left = held(_left(list(fits(from_images(failing[::2]))), screen, rest, passing[:PASSING], clock))
+        left = held(_left(fits(from_images(failing[::2]), clock), screen, rest, passing[:PASSING], clock))
     if pairs and not left:
         plain = [one for one in hypotheses if not one.parameters]
         shown = sampled(failing)
@@ -200,7 +200,7 @@ def spread(evidence: Sequence[Evidence]) -> list[Evidence]:
 
 
 def _left(
-    hypotheses: Sequence[Hypothesis],
+    hypotheses: Iterable[Hypothesis],
     screen: Sequence[Evidence],
     failing: Sequence[Evidence],
     passing: Sequence[Evidence],

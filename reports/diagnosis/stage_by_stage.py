@@ -48,7 +48,7 @@ def explanations(failing: Sequence[Continued], modes: Sequence[str], clock: Cloc
     yield from whole
     if whole:
         return
-    fitted = [one for one in fits(from_stages(shown[::2])) if _explains(one.way, stage, shown[:MEETING])]
+    fitted = [one for one in fits(from_stages(shown[::2]), clock) if _explains(one.way, stage, shown[:MEETING])]
     fitted = [one for one in fitted if not clock.over and _first_unexplained(look, one.way) is None]
     yield from fitted
     if fitted:

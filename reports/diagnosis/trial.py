@@ -142,7 +142,8 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
     right = {stage: evidence.right.answers[stage] for stage in seen}
     judged = ~supposed.edge & ~evidence.never
     found = _tally(evidence, supposed, ours, right, judged)
-    if not found.fits and found.off <= NEARLY * found.judged:
+    # Where the way answers rightly in all of these pixels, what rounding decides is undecided of the right answer, too.
+    if not found.fits and found.telling and found.off <= NEARLY * found.judged:
         # It has edges of its own that no neighbouring pixel shows: coinciding faces, or a border in its first row.
         found = _tally(evidence, supposed, ours, right, judged & ~evidence.unsure(way))
     return found

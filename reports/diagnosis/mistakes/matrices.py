@@ -141,7 +141,7 @@ def _facing() -> Iterator[Way]:
         of_two, of_one = "turns normals of two-sided surfaces towards the viewer", "hides one-sided surfaces"
         for own in ({}, {Stage.VISIBILITY: blocked_by_its_own_face}):
             yield Way(stages=turned | hidden | own, says=f"tells front from back {how}")
-            yield Way(stages=turned | own, says=f"{of_two} {how}")
+        yield from around(turned[Stage.NORMAL], f"{of_two} {how}")
         yield Way(stages=hidden, says=f"{of_one} {how}")
 
 

@@ -15,6 +15,7 @@ from rayproof.reports.judge.tolerance.channels import dot
 ORACLE = Analytic()
 NOBODY = 1e6  # the number of a shape that is none: a feeler that starts in the air is on no surface
 OWN = 1e-6  # m: a crossing so near to the point is the surface that it lies on
+CURVED = 1e-3  # m: on a sphere that it grazes, the chord of which float32 may lose the height
 
 
 def _above(given: Given) -> np.ndarray:
@@ -55,7 +56,7 @@ def _behind_the_point(given: Given, *, flat: bool) -> np.ndarray:
     """Return visibility where shapes on the other side of the point block, too; all of them or none but spheres."""
     found = np.array(given.right, dtype=np.float64)
     for column in range(found.shape[-1]):
-        blocked = _met(given, column, lambda far: 1 + OWN / far, lambda far: np.full_like(far, np.inf), flat=flat)
+        blocked = _met(given, column, lambda own, far: (1 + own / far, np.full_like(far, np.inf)), flat=flat)
         found[..., column][blocked] = 0.0
     return found
 
@@ -64,14 +65,16 @@ def _within_a_metre(given: Given) -> np.ndarray:
     """Return visibility where blockers within 1 m of the point count alone, behind the light as well."""
     found = _never_blocked(given)
     for column in range(found.shape[-1]):
-        found[..., column][_met(given, column, lambda far: 1 - 1 / far, lambda far: 1 - OWN / far)] = 0.0
+        found[..., column][_met(given, column, lambda own, far: (1 - 1 / far, 1 - own / far))] = 0.0
     return found
 
 
-Reach = Callable[[np.ndarray], np.ndarray]  # from a light's distance [m] to a place on the line from it: 1 is the point
+# From how near the point's own surface is [m] and the light's distance [m] to two places on the line from the light,
+# where 1 is the point.
+Reach = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
-def _met(given: Given, column: int, low: Reach, high: Reach, *, flat: bool = False) -> np.ndarray:
+def _met(given: Given, column: int, reach: Reach, *, flat: bool = False) -> np.ndarray:
     """Return the pixels (height, width) of which the line from a light meets a shape between two places."""
     from rayproof.reference.analytic.surfaces import surface_of
 
@@ -80,9 +83,11 @@ def _met(given: Given, column: int, low: Reach, high: Reach, *, flat: bool = Fal
     hit = given.answers[Stage.OBJECT][..., 0] >= 0
     lines = given.answers[Stage.POSITION][hit] - source
     far = np.sqrt(dot(lines, lines))
-    for shape in given.scene.shapes:
-        if not (flat and isinstance(shape, Sphere)):
-            found[hit] |= np.isfinite(surface_of(shape).first(source, lines, low(far), high(far))[0])
+    for index, shape in enumerate(given.scene.shapes):
+        curved = isinstance(shape, Sphere)
+        if not (flat and curved):
+            own = np.where(curved & (given.answers[Stage.OBJECT][hit][:, 0] == index), CURVED, OWN)
+            found[hit] |= np.isfinite(surface_of(shape).first(source, lines, *reach(own, far))[0])
     return found
 
 

@@ -287,8 +287,8 @@ def _by_images(cases: Sequence[Fitting]) -> Iterator[Free]:
     if not look:
         return
     for free in (*_by_laws(), *_by_search(look[:SIMPLE])):
-        agree = [case.agrees(free.way) for case in look]
-        if False not in agree and True in agree:
+        way = free.way
+        if all(case.agrees(way) is not False for case in look) and any(case.agrees(way) for case in look):
             yield free
 
 
