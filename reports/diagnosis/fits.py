@@ -4,7 +4,7 @@ A law is a number, or a power of one variable of the scene, or a sum of powers. 
 wrong; whether it is true, the cases decide that took no part in the estimate.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +12,6 @@ import numpy as np
 from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.diagnosis import MISTAKES
-from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.hypotheses import Hypothesis
 from rayproof.reports.diagnosis.trial import Evidence
 from rayproof.reports.diagnosis.trial_by_stages import NOTHING, Continued
 
@@ -64,19 +61,6 @@ def from_stages(failing: Sequence[Continued]) -> list[Fitting]:
         if len(right) == len(case.stages):
             found.append(Fitting(evidence=case.evidence, right=right, ours=case.own, plain=~case.evidence.never))
     return found
-
-
-def fits(cases: Sequence[Fitting], clock: Clock) -> Iterator[Hypothesis]:
-    """Yield what the fits make of some failing cases, while there is time."""
-    for name in MISTAKES:
-        fitted = MISTAKES[name].fitted
-        if fitted is None or clock.over:
-            continue
-        with np.errstate(all="ignore"):
-            for way in fitted(cases):
-                if clock.over:
-                    break
-                yield Hypothesis(mistakes=(name,), parameters={}, way=way)
 
 
 def rounded(value: float) -> float:

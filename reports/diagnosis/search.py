@@ -11,8 +11,8 @@ import numpy as np
 
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.fits import fits, from_images
-from rayproof.reports.diagnosis.hypotheses import Hypothesis, bound, estimated, in_one_light, joined, singles
+from rayproof.reports.diagnosis.fits import from_images
+from rayproof.reports.diagnosis.hypotheses import Hypothesis, bound, estimated, fits, in_one_light, joined, singles
 from rayproof.reports.diagnosis.samples import classes, pairs_of, sampled, tells
 from rayproof.reports.diagnosis.stage_by_stage import explanations
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, trial

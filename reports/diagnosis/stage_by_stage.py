@@ -12,10 +12,11 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Fit, Way
 from rayproof.reports.diagnosis.answering import LIGHT
 from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.fits import fits, from_stages
+from rayproof.reports.diagnosis.fits import from_stages
 from rayproof.reports.diagnosis.hypotheses import (
     Hypothesis,
     bound,
+    fits,
     in_one_light,
     joined,
     middle,

@@ -79,7 +79,7 @@ def _usable(ratios: Sequence[np.ndarray], variables: Sequence[np.ndarray]) -> Sa
 def _says_nothing(samples: Samples) -> bool:
     """Say whether there are few samples, or all but a few have the right light."""
     differ = np.count_nonzero(np.abs(samples.ratio - 1) > 5 * CLOSE)
-    return len(samples.ratio) < LEAST_SAMPLES or differ < LEAST_SAMPLES
+    return len(samples.ratio) < LEAST_SAMPLES or bool(differ < LEAST_SAMPLES)
 
 
 def _in_light(share: Share, says: str, *, everywhere: bool = False) -> Way:

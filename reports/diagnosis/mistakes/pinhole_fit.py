@@ -261,7 +261,8 @@ def _by_rays(cases: Sequence[Fitting]) -> Iterator[Free]:
     if not np.all(np.abs(turns - turn) <= CLOSE):
         return
     degrees = [rounded(math.degrees(angle)) if abs(angle) > 10 * NARROW else 0.0 for angle in turn]
-    of_turns = tuple(math.radians(angle) for angle in degrees)
+    about_right, about_up, about_forward = map(math.radians, degrees)
+    of_turns = about_right, about_up, about_forward
     shifts = np.array([one.shifts for one in cameras])
     shift = np.median(shifts, axis=0)
     still = np.all(np.abs(shifts - shift) <= 0.01)
@@ -311,7 +312,7 @@ FAMILIES: tuple[Family, ...] = (
     (lambda value: _scaled(value, value), SCALES),
     (lambda value: _scaled(value, 1.0), SCALES),
     (lambda value: _scaled(1.0, value), SCALES),
-    (lambda value: Free(scales=(Law(factor=value, variable="tan(fovy/2)", exponent=-1.0),) * 2), TANGENTS),
+    (lambda value: _of_half_height(value), TANGENTS),
     (lambda value: Free(shifts=(value, value)), PIXELS),
     (lambda value: Free(shifts=(value, 0.0)), PIXELS),
     (lambda value: Free(shifts=(0.0, value)), PIXELS),
@@ -319,6 +320,11 @@ FAMILIES: tuple[Family, ...] = (
     (lambda value: Free(turns=(0.0, value, 0.0)), ANGLES),
     (lambda value: Free(turns=(0.0, 0.0, value)), ANGLES),
 )
+
+
+def _of_half_height(tangent: float) -> Free:
+    law = Law(factor=tangent, variable="tan(fovy/2)", exponent=-1.0)
+    return Free(scales=(law, law))
 
 
 def _scaled(across: float, down: float) -> Free:
@@ -383,7 +389,7 @@ MISTAKES.register("another_camera")(
     Mistake(
         says="traces the rays of another pinhole camera",
         items=("CAM-1", "CAM-2", "CAM-3", "CAM-4", "CAM-5"),
-        ways=(Free(scales=(Law(variable="cos(fovy/2)", exponent=1.0),) * 2).way,),
+        ways=(_scaled(1.25, 1.25).way,),
         fitted=_fitted,
     )
 )
