@@ -207,7 +207,13 @@ def _left(
     clock: Clock,
 ) -> list[Found]:
     """Return the hypotheses that no case contradicts and that enough pixels speak for."""
-    left = [one for one in hypotheses if not clock.over and _fits(one, screen, {}) is not None]
+    left = []
+    for one in hypotheses:
+        if not clock.over and _fits(one, screen, {}) is not None:
+            left.append(one)
+        else:  # nobody asks for its answers again: those of all take gigabytes
+            for case in screen:
+                case.forget(one.way)
     found = []
     for one in left:
         tallies = _fits(one, [*screen, *failing, *passing], {})

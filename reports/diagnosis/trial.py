@@ -96,6 +96,11 @@ class Evidence:
             self._kept[key] = way, found
         return self._kept[key][1]
 
+    def forget(self, way: Way) -> None:
+        """Drop what a way answers, which is contradicted."""
+        for key in (id(way), ("unsure", id(way))):
+            self._kept.pop(key, None)
+
     def under(self, way: Way) -> Answered:
         """Return what a way answers, once; raise Unanswerable where it has no answer."""
         if way.shading is not None and way.shading != self.scene.shading:

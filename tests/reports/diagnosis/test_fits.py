@@ -36,6 +36,12 @@ def shown(name: str, way: Way, *, failed: bool = True) -> Evidence:
     return found
 
 
+def ways_of(name: str, cases: list[Fitting]) -> list[Way]:
+    fitted = MISTAKES[name].fitted
+    assert fitted is not None
+    return list(fitted(cases))
+
+
 def rays_of(free: Free, scene: Scene) -> np.ndarray:
     given = Given(scene=scene, answers={}, right=np.zeros(0), parameter=0.0)
     return np.asarray(free.way.stages[Stage.RAY](given)).astype(np.float32).astype(np.float64)
@@ -103,7 +109,7 @@ def falls_off(fall) -> Way:
 def test_light_that_depends_on_the_distance_alone_is_said_to(fall, said: str) -> None:
     cases = [shown(name, falls_off(fall)) for name in CASES]
 
-    ways = list(MISTAKES["curve_of_distance"].fitted(from_images(cases)))
+    ways = ways_of("curve_of_distance", from_images(cases))
 
     assert [said in (way.says or "") for way in ways] == [True]
 
@@ -121,7 +127,7 @@ def test_light_that_depends_on_more_than_one_variable_has_no_formula() -> None:
     cases = [shown(name, Way(stages={Stage.IRRADIANCE: Lights((share,))})) for name in CASES]
 
     for name in ("curve_of_distance", "curve_of_cosine", "curve_of_albedo", "curve_of_flux", "curve_of_number"):
-        ways = MISTAKES[name].fitted(from_images(cases))
+        ways = ways_of(name, from_images(cases))
         # A table may be drawn of few cases, for on one sphere the cosine follows from the distance.
         assert [way.says for way in ways if "whose ratio" not in (way.says or "")] == []
 
@@ -165,7 +171,7 @@ def test_a_greatest_distance_is_a_number_of_few_digits_between_what_is_seen_and_
     ours = case.under(Counting(below=15.0).way).answers
     fitting = Fitting(evidence=case, right=case.right.answers, ours=ours, plain=~case.right.edge)
 
-    said = [way.says for way in MISTAKES["another_hit"].fitted([fitting])]
+    said = [way.says for way in ways_of("another_hit", [fitting])]
 
     assert any("15 m away or farther" in (words or "") for words in said), said
     assert set(ours) >= {stage for stage in IMAGE_STAGES if stage in case.right.answers}
