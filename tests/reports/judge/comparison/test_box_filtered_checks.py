@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.box_filter import box_mean, finer
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.self_test.limits_by_hand import FLOOR, MIDDLE
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
@@ -72,3 +74,26 @@ def test_a_misshapen_mean_is_its_makers_fault(mean):
     assert "third's mean" in theirs.reason
     assert (ours.outcome, ours.stage) == (Outcome.FAIL, Stage.RADIANCE)
     assert "shape" in ours.reason
+
+
+@pytest.mark.parametrize(("share", "outcome"), [(0.8, Outcome.PASS), (1.25, Outcome.FAIL)])
+def test_a_mean_is_held_to_the_mean_of_its_rays_limits(share: float, outcome: Outcome):
+    """At a pixel whose limit is known by hand; that of the rays beside its centre is nearly the same.
+
+    Averaging n^2 numbers rounds n^2 - 1 times at worst; one more is counted.
+    """
+    samples = 3
+    (pin,) = (pin for pin in FLOOR.pins if pin.stage is Stage.RADIANCE)
+    scene = FLOOR.scene
+    answers, fine = (ORACLE.render(each, stages_of(scene)) for each in (scene, finer(scene, samples)))
+    right = box_mean(fine[Stage.RADIANCE], samples)
+    limit = pin.end_to_end[0] * sum(UNIT_ROUNDOFF.values())
+    limit += samples**2 * UNIT_ROUNDOFF["float32"] * right[MIDDLE][0]
+    mean = right.copy()
+    mean[MIDDLE][0] += share * limit
+    subject = replace(candidate(rounded(answers)), fine=rounded(fine), mean=mean)
+
+    found = judge_case(replace(FLOOR.case, samples=samples), [subject], [witness(answers, mean=right)], ORACLE, {})
+
+    (check,) = (check for check in found.checks if check.configuration == "float32 x9")
+    assert check.outcome is outcome, check.reason

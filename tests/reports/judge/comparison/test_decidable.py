@@ -14,6 +14,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.certify.verdicts import certify
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.self_test.at_edges import EDGE_CASE
 from rayproof.reports.judge.tolerance.output_resolution import WHOLE
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
@@ -36,6 +37,21 @@ def test_an_epsilon_that_swallows_the_image_passes_nothing(epsilon, least):
 
         assert found.outcome is Outcome.FAIL
         assert "declares" in found.reason or ours is wrong
+
+
+@pytest.mark.parametrize(("least", "outcome"), [(228, Outcome.PASS), (229, Outcome.ERROR)])
+def test_a_pixel_at_an_edge_is_no_interior_pixel(least, outcome):
+    """All 16 x 16 pixels hit something, and the square's border meets the centres of 28, a frame of 8 x 8."""
+    scene = replace(EDGE_CASE.scene, lights=())
+    answers = ORACLE.render(scene, stages_of(scene))
+    case = replace(EDGE_CASE, scene=scene, least_interior=least)
+
+    found = judge_case(case, [candidate(rounded(answers))], [witness(answers)], ORACLE, {})
+
+    assert found.outcome is outcome
+    for check in found.checks:
+        if check.end_to_end is not None and check.stage is not Stage.RAY:
+            assert (check.end_to_end.interior, check.end_to_end.edge) == (228, 28)
 
 
 def test_an_epsilon_below_what_is_seen_costs_nothing():

@@ -108,6 +108,21 @@ def test_at_a_shadows_edge_a_light_counts_wholly_or_not_at_all(stage, part):
     assert kinds[row, column] in wanted
 
 
+def test_of_two_lights_only_the_undecided_one_may_be_seen_or_not():
+    mine = party(rounded(truth_of("still_life")), staged=True, shadow_epsilon=5e-3)
+    classes = terms("still_life", mine).classes
+    kinds = {}
+    for light in (0, 1):
+        row, column = np.argwhere(classes.light[..., 0] & ~classes.light[..., 1] & ~classes.outline)[0]
+        image = truth_of("still_life")[Stage.VISIBILITY].copy()
+        image[row, column, light] = 1 - image[row, column, light]
+        other = replace(mine, answers=(mine.answers or {}) | {Stage.VISIBILITY: image})
+        kinds[light] = kinds_of(checked("still_life", other, Stage.VISIBILITY))[row, column]
+
+    assert kinds[0] != Kind.WRONG
+    assert kinds[1] == Kind.WRONG
+
+
 def test_all_channels_come_from_one_choice_of_lights():
     case = case_named("still_life")
     ours = rounded(truth_of("still_life"))

@@ -1,9 +1,22 @@
 """What a pixel at an edge may be: one side's value, to within that side's own limit."""
 
-import numpy as np
+from collections.abc import Collection
+from dataclasses import replace
 
+import numpy as np
+import pytest
+
+from rayproof.cases.answers import Answers
+from rayproof.cases.scene import Scene, Square
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.tolerance.edge_sides import Sides, excused
+from rayproof.reports.judge.comparison.examined import Kind
+from rayproof.reports.judge.comparison.pair import Bench
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.self_test.at_edges import BORDER, EDGE_CASE, SIDE
+from rayproof.reports.judge.tolerance.edge_sides import Sides, excused, sides
+from rayproof.reports.judge.tolerance.pair_limits import Terms
+from rayproof.reports.judge.tolerance.scene_context import ground
+from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
 
 
 def test_a_sides_value_is_held_to_its_own_limit_and_not_to_a_blunter_neighbours() -> None:
@@ -53,3 +66,84 @@ def test_towards_a_horizon_a_distance_may_be_any_larger_one_and_not_nothing() ->
         True,
         True,
     ]
+
+
+@pytest.mark.parametrize(("reach", "farthest"), [(0.01, 0.02), (7.0, 1.0)])
+def test_no_side_is_looked_for_beyond_twice_the_reach_nor_beyond_a_neighbours_centre(
+    reach: float, farthest: float
+) -> None:
+    class Watched:
+        """An oracle that sees nothing, and keeps the points that it was asked about."""
+
+        points: np.ndarray
+
+        def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+            self.points = points
+            return {Stage.OBJECT: np.full((len(points), 2), -1.0)}
+
+        def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+            raise AssertionError
+
+    oracle, size = Watched(), (EDGE_CASE.scene.camera.height, EDGE_CASE.scene.camera.width)
+    where = np.zeros(size, dtype=bool)
+    where[BORDER] = True
+
+    sides(oracle, EDGE_CASE.scene, (Stage.OBJECT,), where, np.full(size, reach))
+
+    row, column = BORDER
+    apart = np.linalg.norm(oracle.points - (column + 0.5, row + 0.5), axis=1)
+    assert apart.max() == pytest.approx(farthest)
+    assert len(apart) > 20
+
+
+def level(side: float, height: float) -> Square:
+    """Return a level square around the z axis."""
+    matrix = ((side, 0.0, 0.0, 0.0), (0.0, side, 0.0, 0.0), (0.0, 0.0, 1.0, height), (0.0, 0.0, 0.0, 1.0))
+    return Square(albedo=(0.5, 0.5, 0.5), to_world=matrix)
+
+
+def layered(gap: float) -> Terms:
+    """Return the terms of three squares seen from above, the second 1 m below the first, the third `gap` [m] below it.
+
+    The border of the first one meets pixel centres, and the others fill the frame.
+    """
+    shapes = (level(SIDE, 0.0), level(3.0, -1.0), level(3.0, -1.0 - gap))
+    scene = replace(EDGE_CASE.scene, shapes=shapes)
+    truth = ORACLE.render(scene, stages_of(scene))
+    base = ground(scene, stages_of(scene), ORACLE, known=truth)
+    return Terms(ground=base, candidate=candidate(rounded(truth)), witness=witness(truth))
+
+
+@pytest.mark.parametrize(("depths", "kind"), [(0.3, Kind.SIDE), (5.0, Kind.WRONG)])
+def test_a_surface_that_lies_deeper_than_rounding_cannot_tell_apart_is_no_side(depths: float, kind: Kind) -> None:
+    """At the border of the upper square its neighbour is the middle one, and never the lowest one right below that."""
+    terms = layered(depths * float(layered(0.5).classes.depth[BORDER]))
+    answers = dict(terms.candidate.answers or {})
+    answers[Stage.OBJECT] = answers[Stage.OBJECT].copy()
+    answers[Stage.OBJECT][BORDER] = (2.0, 0.0)
+    spoilt = replace(terms.candidate, name="spoilt", answers=answers)
+
+    found = Bench(ground=terms.ground, candidate=spoilt, witness=terms.witness).end_to_end(Stage.OBJECT)
+
+    assert found.kinds[BORDER] == kind
+
+
+def test_where_two_surfaces_coincide_light_is_known_as_well_as_how_deep_they_lie() -> None:
+    """Light goes as cos / r^2: a surface that may lie a depth farther away takes three times that share of r."""
+    pixel = (1, 1)
+    terms = layered(0.3 * float(layered(0.5).classes.depth[pixel]))
+    (light,) = terms.scene.lights
+    r = float(np.linalg.norm(np.asarray(light.position) - terms.truth[Stage.POSITION][pixel]))
+    share = 3 * float(terms.classes.depth[pixel]) / r
+
+    def kind(shares: float) -> Kind:
+        answers = dict(terms.candidate.answers or {})
+        answers[Stage.IRRADIANCE] = answers[Stage.IRRADIANCE].copy()
+        answers[Stage.IRRADIANCE][pixel] *= 1 + shares * share
+        spoilt = replace(terms.candidate, name=f"spoilt by {shares}", answers=answers)
+        bench = Bench(ground=terms.ground, candidate=spoilt, witness=terms.witness)
+        return Kind(bench.end_to_end(Stage.IRRADIANCE).kinds[pixel])
+
+    assert terms.twins[pixel]
+    assert kind(0.5) != Kind.WRONG
+    assert kind(30.0) == Kind.WRONG
