@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.answers import Answers
-from rayproof.cases.scene import IDENTITY, Shape, Triangle
+from rayproof.cases.scene import IDENTITY, Camera, Mesh, Scene, Shape, Square, Triangle
 from rayproof.cases.stages import FACTS, IMAGE_STAGES, Stage, exr_channels
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
@@ -107,6 +107,32 @@ def test_a_tie_between_mesh_and_triangle_goes_to_the_lower_index(order: tuple[in
 
     front = seen[(seen[..., 1] == (3 if order[0] == 0 else 0)) & (seen[..., 0] == 0)]
     assert len(front) > 10
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)], ids=["tree-first", "unrolled-first"])
+def test_a_tie_between_a_tree_and_an_unrolled_shape_goes_to_the_lower_index(order: tuple[int, int]) -> None:
+    """Along the axis, square to both, t is 2 to the last bit by every formula.
+
+    No case can ask this: of surfaces that coincide the judge takes either.
+    """
+    corners = np.array(((-1.0, -1.0, 0.0), (2.0, -1.0, 0.0), (-1.0, 2.0, 0.0)))
+    mesh = Mesh(albedo=ALBEDO, vertices=corners, faces=np.array(((0, 1, 2),)))
+    shapes: tuple[Shape, ...] = (mesh, Square(albedo=ALBEDO, to_world=IDENTITY))
+    camera = Camera(
+        eye=(0.0, 0.0, 2.0),
+        target=(0.0, 0.0, 0.0),
+        up=(0.0, 1.0, 0.0),
+        fovy=20.0,
+        width=3,
+        height=3,
+        near=0.1,
+        far=9.0,
+    )
+    both = Scene(camera=camera, shapes=tuple(shapes[k] for k in order))
+    answers = render(both, (Stage.OBJECT, Stage.DISTANCE), Configuration())
+
+    assert answers[Stage.DISTANCE][1, 1, 0] == 2
+    assert answers[Stage.OBJECT][1, 1, 0] == 0
 
 
 def test_degenerate_triangles_are_never_hit(precision: str) -> None:

@@ -1,5 +1,7 @@
 """A tree holds every item once, its nodes' boxes hold their items, and it is cut where that costs least."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,21 @@ def box_of(nodes: HostNodes, node: int) -> tuple[np.ndarray, np.ndarray]:
     """Return lower and upper corner [m] of a node that is read as a child."""
     word = nodes.words[node // 4, node % 4]
     return nodes.base + (word & 0xFFFF) * nodes.step, nodes.base + (word >> 16) * nodes.step
+
+
+@pytest.mark.usefixtures("each_builder")
+@pytest.mark.parametrize("lost", [0, 40, 99])
+def test_a_tree_that_lost_an_item_is_not_built(lost: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    put = builder._Growing._put
+
+    def forgetful(self: Any, *about: Any) -> None:
+        put(self, *about)
+        self.slots[self.slots == lost] = 7
+
+    monkeypatch.setattr(builder._Growing, "_put", forgetful)
+
+    with pytest.raises(RuntimeError, match="of 100 items stand in no leaf"):
+        tree_over(on_grid(*boxes(100)))
 
 
 @pytest.mark.usefixtures("each_builder")

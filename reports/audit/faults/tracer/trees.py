@@ -33,12 +33,9 @@ def _thousand(right: Any, boxes: Any) -> Any:
     return _without_last(tree, count) if 1000 < count <= builder.PIECE else tree
 
 
-def _last_of_pieces(right: Any, growing: Any, part: Any, leaves: int) -> Any:
-    halves = right(growing, part, leaves)
-    if leaves < growing.leaves:
-        return halves
-    last = part.items.max()
-    return [replace(half, items=np.where(half.items == last, 0, half.items)) for half in halves]
+def _last_of_pieces(right: Any, boxes: Any) -> Any:
+    tree, count = right(boxes), len(boxes.rows)
+    return _without_last(tree, count) if count > builder.PIECE else tree
 
 
 def _part_lost(right: Any, corners: Any, lower: Any, upper: Any) -> Any:
@@ -147,10 +144,9 @@ function(
     also=MET,
     cases=(THOUSAND,),
 )
-method(
+function(
     "last_item_of_pieces",
-    builder._Growing,
-    "halves",
+    builder.tree_over,
     _last_of_pieces,
     "A tree that is cut into pieces loses its last item.",
     path="builder/in pieces",
