@@ -1,6 +1,8 @@
 """`rayproof report`: a folder published again, two folders compared, and bad folders refused in one line."""
 
+import importlib
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -88,6 +90,27 @@ def test_checks_are_written_as_columns(run: Path, tmp_path: Path, capsys: pytest
     worst = [None if one.get("worst_error") is None else float(one["worst_error"]) for one in measured]
     assert [row["worst_error"] for row in rows] == pytest.approx(worst, nan_ok=True, rel=0, abs=0)
     assert any(row["worst_error"] for row in rows)
+
+
+def test_each_column_has_its_own_numbers_in_however_many_groups(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: rayproof[parquet]")
+    columns = importlib.import_module("rayproof.reports.results.parquet")
+    monkeypatch.setattr(columns, "ROWS", 2)
+    measured = {"worst_error": 1e-3, "limit": 2e-3, "pixel": [7, 3], "interior": 90, "edge": 6}
+    words = {"configuration": "float32", "reference": "embree", "verdict": "fail", "reason": "it is off"}
+    checks = [
+        {**words, "stage": stage, "ratio": "inf", "end_to_end": measured} for stage in ("ray", "object", "normal")
+    ]
+    results = {"cases": [{"name": "walls/far", "family": "walls", "checks": checks}]}
+
+    assert columns.write_checks(tmp_path / "checks.parquet", results) == 3
+
+    rows = arrow.read_table(tmp_path / "checks.parquet").to_pylist()
+    numbers = {"worst_error": 1e-3, "limit": 2e-3, "column": 7, "row": 3, "interior": 90, "edge": 6}
+    whole = {"case": "walls/far", "family": "walls", "ratio": math.inf, **words, **numbers}
+    assert rows == [{**whole, "stage": stage} for stage in ("ray", "object", "normal")]
 
 
 def test_columns_without_their_package_are_refused(

@@ -3,6 +3,7 @@
 import re
 from functools import cache
 
+import numpy as np
 import pytest
 
 from rayproof.cases.case import ITEMS
@@ -11,7 +12,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis import search as searching
-from rayproof.reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated
+from rayproof.reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated, middle
 from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trial import Evidence, trial
 
@@ -102,6 +103,16 @@ def test_a_parameter_is_estimated_from_the_images(mistake: str, parameter: float
     assert found == pytest.approx(parameter, rel=1e-4)
 
 
+def test_a_parameter_is_no_next_to_nothing_and_its_samples_agree() -> None:
+    level, scattered = np.full(LEAST_SAMPLES, 1.3), np.linspace(0.5, 2.1, LEAST_SAMPLES + 1)
+
+    assert middle([level], nothing=1.0) == pytest.approx(1.3)
+    assert middle([scattered], nothing=1.0) is None
+    assert middle([level], nothing=1.3) is None
+    assert middle([level[1:]], nothing=1.0) is None
+    assert middle([0 * level], nothing=1.0) is None
+
+
 def test_few_or_scattered_samples_estimate_nothing() -> None:
     fit, ways = MISTAKES["gamma"].fit, MISTAKES["gamma"].ways
     assert fit is not None
@@ -119,6 +130,18 @@ def test_a_passing_case_contradicts_what_the_failing_ones_allow() -> None:
 
     assert ("no_pi",) in [one.hypothesis.mistakes for one in alone.found]
     assert together.found == ()
+
+
+def test_a_passing_case_contradicts_what_the_stages_of_the_failing_ones_allow() -> None:
+    way = MISTAKES["no_pi"].ways[0]
+    failing = [
+        evidence(name, dict(evidence(name).under(way).answers)) for name in ("primitives/sphere", "inside/sphere")
+    ]
+    passing = "several_lights/inverse_square"
+    contradicted = evidence(passing, dict(asked(passing).right.answers), failed=False)
+
+    assert ("no_pi",) in [one.hypothesis.mistakes for one in search(failing).found]
+    assert search([*failing, contradicted]).found == ()
 
 
 def test_a_factor_of_all_light_is_told_from_one_of_the_physical_light_by_a_case_that_passes() -> None:

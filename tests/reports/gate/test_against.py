@@ -30,14 +30,20 @@ def test_what_fails_as_before_is_let_through_and_named():
     [
         (run(check(ratio=3.4)), run(check()), "error / limit 3.4, was 3"),
         (run(check()), run(check(verdict="warn"), verdict="warn"), "fail, was warn"),
+        (run(check(ratio=0.5, verdict="pass")), run(check(ratio=0.001, verdict="pass")), "limit 0.5, was 0.001"),
         (run(check(verdict="error")), run(check()), "error, was fail"),
+        (run(check(verdict="missing")), run(check()), "missing, was fail"),
+        (run(check(), check(stage="normal", verdict="missing")), run(check()), "missing, and was not made before"),
         (run(check(), check(stage="normal")), run(check()), "fail, and was not made before"),
         (run(check()), run(check(), check(stage="normal", verdict="pass")), "is not made any more"),
         (run(check(), name="shadows/three"), run(check()), "before does not have it"),
         (run(verdict="error"), run(verdict="pass"), "error, was pass"),
     ],
-    ids=["error", "verdict", "crash", "new check", "lost check", "new case", "no checks"],
-)
+    ids=[
+        "error", "verdict", "from nothing", "crash", "no answer", "new check without answer", "new check",
+        "lost check", "new case", "no checks",
+    ],
+)  # fmt: skip
 def test_whatever_became_worse_is_red(now: dict[str, Any], before: dict[str, Any], said: str):
     found = held(now, against(before))
 
@@ -53,6 +59,9 @@ def test_a_run_that_is_not_finished_is_red():
 def test_what_became_better_or_a_tenth_worse_is_not_red():
     for now in (run(check(ratio=0.5, verdict="pass"), verdict="pass"), run(check(ratio=3.2))):
         assert standing(now, Base(name="before", results=run(check()))).worse == []
+    next_to_nothing = run(check(ratio=0.001, verdict="pass"))
+    now = run(check(ratio=0.009, verdict="pass"))
+    assert standing(now, Base(name="before", results=next_to_nothing)).worse == []
 
 
 def test_expected_and_worse_than_before_is_red():

@@ -59,21 +59,25 @@ def test_what_fails_as_written_down_passes_and_is_named():
         run(check(verdict="reference_suspect")),
         run(check(verdict="error")),
         run(check(verdict="missing")),
+        run(check(verdict="missing"), verdict="missing"),
         run(check(ratio=float("nan"))),
         run(check(end_to_end={"ours": ["nan"]})),
+        run(check(continued={"ours": ["-inf"]})),
         run(check(), check(stage="normal")),
         run(check(), wrong_factors=["radiance is 2e-5 too large"]),
         run(check(), finished=False),
         {**run(check()), "cases": [run(check())["cases"][0] | {"item": "HIT-5"}]},
+        {**run(check()), "cases": [run(check())["cases"][0] | {"blamed_items": ["HIT-5", "HIT-6"]}]},
         {**run(check()), "cases": [run(check())["cases"][0] | {"expectations": [{"verdict": "fail"}]}]},
         {**run(check()), "cases": [run(check())["cases"][0] | {"consistency": [{"verdict": "fail"}]}]},
         run(check(), name="shadows/three"),
         {**run(check()), "cases": [*run(check())["cases"], {"name": "x/y", "verdict": "error", "checks": []}]},
     ],
     ids=[
-        "a larger error", "more pixels", "another verdict", "a crash", "no answer", "a ratio of NaN", "a pixel of NaN",
-        "another stage", "a factor of the run", "cut short", "another item", "a closed form", "another route",
-        "another case", "a case without checks",
+        "a larger error", "more pixels", "another verdict", "a crash", "no answer", "nothing but no answer",
+        "a ratio of NaN", "a pixel of NaN", "an infinite pixel given its own previous stages",
+        "another stage", "a factor of the run", "cut short", "another item", "other items", "a closed form",
+        "another route", "another case", "a case without checks",
     ],
 )  # fmt: skip
 def test_whatever_else_fails_is_a_regression(results: dict[str, Any]):
@@ -128,6 +132,21 @@ def test_what_is_accepted_passes_and_what_passes_is_pruned(tmp_path):
     assert len(done) == 2
     assert not held(better, *kept).red
     assert held(results, *kept).regressions
+
+
+def test_an_entrys_item_may_be_one_of_several_that_are_blamed():
+    several = run(check())["cases"][0] | {"item": None, "blamed_items": ["HIT-4", "HIT-5"]}
+
+    assert not held({**run(check()), "cases": [several]}).red
+
+
+def test_pruning_makes_no_entry_wider():
+    worse = run(check(ratio=8.0, examined={"wrong": 40}))
+
+    (kept,), _ = pruned(worse, (ENTRY,))
+
+    assert (kept.ratio[1], kept.wrong[1]) == (ENTRY.ratio[1], ENTRY.wrong[1])
+    assert held(worse, kept).regressions
 
 
 @pytest.mark.parametrize(

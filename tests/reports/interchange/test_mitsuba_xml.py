@@ -137,6 +137,20 @@ def test_groups_and_older_names_are_understood(tmp_path: Path) -> None:
     assert all(isinstance(shape, Sphere) and shape.radius == 0.5 for shape in scene.shapes)
 
 
+def test_what_is_instanced_is_placed_in_its_group_and_then_with_it(tmp_path: Path) -> None:
+    """A member's own matrix comes first: turned about the group's origin, and moved and stretched with the group."""
+    body = """<shape type="shapegroup" id="g"><shape type="sphere"><transform name="to_world">
+        <translate x="1" y="2"/><rotate z="1" angle="90"/></transform></shape></shape>
+      <shape type="instance"><ref id="g"/><transform name="to_world"><scale x="3" y="1" z="1"/><translate z="5"/>
+        </transform></shape>"""
+
+    (ball,) = read(tmp_path, SENSOR + LIGHT + body).scene.shapes
+
+    # (x, y, z) is moved to (x + 1, y + 2, z), turned to (-y - 2, x + 1, z), and brought to (-3 y - 6, x + 1, z + 5).
+    expected = [(0, -3, 0, -6), (1, 0, 0, 1), (0, 0, 1, 5), (0, 0, 0, 1)]
+    np.testing.assert_allclose(ball.to_world, expected, rtol=0, atol=1e-5)
+
+
 def test_flipped_rectangles_face_the_other_way(tmp_path: Path) -> None:
     scene = read(
         tmp_path, SENSOR + LIGHT + '<shape type="rectangle"><boolean name="flip_normals" value="true"/></shape>'

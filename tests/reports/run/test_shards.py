@@ -1,6 +1,7 @@
 """Parts of a plan, put together, are the run that was not parted; what does not belong together is refused."""
 
 import json
+import shutil
 import subprocess
 import sys
 from collections import Counter
@@ -11,8 +12,8 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.scene_json import save_scene
-from rayproof.reports.results.document import load_results
-from rayproof.reports.run.shards import number_of, shard_of
+from rayproof.reports.results.document import ResultsError, load_results
+from rayproof.reports.run.shards import load_shards, merge, number_of, shard_of
 
 CASES = ("behind/sphere", "behind/cube", "behind/plane", "behind/square")
 TIMES = {"seconds", "judge_seconds", "started", "command", "cached", "remembered", "shard", "shards", "key"}
@@ -95,6 +96,43 @@ def test_what_does_not_belong_together_is_refused_in_a_line(runs: Path, tmp_path
         assert said in done.stderr
         assert done.stderr.count("\n") == 1
     assert not (tmp_path / "all").exists()
+
+
+def changed(folder: Path, where: Path, **more: Any) -> Path:
+    """Return a copy of a part's folder whose results say something else; what is about the part itself is `shard`."""
+    shutil.copytree(folder, where)
+    document = json.loads((folder / "results.json").read_text())
+    document |= more | {"shard": document["shard"] | more.get("shard", {})}
+    (where / "results.json").write_text(json.dumps(document))
+    return where
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("what", ["code", "plan", "subject", "demands", "of", "out"])
+def test_parts_that_differ_in_anything_but_their_folder_do_not_belong_together(
+    runs: Path, tmp_path: Path, what: str
+) -> None:
+    other = changed(runs / "two", tmp_path / "two", shard={what: 3 if what == "of" else "another"})
+    folders = [runs / "one", other]
+
+    if what == "out":
+        assert len(load_shards(folders)) == 2
+        return
+    with pytest.raises(ResultsError, match=f"their {'number of parts' if what == 'of' else what} differs"):
+        load_shards(folders)
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("whole", [True, False])
+def test_the_whole_is_finished_with_its_last_part(runs: Path, tmp_path: Path, whole: bool) -> None:
+    """It began with the first of them, and parts that run side by side take as long as the longest."""
+    first = changed(runs / "one", tmp_path / "one", started="2026-01-02T00:00:00+00:00", seconds=20.0)
+    second = changed(runs / "two", tmp_path / "two", started="2026-01-01T00:00:00+00:00", seconds=7.0, finished=whole)
+
+    document, _ = merge(load_shards([first, second]), tmp_path, tracer=True)
+
+    assert document["finished"] is whole
+    assert (document["started"], document["seconds"]) == ("2026-01-01T00:00:00+00:00", 20.0)
 
 
 @pytest.mark.parametrize("text", ["0/4", "5/4", "a/b", "3", "1/0", "-1/2", "1/2/3", ""])

@@ -48,6 +48,34 @@ def test_a_run_comes_back_as_it_went_in(tmp_path: Path) -> None:
     assert (point.seconds, point.revision, point.verdict) == (0.5, "commit0", "pass")
 
 
+def test_of_a_stages_checks_the_worst_is_kept_with_its_place(tmp_path: Path) -> None:
+    run = results(0.2)
+    (check,) = run["cases"][0]["checks"]
+    run["cases"][0]["checks"] += [{**check, "ratio": 0.7, "reference": "embree"}, {**check, "ratio": 0.1}]
+
+    (series,) = kept(tmp_path / "h.sqlite", [run])
+
+    assert [(point.ratio, point.place) for point in series.points] == [(0.7, "float32 embree")]
+
+
+def test_each_subject_has_a_history_of_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "h.sqlite"
+    append(path, {**results(0.9), "subject": "radiance"}, "")
+
+    (series,) = kept(path, [results(0.2)])
+
+    assert [point.ratio for point in series.points] == [0.2]
+
+
+def test_a_step_stands_at_its_run_where_others_measured_nothing(tmp_path: Path) -> None:
+    empty = results()
+    empty["cases"][0]["checks"] = []
+
+    (series,) = kept(tmp_path / "h.sqlite", [empty, results(0.2), empty, results(0.5)])
+
+    assert [series.points[step.at].run for step in series.error_steps] == [4]
+
+
 def test_infinite_errors_are_kept(tmp_path: Path) -> None:
     (series,) = kept(tmp_path / "h.sqlite", [results("inf"), results("nan")])
 
@@ -73,8 +101,11 @@ def test_a_case_without_measurement_has_no_ratio(tmp_path: Path) -> None:
         ([results(0.001), results(0.003)], []),  # nothing, and three times nothing
         ([results(0.2), results(1.3, verdict="fail")], ["verdict", "error"]),
         ([results(1.3, verdict="fail"), results(0.2)], []),
+        ([results(1.3, verdict="fail"), results(0.2), results(1.3, verdict="fail")], ["verdict", "error"]),
         ([results(seconds=s) for s in (0.1, 0.1, 0.101, 0.099, 0.1, 0.2)], ["time"]),
         ([results(seconds=s) for s in (0.1, 0.1, 0.101, 0.099, 0.1, 0.11)], []),
+        # Since the step to a tenth of a second that is the level.
+        ([results(seconds=s) for s in (0.3, 0.301, 0.299, 0.3, 0.301, 0.3, 0.1, 0.1, 0.101, 0.1, 0.15)], ["time"]),
         ([results(seconds=s) for s in (0.1, 0.2)], []),  # too few to know the noise
         ([results(seconds=s) for s in (0.1, 0.3, 0.06, 0.2, 0.1, 0.25)], []),  # noise, and known
     ],
