@@ -5,13 +5,11 @@ does ("leaves out 1/pi"), which items of the specification that concerns, and ho
 ways, since what one mistake shows depends on the right formulas around it. A way is a changed question to the oracle,
 stages computed wrongly from the oracle's right ones, or wrong formulas of the tracer, or several of these.
 
-A mistake that has no list of ways is `fitted`: its ways are made from some of the renderer's failing cases.
-
 A mistake is named only if the renderer's pixels are those of one of its ways, in failing and in passing cases alike,
 and if enough pixels tell that way from the right answer. docs/diagnosis.md says what counts as the same.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -23,7 +21,6 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 
 if TYPE_CHECKING:
-    from rayproof.reports.diagnosis.fits import Fitting
     from rayproof.reports.diagnosis.trial import Evidence
 
 
@@ -51,7 +48,6 @@ class Way:
     formulas: Mapping[str, str] = field(default_factory=dict)  # the tracer's, slot to variant, where they answer
     shading: str | None = None  # the one model of light that it computes wrongly; None is whichever a scene has
     parts: "tuple[Way, ...]" = ()  # of two mistakes at once: each alone
-    says: str | None = None  # what a renderer that answers so does, where the mistake's phrase is too general
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,8 +70,6 @@ class Mistake:
     named: Mapping[float, str] = field(default_factory=dict)  # phrases for parameters that have a name
     # Where roundings decide the pixels: whether a case looks so, contradicts it, or says nothing.
     seen: "Callable[[Evidence], bool | None] | None" = None
-    # Makes ways from failing cases, after all other mistakes were asked; `ways` is an example then.
-    fitted: "Callable[[Sequence[Fitting]], Iterator[Way]] | None" = None
 
     def __post_init__(self) -> None:
         if not self.ways:
