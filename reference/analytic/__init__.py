@@ -11,6 +11,7 @@ from rayproof.reference import REFERENCES
 from rayproof.reference.analytic.camera_frame import pixel_centers
 from rayproof.reference.analytic.camera_stage import camera_answer
 from rayproof.reference.analytic.edges import Edges, edges_of
+from rayproof.reference.analytic.edges.surroundings import Near, Surroundings, near, surroundings
 from rayproof.reference.analytic.stages import NEXT, chain, rays
 
 
@@ -109,3 +110,11 @@ class Analytic:
     def edges(self, scene: Scene) -> Edges:
         """Return for every pixel lower bounds [px] of the distance to silhouettes, shadow edges and terminators."""
         return edges_of(scene)
+
+    def surroundings(self, scene: Scene, points: np.ndarray, radius: np.ndarray) -> Surroundings:
+        """Return which faces come within a radius (n,) [px] of image points (n, 2), and whether one mesh fills it."""
+        return surroundings(scene, points, radius)
+
+    def near(self, scene: Scene, points: np.ndarray) -> Near:
+        """Return how near to image points (n, 2) shadows' edges, inner edges of blockers and other surfaces are."""
+        return near(scene, points)

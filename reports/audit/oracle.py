@@ -16,6 +16,7 @@ class PatientOracle:
 
     def __init__(self) -> None:
         self._oracle = Analytic()
+        self.surroundings, self.near = self._oracle.surroundings, self._oracle.near
         self._scene: Scene | None = None
         self._edges: Any = None
 

@@ -130,6 +130,7 @@ class KeepingOracle:
 
     def __init__(self, oracle: Any, *, store: Store | None = None) -> None:
         self.render, self.at, self.continue_from = oracle.render, oracle.at, oracle.continue_from
+        self.surroundings, self.near = oracle.surroundings, oracle.near
         self._oracle = oracle
         self._store = store or usual_store()
 

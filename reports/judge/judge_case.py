@@ -146,9 +146,18 @@ def _settled(
     checks = adjudicated(measured.checks, each, independent, lambda name: voice(name, tested), contradictions.sides)
     parties = {party.name: party for party in (*candidates, *witnesses)}
     checks = [_with_known_defect(check, parties, versions, base) for check in checks]
+
+    def only_edges(check: Check) -> bool:
+        candidate, witness = parties[check.configuration], parties[check.reference]
+        assert isinstance(candidate, Candidate)
+        assert isinstance(witness, Witness)
+        return only_at_edges(check, checks, Terms(ground=base, candidate=candidate, witness=witness))
+
     checks = [
         _undecided_at_edges(case, check)
-        if check.configuration in measured.mostly_edges and only_at_edges(check, checks)
+        if check.outcome in (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
+        and check.configuration in measured.mostly_edges
+        and only_edges(check)
         else check
         for check in checks
     ]
@@ -171,8 +180,6 @@ def _with_known_defect(
 
 def _undecided_at_edges(case: Case, check: Check) -> Check:
     """Return the check; what it was to fail by could be told of no pixel, where too many are edges."""
-    if check.outcome not in (Outcome.FAIL, Outcome.REFERENCE_SUSPECT):
-        return check
     reason = f"{check.reason}; only at edges, and too many pixels are edges to tell their sides"
     return replace(check, outcome=Outcome.ERROR if case.tuned else Outcome.UNDECIDED, reason=reason)
 

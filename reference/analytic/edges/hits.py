@@ -49,10 +49,10 @@ class Hits:
         return screens
 
 
-def hits_of(scene: Scene) -> Hits:
-    """Return what the pixel centres see."""
+def hits_of(scene: Scene, points: np.ndarray | None = None) -> Hits:
+    """Return what image points (N, 2) [px] see, by default the pixel centres."""
     view = view_of(scene.camera)
-    centers = pixel_centers(scene.camera)
+    centers = pixel_centers(scene.camera) if points is None else points
     directions = view.directions(centers)
     rows = chain(scene, centers, Stage.NORMAL)
     points, normals = np.zeros_like(directions), np.zeros_like(directions)

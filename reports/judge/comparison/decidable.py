@@ -13,6 +13,7 @@ from rayproof.reports.judge.comparison.measurement import ratios
 from rayproof.reports.judge.comparison.pair import GEOMETRY
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.judge.tolerance.pair_limits import Terms
+from rayproof.reports.judge.tolerance.surrounded import holes
 from rayproof.reports.results.outcomes import Outcome
 
 # Of a candidate's error of position: what it may leave out before its feelers for rounding's sake.
@@ -133,25 +134,34 @@ def mostly_edges(case: Case, terms: Terms) -> bool:
     return float(np.mean(terms.classes.outline)) > case.most_edge
 
 
-def only_at_edges(check: Check, checks: Sequence[Check]) -> bool:
+def only_at_edges(check: Check, checks: Sequence[Check], terms: Terms) -> bool:
     """Say whether a failed check has nothing against it but edge pixels with the value of neither side.
 
-    Of a stage of light also that each such pixel shows a surface of neither side, as the same two's `checks` of
-    objects say: its light is that surface's, and right if it follows from it.
+    No such pixel is a hole in a mesh, which rounding never opens. Of a stage of light also that each such pixel shows a
+    surface of neither side, as the same two's `checks` of objects say: its light is that surface's, and right if it
+    follows from it.
     """
     measured = [one for one in (check.end_to_end, check.continued) if one is not None]
     # A miss at an edge is infinitely far away; one away from edges is worse than any limit.
     missed = check.stage is Stage.DISTANCE
     if not measured or not all(one.worst_inside <= 1 and not one.nan and (missed or not one.inf) for one in measured):
         return False
+    wrong = np.logical_or.reduce([one.kinds == Kind.WRONG for one in measured])
     if check.stage in GEOMETRY:
-        return True
+        return not _holed(terms, check.stage, wrong)
     if check.end_to_end is None or (check.continued is not None and not check.continued.worst_ratio <= 1):
         return False
-    wrong = check.end_to_end.kinds == Kind.WRONG
-    return any(
+    alike = any(
         bool(np.all(one.end_to_end.kinds[wrong] == Kind.WRONG))
         for one in checks
         if one.stage is Stage.OBJECT and one.end_to_end is not None
         if (one.configuration, one.reference) == (check.configuration, check.reference)
     )
+    return alike and not _holed(terms, Stage.OBJECT, wrong)
+
+
+def _holed(terms: Terms, stage: Stage, wrong: np.ndarray) -> bool:
+    """Say whether one of the wrong pixels, of those that are judged, is a hole."""
+    where = np.zeros_like(terms.classes.outline)
+    where[terms.scene.camera.inner] = wrong
+    return bool(holes(terms, stage, where).any())

@@ -12,7 +12,7 @@ from rayproof.reports.judge.comparison.examined import Kind
 from rayproof.reports.judge.comparison.measurement import Measurement, held_to, measure, ratios
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.tolerance.channels import all_of
+from rayproof.reports.judge.tolerance.channels import all_of, any_of
 from rayproof.reports.judge.tolerance.edge_light import Held, Seen, held
 from rayproof.reports.judge.tolerance.edge_sides import (
     Sides,
@@ -24,6 +24,7 @@ from rayproof.reports.judge.tolerance.edge_sides import (
 )
 from rayproof.reports.judge.tolerance.pair_limits import LIGHT, Terms
 from rayproof.reports.judge.tolerance.scene_context import Ground
+from rayproof.reports.judge.tolerance.surrounded import leaking, may_be_dark, neighbours
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 
@@ -56,7 +57,8 @@ class Bench:
         )
         close = self.ground.edges.gap <= classes.depth
         if Stage.OBJECT not in self.candidate.answers:
-            return self.ground.once(("behind", *key), lambda: with_what_is_behind(around, oracle, scene, truth, close))
+            about = around, oracle, scene, truth, close, classes.depth
+            return self.ground.once(("behind", *key), lambda: with_what_is_behind(*about))
         return with_twins(around, oracle, scene, truth, self.candidate.answers, classes.depth)
 
     def _excused(
@@ -77,7 +79,19 @@ class Bench:
             apart = np.where(self.terms.twins, self.ground.edges.gap, 0.0)
             limit = limit + (apart[..., np.newaxis] if limit.ndim == 3 else apart)
         good = find(stage, self.candidate.answers, self._sides, limit, objects, continued=continued)
+        left = differ & ~good
+        if left.any():
+            for around in self._faces(left):
+                good |= find(stage, self.candidate.answers, around, limit, objects, continued=continued)
         return Held(good=good, interval=none)
+
+    def _faces(self, where: np.ndarray) -> list[Sides]:
+        """Return the oracle's answers on every face near edge pixels: one may be too narrow for the sides' places."""
+        stages = (Stage.RAY, *GEOMETRY)
+        reach = np.where(self.terms.twins, 0.0, self.terms.classes.reach)
+        key = ("faces", self.terms.rounding, self.terms.edge_epsilon, where.tobytes())
+        about = self.ground.oracle, self.ground.scene, stages, where & self.terms.classes.outline, reach
+        return self.ground.once(key, lambda: [each.sides for each in neighbours(*about)])
 
     def _lit(self, stage: Stage, where: np.ndarray) -> Held:
         """Return which pixels of `where` have a value of light that some object and some choice of lights gives."""
@@ -87,17 +101,34 @@ class Bench:
         kinds = (Stage.RAY, Stage.OBJECT, Stage.POSITION, Stage.NORMAL)
         # Away from outlines one surface is seen, and its place is known as well as the limits say.
         parts = [(rows, columns, [truth[one][rows, columns][:, np.newaxis] for one in kinds])]
+
+        def judge(rows: np.ndarray, columns: np.ndarray, samples: list[np.ndarray]) -> None:
+            rays, objects, positions, normals = samples
+            seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals)
+            values = self._ours(stage)[rows, columns]
+            found = held(self.ground.scene, stage, values, seen, self.terms.lights(stage, rows, columns, values))
+            good[rows, columns], interval[rows, columns] = found.good, found.interval
+
         if np.any(where & outline):
             around = self._sides
             asked = where[around.rows, around.columns]
             samples = [around.answers[one][asked] for one in kinds]
             parts.append((around.rows[asked], around.columns[asked], samples))
-        for rows, columns, (rays, objects, positions, normals) in parts:
-            seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals)
-            values = self._ours(stage)[rows, columns]
-            found = held(self.ground.scene, stage, values, seen, self.terms.lights(stage, rows, columns, values))
-            good[rows, columns], interval[rows, columns] = found.good, found.interval
+        for part in parts:
+            judge(*part)
+        left = where & outline & ~good
+        if left.any():
+            for around in self._faces(left):
+                judge(around.rows, around.columns, [around.answers[one] for one in kinds])
+        black = where & outline & good & self._black(stage)
+        if black.any():
+            wrong = black & ~may_be_dark(self.terms, stage, black)
+            good, interval = good & ~wrong, interval & ~wrong
         return Held(good=good, interval=interval)
+
+    def _black(self, stage: Stage) -> np.ndarray:
+        """Return where the candidate has no light at all, and the oracle more than an error or an output's step."""
+        return ~any_of(self._ours(stage) != 0) & any_of(self.ground.truth[stage] > self.terms.limits.end_to_end[stage])
 
     def authors(self, stage: Stage) -> tuple[str | None, str | None]:
         """Return by whom the two answers to a stage are, as the memo knows them."""
@@ -116,8 +147,27 @@ class Bench:
         shape = classes.outline.shape
         limit = self.terms.limits.end_to_end.get(stage, np.zeros(shape))
         edge = classes.edge(stage)
+        return self._against(stage, self._theirs(stage), limit, edge, continued=False)
+
+    def _theirs(self, stage: Stage) -> np.ndarray:
+        """Return the witness's answer; the oracle's, where a leak between a blocker's faces leaves the witness no say.
+
+        The candidate is held to the oracle there, as strictly as elsewhere: that a way through an inner edge is blocked
+        is no matter of rounding.
+        """
         theirs = np.asarray(self.witness.answers[stage], dtype=np.float64)
-        return self._against(stage, theirs, limit, edge, continued=False)
+        truth = self.ground.truth.get(stage)
+        if truth is None or theirs.shape != truth.shape or stage not in (Stage.VISIBILITY, *LIGHT):
+            return theirs
+        ours, limit = self._ours(stage), self.terms.limits.end_to_end.get(stage, np.zeros(truth.shape[:2]))
+        if ours.shape != truth.shape or self.witness.name == ORACLE:
+            return theirs
+        with np.errstate(invalid="ignore"):
+            differ = (ratios(stage, theirs, truth, limit)[0] > 1) & (ratios(stage, ours, truth, limit)[0] <= 1)
+        differ &= ~self.terms.classes.edge(stage)
+        if not differ.any():
+            return theirs
+        return np.where(leaking(self.terms, differ)[..., np.newaxis], truth, theirs)
 
     def _against(
         self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool

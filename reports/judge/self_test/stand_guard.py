@@ -146,6 +146,7 @@ class _EdgesOnce:
 
     def __init__(self, oracle: FullOracle) -> None:
         self.render, self.at, self.continue_from = oracle.render, oracle.at, oracle.continue_from
+        self.surroundings, self.near = oracle.surroundings, oracle.near
         self._oracle = oracle
         self._known: list[tuple[Scene, Edges]] = []
 

@@ -45,8 +45,7 @@ class Sides:
 def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.ndarray, reach: np.ndarray) -> Sides:
     """Return the oracle's answers around the pixels of `where`, within their `reach` [px]."""
     rows, columns = np.nonzero(where)
-    # Never past the neighbouring pixel's centre: beyond it a value is a neighbour's, not a side's.
-    radius = np.minimum(np.maximum(reach[rows, columns], 1e-9), 0.5)
+    radius = radius_of(reach[rows, columns])
     turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     offsets = np.array([(0.0, 0.0)] + [(f * math.cos(a), f * math.sin(a)) for f in RADII for a in turns])
     centres = np.stack([columns + 0.5, rows + (scene.camera.first_row + 0.5)], axis=-1)
@@ -58,6 +57,12 @@ def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.nda
         columns=columns,
         answers={stage: np.asarray(found[stage]).reshape(*shape, -1) for stage in stages if stage in found},
     )
+
+
+def radius_of(reach: np.ndarray) -> np.ndarray:
+    """Return how far [px] around a pixel's centre its sides are looked for, of edges within `reach` [px]."""
+    # Never past the neighbouring pixel's centre: beyond it a value is a neighbour's, not a side's.
+    return np.minimum(np.maximum(reach, 1e-9), 0.5)
 
 
 def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours: Answers, depth: np.ndarray) -> Sides:
@@ -82,10 +87,13 @@ def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours
     return Sides(rows=around.rows, columns=around.columns, answers=answers)
 
 
-def with_what_is_behind(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, close: np.ndarray) -> Sides:
+def with_what_is_behind(
+    around: Sides, oracle: Oracle, scene: Scene, truth: Answers, close: np.ndarray, depth: np.ndarray
+) -> Sides:
     """Return the sides with one more sample: what lies behind the shape that is seen, where it is as `close`.
 
-    For renderers that do not say which of two coinciding surfaces they saw.
+    For renderers that do not say which of two coinciding surfaces they saw. Two faces of one mesh are as close where
+    they meet; what lies behind the mesh is a side only if it is no farther than `depth` [m] from what is seen.
     """
     rows, columns = around.rows, around.columns
     asked = close[rows, columns]
@@ -98,10 +106,13 @@ def with_what_is_behind(around: Sides, oracle: Oracle, scene: Scene, truth: Answ
         without = replace(scene, shapes=(*scene.shapes[:index], *scene.shapes[index + 1 :]))
         centres = np.stack([columns[here] + 0.5, rows[here] + (scene.camera.first_row + 0.5)], axis=-1)
         behind = oracle.at(without, tuple(answers), centres)
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(behind[Stage.DISTANCE] - truth[Stage.DISTANCE][rows[here], columns[here]])[:, 0]
+        kept = apart <= depth[rows[here], columns[here]]
         for stage, image in behind.items():
             # Numbers of shapes count on where one is gone.
             moved = np.where(image[:, :1] >= index, [[1.0, 0.0]], 0.0) if stage is Stage.OBJECT else 0.0
-            answers[stage][here, -1] = image + moved
+            answers[stage][here[kept], -1] = (image + moved)[kept]
     return Sides(rows=rows, columns=columns, answers=answers)
 
 

@@ -67,6 +67,10 @@ class Ground:
     def _unrounded(self) -> Unrounded:
         return Unrounded(scene=self.scene, truth=self.truth, edges=self.edges, conditioning=self.conditioning)
 
+    def thrown(self, light: int) -> np.ndarray:
+        """Return how far off [m per roundoff] (height, width) a blocker's own error may make its shadow of a light."""
+        return self._unrounded.blocker * self._unrounded.lamps[light].throw
+
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
         """Return the limits of one kind of rounding."""
         about = self.scene, self.truth, self.conditioning, g

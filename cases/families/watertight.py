@@ -1,0 +1,277 @@
+"""Meshes whose inner edges and vertices lie on the rays themselves: nothing may slip between two of their faces.
+
+Every corner is a sum of few powers of two, so that float32 holds it exactly, and so is every ray's direction, up to its
+length: a pixel's side is 2^-6 of the depth, and the camera's axes are whole numbers over 3 or 5. In exact arithmetic a
+ray meets its vertex or edge; of a computed ray rounding decides which of the faces there it meets. One of them it meets.
+
+Formulas of HIT-6 are not asked: Cramer's rule rounds an edge differently in the two triangles that share it, and is
+right where no ray comes so near an edge.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from rayproof.cases.case import Case, Expectation, ShadowOutline
+from rayproof.cases.covering import covering
+from rayproof.cases.families import CASE_FAMILIES
+from rayproof.cases.placement import compose, scaling, translation
+from rayproof.cases.scene import Camera, Matrix, Mesh, PointLight, Scene, Shape, Square, Vector
+
+SEED = 31
+STEP = 2.0**-6  # of the depth: a pixel's side
+ALBEDO = (0.7, 0.55, 0.4)
+WALL_ALBEDO = (0.3, 0.6, 0.8)
+# Three times a rotation, columns right, up and back: no axis of the view is an axis of the world.
+AXES = np.array(((2.0, -1.0, 2.0), (2.0, 2.0, -1.0), (-1.0, 2.0, 2.0)))
+# [px] One vertex for 13 pixels, and no edge between neighbours meets another pixel's centre.
+ACROSS, UPWARD = (3.0, 1.0), (-1.0, 4.0)
+ORIGIN, FAR_AWAY = (0.0, 0.0, 0.0), (60000.0, -70000.0, 40000.0)  # m
+# Of a fan's hub [px]: pixels in the middle of its spokes, counter-clockwise, each the next but one a quarter turn on.
+MIDDLES = ((6, 1), (3, 5), (-1, 6), (-5, 3), (-6, -1), (-3, -5), (1, -6), (5, -3))
+
+Points = np.ndarray  # (n, 2) px from the middle of the image, rightwards and upwards
+Corners = np.ndarray  # (n, 3) m
+
+
+def camera(eye: Vector, *, width: int, height: int, far: float) -> Camera:
+    """Return a camera with the axes of `AXES` whose pixels have sides of `STEP` of the depth."""
+    target = np.asarray(eye) - far / 8 * AXES[:, 2]
+    return Camera(
+        eye=eye,
+        target=target.tolist(),
+        up=AXES[:, 1].tolist(),
+        fovy=2 * math.degrees(math.atan(height * STEP / 2)),
+        width=width,
+        height=height,
+        near=far / 256,
+        far=far,
+    )
+
+
+def seen_at(eye: Vector, points: Points, thirds: np.ndarray) -> Corners:
+    """Return the corners that are seen at image points at three times a depth [m], (n,) or one for all.
+
+    Raises:
+        ValueError: float32 does not hold one, so that its ray would miss it.
+
+    """
+    local = np.column_stack([STEP * points, np.full(len(points), -1.0)])
+    corners = local * np.reshape(thirds, (-1, 1)) @ AXES.T + np.asarray(eye)
+    if not np.array_equal(corners, corners.astype(np.float32)):
+        raise ValueError("a corner is no float32 number")
+    return corners
+
+
+def centres(width: int, height: int) -> Points:
+    """Return the centres of all pixels, row by row."""
+    rows, columns = np.mgrid[:height, :width]
+    return np.column_stack([columns.ravel() + 0.5 - width / 2, height / 2 - rows.ravel() - 0.5])
+
+
+def cells(rows: int, columns: int) -> np.ndarray:
+    """Return the two triangles (faces, 3) of each cell between `rows` times `columns` vertices, counter-clockwise."""
+    corner = (np.arange(rows - 1)[:, np.newaxis] * columns + np.arange(columns - 1)).reshape(-1, 1)
+    return np.concatenate([corner + (0, 1, columns + 1), corner + (0, columns + 1, columns)])
+
+
+def net(
+    eye: Vector,
+    *,
+    width: int,
+    height: int,
+    thirds: float,
+    across: tuple[float, float] = ACROSS,
+    upward: tuple[float, float] = UPWARD,
+    middles: bool = False,
+    relief: float = 1 / 32,
+) -> Mesh:
+    """Return a net at random depths that covers the image, with a vertex at a pixel's centre wherever one is seen.
+
+    With `middles` no vertex is, but the middle of each edge along `across`. `relief` is of the depth; its slopes are
+    such that normals of neighbours are less than a right angle apart, so that no face shades another.
+    """
+    reach = np.arange(-max(width, height), max(width, height) + 1)
+    i, j = (places.reshape(-1, 1) for places in np.meshgrid(reach, reach))
+    points = centres(width, height)[0] % 1 + i * across + j * upward + np.multiply(across, 0.5 if middles else 0.0)
+    faces = cells(len(reach), len(reach))
+    beyond = (np.abs(points) > (width / 2 + 6, height / 2 + 6)).any(axis=1)
+    used, numbers = np.unique(faces[~beyond[faces].any(axis=1)], return_inverse=True)
+    depths = thirds * (1 + relief * np.random.default_rng(SEED).integers(0, 5, len(used)) / 4)
+    return Mesh(albedo=ALBEDO, vertices=seen_at(eye, points[used], depths), faces=numbers.reshape(-1, 3))
+
+
+def wall(eye: Vector, depth: float) -> Square:
+    """Return a wall that fills the image at a depth [m], behind all else."""
+    turned: Matrix = (*((*(row / 3).tolist(), 0.0) for row in AXES), (0.0, 0.0, 0.0, 1.0))
+    place = np.asarray(eye) - depth / 3 * AXES[:, 2]
+    return Square(albedo=WALL_ALBEDO, to_world=compose(translation(*place), turned, scaling(2 * depth, 2 * depth, 1.0)))
+
+
+def beside(eye: Vector, thirds: float, flux: float) -> PointLight:
+    """Return a light near the eye, to the right and above, that shines as [W] on what is seen at a depth of 3 m."""
+    place = np.asarray(eye) + thirds / 8 * (AXES[:, 0] + AXES[:, 1])
+    return PointLight(position=place.tolist(), flux=(flux * thirds**2, 0.9 * flux * thirds**2, 0.8 * flux * thirds**2))
+
+
+def fan(hub: tuple[float, float], count: int, thirds: float) -> Mesh:
+    """Return a flat cone of so many triangles around a hub at an image point, which four or eight spokes leave."""
+    middles = MIDDLES[:: 2 if count < len(MIDDLES) else 1]
+    between = count // len(middles)
+    rim = []
+    for this, following in zip(middles, (*middles[1:], middles[0]), strict=True):
+        rim.append(np.multiply(this, 2.0))
+        start, end = math.atan2(this[1], this[0]), math.atan2(following[1], following[0])
+        for part in range(1, between):
+            turn = start + (end - start) % math.tau * part / between
+            rim.append(np.round(12 * 64 * np.array((math.cos(turn), math.sin(turn)))) / 64)
+    points = np.array([(0.0, 0.0), *rim]) + hub
+    depths = thirds * np.array([1.0] + [1 + 2 / 64] * count)
+    around = 1 + np.arange(count)
+    faces = np.column_stack([np.zeros(count, int), around, 1 + around % count])
+    albedo = (0.5 + 0.04 * math.log2(count), 0.6, 0.9 - 0.04 * math.log2(count))
+    return Mesh(albedo=albedo, vertices=seen_at(ORIGIN, points, depths), faces=faces)
+
+
+def steps() -> Mesh:
+    """Return a closed stepped pyramid with its corners on whole metres; its top of 6 m x 6 m is z = 0."""
+
+    def height(x: int, y: int) -> int:
+        ring = max(x + 1, -x, y + 1, -y)
+        return -5 if ring > 5 else -max(0, ring - 3)
+
+    squares = []
+    for x in range(-5, 5):
+        for y in range(-5, 5):
+            top, left, right, near, away = height(x, y), x, x + 1, y, y + 1
+            squares.append(((left, near, top), (right, near, top), (right, away, top), (left, away, top)))
+            squares.append(((left, near, -5), (left, away, -5), (right, away, -5), (right, near, -5)))
+            # Each side from its lower left corner to its lower right one, seen from outside.
+            sides = (
+                (height(x + 1, y), (right, near), (right, away)),
+                (height(x - 1, y), (left, away), (left, near)),
+                (height(x, y + 1), (right, away), (left, away)),
+                (height(x, y - 1), (left, near), (right, near)),
+            )
+            for foot, start, end in sides:
+                squares += [((*start, z), (*end, z), (*end, z + 1), (*start, z + 1)) for z in range(foot, top)]
+    vertices, numbers = np.unique(np.array(squares, dtype=float).reshape(-1, 3), axis=0, return_inverse=True)
+    corners = numbers.reshape(-1, 4)
+    return Mesh(albedo=ALBEDO, vertices=vertices, faces=np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]]))
+
+
+def canopy(camera: Camera, light: Vector, half: int) -> Mesh:
+    """Return a net that shades a square of 2 `half` pixels a side on z = 0, with a vertex on the way of each to a light.
+
+    The camera looks straight down from below it. The border's vertices stand half a pixel farther out.
+    """
+    pixel = STEP * camera.eye[2]
+    along = np.concatenate([[-half], np.arange(-half + 0.5, half), [half]]) * pixel
+    y, x = (grid.ravel() for grid in np.meshgrid(along, along, indexing="ij"))
+    floor = np.column_stack([x, y, np.zeros(len(x))])
+    share = np.random.default_rng(SEED).integers(128, 132, len(floor)).reshape(-1, 1) / 256
+    return Mesh(
+        albedo=ALBEDO, vertices=floor + share * (np.asarray(light) - floor), faces=cells(len(along), len(along))
+    )
+
+
+def looking_down(height: float, *, width: int, lines: int, up: Vector) -> Camera:
+    """Return a camera so high [m] above z = 0 that looks straight down."""
+    return Camera(
+        eye=(0.0, 0.0, height),
+        target=(0.0, 0.0, 0.0),
+        up=up,
+        fovy=2 * math.degrees(math.atan(lines * STEP / 2)),
+        width=width,
+        height=lines,
+        near=0.25,
+        far=4 * height,
+    )
+
+
+def _case(
+    name: str,
+    stresses: str,
+    view: Camera,
+    shapes: tuple[Shape, ...],
+    light: PointLight,
+    least_interior: int,
+    *expectations: Expectation,
+) -> Case:
+    scene = Scene(camera=view, shapes=shapes, lights=(light,))
+    return Case(
+        name=f"watertight/{name}",
+        scene=scene,
+        stresses=stresses,
+        covers=tuple("HIT-5" if item == "HIT-6" else item for item in covering(scene)),
+        least_interior=least_interior,
+        most_edge=0.1,
+        expectations=expectations,
+    )
+
+
+@CASE_FAMILIES.register("watertight")
+def watertight() -> Iterator[Case]:
+    """Yield nets near and far, fans, a square of two triangles, a net before a light, and a stepped pyramid."""
+    width, height = 64, 48
+    for place, eye, thirds in (("", ORIGIN, 1.0), ("_far_away", FAR_AWAY, 4096.0)):
+        view = camera(eye, width=width, height=height, far=32 * thirds)
+        where = "at the origin" if eye == ORIGIN else "1e5 m from the origin"
+        for name, what in (("vertices", "a vertex"), ("middles", "the middle of an edge")):
+            mesh = net(eye, width=width, height=height, thirds=thirds, middles=name == "middles")
+            yield _case(
+                name + place,
+                f"A net at random depths, {where}: each 13th ray meets {what}, and no wall behind it shows.",
+                view,
+                (mesh, wall(eye, 6 * thirds)),
+                beside(eye, thirds, 300.0),
+                2500,
+            )
+    hubs = (((-31.5, 15.5), 4), ((0.5, 15.5), 16), ((32.5, 15.5), 64), ((-15.5, -16.5), 256), ((16.5, -16.5), 1024))
+    yield _case(
+        "fans",
+        "Fans of 4 to 1024 triangles, seen through their hubs and the middles of their edges.",
+        camera(ORIGIN, width=96, height=64, far=32.0),
+        (*(fan(hub, count, 1.0) for hub, count in hubs), wall(ORIGIN, 6.0)),
+        beside(ORIGIN, 1.0, 300.0),
+        5000,
+    )
+    frame = np.array(((-20, -20), (20, -20), (20, 20), (-20, 20)), dtype=float)
+    square = Mesh(albedo=ALBEDO, vertices=seen_at(ORIGIN, frame, np.ones(1)), faces=np.array(((0, 1, 2), (0, 2, 3))))
+    yield _case(
+        "diagonal",
+        "A square of two triangles whose diagonal runs through forty pixels' centres.",
+        camera(ORIGIN, width=48, height=48, far=32.0),
+        (square, wall(ORIGIN, 6.0)),
+        beside(ORIGIN, 1.0, 300.0),
+        2000,
+    )
+    view, lamp, half = looking_down(4.0, width=40, lines=32, up=(0.0, 1.0, 0.0)), (1.0, -0.5, 16.0), 12
+    size = half * STEP * view.eye[2]
+    outline = ShadowOutline(
+        shape=0,
+        light=0,
+        form="square",
+        center=(0.0, 0.0),
+        size=size,
+        margin=1e-3,
+        because="the net ends on the pyramid over this square whose top is the light",
+    )
+    yield _case(
+        "feelers",
+        "A net between floor and light with a vertex on each feeler: below it the irradiance is 0 to the last bit.",
+        view,
+        (Square(albedo=WALL_ALBEDO, to_world=scaling(8.0, 8.0, 1.0)), canopy(view, lamp, half)),
+        PointLight(position=lamp, flux=(4000.0, 3600.0, 3200.0)),
+        1200,
+        outline,
+    )
+    yield _case(
+        "whole_metres",
+        "A closed mesh with its corners on whole metres, seen along an axis: rays along its edges' planes.",
+        looking_down(10.0, width=65, lines=49, up=(-4.0, 3.0, 0.0)),
+        (steps(),),
+        PointLight(position=(2.0, 3.0, 12.0), flux=(3000.0, 2700.0, 2400.0)),
+        1400,
+    )
