@@ -162,7 +162,7 @@ def steps() -> Mesh:
 
 
 def canopy(camera: Camera, light: Vector, half: int) -> Mesh:
-    """Return a net that shades a square of 2 `half` pixels a side on z = 0, with a vertex on the way of each to a light.
+    """Return a net that shades a square of 2 `half` pixels a side on z = 0, with a vertex on the way to it.
 
     The camera looks straight down from below it. The border's vertices stand half a pixel farther out.
     """

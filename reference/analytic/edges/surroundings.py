@@ -94,10 +94,16 @@ def _faces_near(scene: Scene, index: int, points: np.ndarray, radius: np.ndarray
     # What reaches behind the eye has no image as a polygon.
     ahead = np.flatnonzero((away @ view.forward > 0).all(axis=1))
     images = _image_of(view, away[ahead])
+    lows, highs = images.min(axis=1), images.max(axis=1)
     margins = radius * (np.linalg.norm(view.across) + np.linalg.norm(view.down))
     rows, places = [np.zeros(0, dtype=int)], [np.zeros((0, 2, 2))]
     for rays, faces in bundles(view.directions(points), away[ahead], margins):
-        ray, face = (pair.ravel() for pair in np.meshgrid(rays, faces, indexing="ij"))
+        # Most faces that come so near in the bundle are nowhere near the point itself.
+        reach = radius[rays, np.newaxis, np.newaxis]
+        there = points[rays, np.newaxis]
+        boxed = (there >= lows[faces] - reach) & (there <= highs[faces] + reach)
+        row, column = np.nonzero(boxed.all(axis=2))
+        ray, face = rays[row], faces[column]
         corners = images[face]
         nearest = _nearest(points[ray], corners)
         near = length(nearest - points[ray]) <= radius[ray]

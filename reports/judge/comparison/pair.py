@@ -24,7 +24,7 @@ from rayproof.reports.judge.tolerance.edge_sides import (
 )
 from rayproof.reports.judge.tolerance.pair_limits import LIGHT, Terms
 from rayproof.reports.judge.tolerance.scene_context import Ground
-from rayproof.reports.judge.tolerance.surrounded import leaking, may_be_dark, neighbours
+from rayproof.reports.judge.tolerance.surrounded import faces_near, leaking, may_be_dark
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 
@@ -81,17 +81,9 @@ class Bench:
         good = find(stage, self.candidate.answers, self._sides, limit, objects, continued=continued)
         left = differ & ~good
         if left.any():
-            for around in self._faces(left):
-                good |= find(stage, self.candidate.answers, around, limit, objects, continued=continued)
+            for around in faces_near(self.terms, left):
+                good |= find(stage, self.candidate.answers, around.sides, limit, objects, continued=continued)
         return Held(good=good, interval=none)
-
-    def _faces(self, where: np.ndarray) -> list[Sides]:
-        """Return the oracle's answers on every face near edge pixels: one may be too narrow for the sides' places."""
-        stages = (Stage.RAY, *GEOMETRY)
-        reach = np.where(self.terms.twins, 0.0, self.terms.classes.reach)
-        key = ("faces", self.terms.rounding, self.terms.edge_epsilon, where.tobytes())
-        about = self.ground.oracle, self.ground.scene, stages, where & self.terms.classes.outline, reach
-        return self.ground.once(key, lambda: [each.sides for each in neighbours(*about)])
 
     def _lit(self, stage: Stage, where: np.ndarray) -> Held:
         """Return which pixels of `where` have a value of light that some object and some choice of lights gives."""
@@ -107,7 +99,8 @@ class Bench:
             seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals)
             values = self._ours(stage)[rows, columns]
             found = held(self.ground.scene, stage, values, seen, self.terms.lights(stage, rows, columns, values))
-            good[rows, columns], interval[rows, columns] = found.good, found.interval
+            np.logical_or.at(good, (rows, columns), found.good)
+            np.logical_or.at(interval, (rows, columns), found.interval)
 
         if np.any(where & outline):
             around = self._sides
@@ -118,8 +111,8 @@ class Bench:
             judge(*part)
         left = where & outline & ~good
         if left.any():
-            for around in self._faces(left):
-                judge(around.rows, around.columns, [around.answers[one] for one in kinds])
+            for around in faces_near(self.terms, left):
+                judge(around.sides.rows, around.sides.columns, [around.sides.answers[one] for one in kinds])
         black = where & outline & good & self._black(stage)
         if black.any():
             wrong = black & ~may_be_dark(self.terms, stage, black)

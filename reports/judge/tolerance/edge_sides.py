@@ -35,7 +35,7 @@ class Oracle(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Sides:
-    """The oracle's answers around some pixels: stage -> (pixels, samples, channels)."""
+    """The oracle's answers around some pixels: stage -> (pixels, samples, channels). A pixel may have several rows."""
 
     rows: np.ndarray
     columns: np.ndarray
@@ -162,14 +162,29 @@ def excused(
     since a distance changes fast towards an outline. Continued from the tracer's own position a normal has no such
     freedom: it must be one of the samples'.
     """
+    seen = ours[Stage.OBJECT][around.rows, around.columns]
+    return _excused(stage, ours, around, limit, objects, seen, continued=continued)
+
+
+def _excused(
+    stage: Stage,
+    ours: Answers,
+    around: Sides,
+    limit: np.ndarray,
+    objects: np.ndarray,
+    seen: np.ndarray,
+    *,
+    continued: bool,
+) -> np.ndarray:
+    """Return the same where the renderer saw the objects `seen` (pixels, 2)."""
     good = np.zeros(objects.shape, dtype=bool)
     if not len(around.rows):
         return good
     rows, columns = around.rows, around.columns
-    own = ours[Stage.OBJECT][rows, columns][:, np.newaxis]
+    own = seen[:, np.newaxis]
     same = all_of(around.answers[Stage.OBJECT] == own)
     if stage is Stage.OBJECT:
-        good[rows, columns] = same.any(axis=1)
+        np.logical_or.at(good, (rows, columns), same.any(axis=1))
         return good
     mask = same[..., np.newaxis]
     with np.errstate(invalid="ignore"):
@@ -189,9 +204,10 @@ def excused(
         value = ours[stage][rows, columns]
         if continued and stage is Stage.NORMAL:
             near = length(value[:, np.newaxis] - theirs) <= bound
-            good[rows, columns] = np.any(near & same, axis=1)
+            np.logical_or.at(good, (rows, columns), np.any(near & same, axis=1))
             return good
-        good[rows, columns] = all_of((value >= low - bound) & (value <= high + bound)) & same.any(axis=1)
+        inside = all_of((value >= low - bound) & (value <= high + bound)) & same.any(axis=1)
+        np.logical_or.at(good, (rows, columns), inside)
     return good
 
 
@@ -210,7 +226,5 @@ def excused_anyhow(
     good = np.zeros(objects.shape, dtype=bool)
     seen = around.answers[Stage.OBJECT]
     for sample in range(seen.shape[1]):
-        named = np.full((*objects.shape, seen.shape[2]), -1.0)
-        named[around.rows, around.columns] = seen[:, sample]
-        good |= excused(stage, ours | {Stage.OBJECT: named}, around, limit, objects, continued=continued)
+        good |= _excused(stage, ours, around, limit, objects, seen[:, sample], continued=continued)
     return good

@@ -1,11 +1,11 @@
 """Edge pixels that faces of one mesh surround: one of these faces is seen there, by whomever, and never nothing.
 
-The oracle says where a mesh goes on over all of an edge's reach (`enclosed`), and names every face that comes near. There
-a miss, and what lies behind, is a hole. Light is 0 there only if one of the faces may be dark: turned away, unlit, in
-shadow, or so near to it that rounding decides.
+The oracle says where a mesh goes on over all of an edge's reach (`enclosed`), and names each face that comes near.
+There a miss, and what lies behind, is a hole. Light is 0 there only if one of the faces may be dark: turned away,
+unlit, in shadow, or so near to it that rounding decides.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,75 +16,101 @@ from rayproof.reports.judge.tolerance.channels import all_of, any_of, dot, lengt
 from rayproof.reports.judge.tolerance.conditioning import condition
 from rayproof.reports.judge.tolerance.edge_sides import Sides, radius_of
 from rayproof.reports.judge.tolerance.limits import HIT, limits
-from rayproof.reports.judge.tolerance.pair_limits import Terms, roundoff
+from rayproof.reports.judge.tolerance.pair_limits import LIGHT, Terms, roundoff
 
-MOST = 1 << 18  # faces looked at in one image; of more, nothing is said
+MOST = 1 << 17  # faces near the pixels that are asked about at once; of more, nothing is said
+SEEN = (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Neighbours:
-    """What is around some pixels: the oracle's answers at each centre, and twice on every face that comes near."""
+    """What is around some pixels: a row of `sides` for each of their faces, and the oracle's answers twice on it."""
 
     sides: Sides
-    places: np.ndarray  # (pixels, samples, 2) px
-    enclosed: np.ndarray  # (pixels,)
+    places: np.ndarray  # (rows, 2, 2) px
+    enclosed: np.ndarray  # (height, width), False where not asked
+
+    def of(self, where: np.ndarray) -> "Neighbours":
+        """Return the same of the pixels of `where` (height, width) alone."""
+        rows = where[self.sides.rows, self.sides.columns]
+        return Neighbours(
+            sides=Sides(
+                rows=self.sides.rows[rows],
+                columns=self.sides.columns[rows],
+                answers={stage: image[rows] for stage, image in self.sides.answers.items()},
+            ),
+            places=self.places[rows],
+            enclosed=self.enclosed & where,
+        )
+
+
+@dataclass
+class _Known:
+    """What was looked at already."""
+
+    asked: np.ndarray  # (height, width)
+    found: list[Neighbours] = field(default_factory=list)
 
 
 def neighbours(
     oracle: FullOracle, scene: Scene, stages: tuple[Stage, ...], where: np.ndarray, reach: np.ndarray
-) -> list[Neighbours]:
-    """Return the faces near the pixels of `where` (height, width), within their `reach` [px]; none where too many.
-
-    Pixels with about equally many faces come together.
-    """
+) -> Neighbours:
+    """Return the faces near the pixels of `where` (height, width), within their `reach` [px]."""
     rows, columns = np.nonzero(where)
     centres = np.stack([columns + 0.5, rows + (scene.camera.first_row + 0.5)], axis=-1)
     found = oracle.surroundings(scene, centres, radius_of(reach[rows, columns]))
-    counts = 2 * np.bincount(found.points, minlength=len(rows))
-    if counts.sum() > MOST:
-        return []
-    order = np.argsort(found.points, kind="stable")
-    faces, first = found.places[order].reshape(-1, 2), np.cumsum(counts) - counts
-    groups, sizes = [], np.ceil(np.log2(np.maximum(counts, 1)))
-    for size in np.unique(sizes):
-        here = np.flatnonzero(sizes == size)
-        most = counts[here].max()
-        places = np.repeat(centres[here, np.newaxis], 1 + most, axis=1)
-        if most:
-            # Where there are fewer, the first one again.
-            place = np.where(np.arange(most) < counts[here, np.newaxis], np.arange(most), 0)
-            places[:, 1:] = faces[first[here, np.newaxis] + place]
-        answers = oracle.at(scene, stages, places.reshape(-1, 2))
-        sides = Sides(
-            rows=rows[here],
-            columns=columns[here],
-            answers={stage: image.reshape(*places.shape[:2], -1) for stage, image in answers.items()},
-        )
-        groups.append(Neighbours(sides=sides, places=places, enclosed=found.enclosed[here]))
-    return groups
+    told = len(found.points) <= MOST
+    points, places = (found.points, found.places) if told else (found.points[:0], found.places[:0])
+    answers = oracle.at(scene, stages, places.reshape(-1, 2)) if len(places) else {}
+    enclosed = np.zeros_like(where)
+    enclosed[rows, columns] = found.enclosed & told
+    return Neighbours(
+        sides=Sides(
+            rows=rows[points],
+            columns=columns[points],
+            answers={stage: image.reshape(len(places), 2, -1) for stage, image in answers.items()},
+        ),
+        places=places,
+        enclosed=enclosed,
+    )
+
+
+def faces_near(terms: Terms, where: np.ndarray) -> list[Neighbours]:
+    """Return the faces near the pixels of `where` (height, width) that are outlines, up to the normal."""
+    key = ("faces near", terms.rounding, terms.edge_epsilon)
+    known = terms.ground.once(key, lambda: _Known(asked=np.zeros_like(where)))
+    where = where & terms.classes.outline
+    new = where & ~known.asked
+    if new.any():
+        known.asked |= new
+        reach = np.where(terms.twins, 0.0, terms.classes.reach)
+        known.found.append(neighbours(terms.ground.oracle, terms.scene, SEEN, new, reach))
+    return [part for part in (each.of(where) for each in known.found) if len(part.places)]
 
 
 def holes(terms: Terms, stage: Stage, where: np.ndarray) -> np.ndarray:
     """Return which pixels of `where` (height, width) show nothing, or what lies behind, where a mesh surrounds them."""
-    found, ours = np.zeros_like(where), terms.candidate.answers
+    ours = terms.candidate.answers
     assert ours is not None
-    seen = (Stage.OBJECT, Stage.DISTANCE)
-    where = where & terms.classes.outline
-    for around in neighbours(terms.ground.oracle, terms.scene, seen, where, terms.classes.reach):
+    shape = where.shape
+    enclosed, met, farthest = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(shape)
+    for around in faces_near(terms, where):
         rows, columns = around.sides.rows, around.sides.columns
-        value, depth = ours[stage][rows, columns], terms.classes.depth[rows, columns]
-        farthest = around.sides.answers[Stage.DISTANCE][..., 0].max(axis=1)
+        enclosed |= around.enclosed
+        np.maximum.at(farthest, (rows, columns), around.sides.answers[Stage.DISTANCE].max(axis=(1, 2)))
         if stage is Stage.OBJECT:
-            given = {Stage.RAY: terms.truth[Stage.RAY], Stage.OBJECT: ours[Stage.OBJECT]}
-            apart = terms.ground.oracle.continue_from(terms.scene, Stage.DISTANCE, given)[rows, columns, 0]
-            met = all_of(around.sides.answers[Stage.OBJECT] == value[:, np.newaxis]).any(axis=1)
-            beyond = ~met & (apart > farthest + depth)
-        elif stage is Stage.DISTANCE:
-            beyond = value[:, 0] > farthest + depth + terms.limits.end_to_end[stage][rows, columns]
-        else:  # position and normal are 0 where nothing is seen
-            beyond = ~any_of(value != 0)
-        found[rows, columns] = around.enclosed & beyond
-    return found
+            same = all_of(around.sides.answers[stage] == ours[stage][rows, columns][:, np.newaxis]).any(axis=1)
+            np.logical_or.at(met, (rows, columns), same)
+    if not enclosed.any():
+        return enclosed
+    farthest = farthest + terms.classes.depth
+    if stage is Stage.OBJECT:
+        given = {Stage.RAY: terms.truth[Stage.RAY], stage: ours[stage]}
+        apart = terms.ground.oracle.continue_from(terms.scene, Stage.DISTANCE, given)[..., 0]
+        return enclosed & ~met & (apart > farthest)
+    if stage is Stage.DISTANCE:
+        return enclosed & (ours[stage][..., 0] > farthest + terms.limits.end_to_end[stage])
+    return enclosed & ~any_of(ours[stage] != 0)  # position and normal are 0 where nothing is seen
 
 
 def may_be_dark(terms: Terms, stage: Stage, where: np.ndarray) -> np.ndarray:
@@ -92,39 +118,38 @@ def may_be_dark(terms: Terms, stage: Stage, where: np.ndarray) -> np.ndarray:
 
     What a party moves along the normal before its feelers, or does not see there, must leave every face near.
     """
-    scene, classes = terms.scene, terms.classes
-    lifted = _epsilon(terms)
     pixel = terms.conditioning.distance * terms.conditioning.pixel_angle
     with np.errstate(divide="ignore", invalid="ignore"):
-        reach = classes.reach + np.where(lifted > 0, 2 * lifted / pixel, 0.0)
+        reach = terms.classes.reach + np.where(_epsilon(terms) > 0, 2 * _epsilon(terms) / pixel, 0.0)
     # Nothing is looked at beyond the neighbouring pixel's centre.
     asked = where & (reach <= 0.5)
-    dark, stages = where.copy(), tuple(one for one in IMAGE_STAGES if one in terms.truth)
-    for around in neighbours(terms.ground.oracle, scene, stages, asked, reach):
-        if around.enclosed.any():
-            dark[around.sides.rows, around.sides.columns] = ~(around.enclosed & _all_lit(terms, stage, around))
-    return dark
+    key = ("all lit", terms.rules, asked.tobytes())
+    return where & ~terms.ground.once(key, lambda: _all_lit(terms, asked, reach))[..., LIGHT.index(stage)]
 
 
-def _all_lit(terms: Terms, stage: Stage, around: Neighbours) -> np.ndarray:
-    """Return of which pixels (pixels,) each face near is lit, and not so nearly dark that rounding decides."""
-    scene, rows, columns = terms.scene, around.sides.rows, around.sides.columns
-    # Not at the centre itself, where two faces are met at once.
-    seen = {one: image[:, 1:] for one, image in around.sides.answers.items()}
-    near = terms.ground.oracle.near(scene, around.places[:, 1:].reshape(-1, 2))
+def _all_lit(terms: Terms, where: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Return which enclosed pixels of `where` have light on each face near, and not so little that rounding decides.
+
+    One for each of the stages of light, (height, width, 3).
+    """
+    scene = terms.scene
+    stages = tuple(one for one in IMAGE_STAGES if one in terms.truth)
+    around = neighbours(terms.ground.oracle, scene, stages, where, reach)
+    found = np.repeat(around.enclosed[..., np.newaxis], len(LIGHT), axis=-1)
+    if not found.any():
+        return found
+    around = around.of(around.enclosed)
+    rows, columns, seen = around.sides.rows, around.sides.columns, around.sides.answers
+    near = terms.ground.oracle.near(scene, around.places.reshape(-1, 2))
     c = condition(scene, seen)
     parties = (terms.candidate, terms.witness)
     each = [limits(scene, seen, c, roundoff(party), by_matrices=party.by_matrices) for party in parties]
     across, along = sum(one.lifted for one in each), sum(one.position for one in each)
-    albedo = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
-    bright = any_of(albedo[seen[Stage.OBJECT][..., 0].astype(int)] > 0) | (stage is Stage.IRRADIANCE)
     turned = sum(one.end_to_end[Stage.NORMAL] + one.end_to_end[Stage.RAY] for one in each)
-    facing = -dot(seen[Stage.NORMAL], seen[Stage.RAY])
-    bright &= (np.abs(facing) > turned) & ((facing > 0) | (stage is not Stage.RADIANCE))
     # Another surface that follows so closely may be seen in its place, or met by a feeler.
     depth = terms.classes.depth[rows, columns] + 2 * _epsilon(terms)[rows, columns]
-    bright &= near.gaps.reshape(bright.shape) > depth[:, np.newaxis] / c.cosine
-    lit = np.zeros(bright.shape, dtype=bool)
+    apart = c.hit & (near.gaps.reshape(c.hit.shape) > depth[:, np.newaxis] / c.cosine)
+    lit = np.zeros(c.hit.shape, dtype=bool)
     for index, light in enumerate(scene.lights):
         toward = np.asarray(light.position) - seen[Stage.POSITION]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -136,14 +161,25 @@ def _all_lit(terms: Terms, stage: Stage, around: Neighbours) -> np.ndarray:
         sure &= length(toward) > 4 * along
         ended = any(end.light == index for end in terms.ground.edges.light_ends)
         lit |= sure & (not ended and any(flux > 0 for flux in light.flux))
+    facing = -dot(seen[Stage.NORMAL], seen[Stage.RAY])
+    lit &= apart & (np.abs(facing) > turned)
+    albedo = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
+    colored = any_of(albedo[seen[Stage.OBJECT][..., 0].astype(int)] > 0)
+    for channel, bright in enumerate((lit, lit & colored, lit & colored & (facing > 0))):
+        np.logical_and.at(found[..., channel], (rows, columns), bright.all(axis=1))
     # Where two normals are a right angle apart or more, a start that moves along one may leave the other face behind.
-    alike = np.array([(normals @ normals.T > 0).all() for normals in seen[Stage.NORMAL]])
-    return alike & (bright & lit & c.hit).all(axis=1)
+    order = np.lexsort((columns, rows))
+    starts = np.flatnonzero(np.diff(rows[order] * where.shape[1] + columns[order], prepend=-1))
+    for some in np.split(order, starts[1:]):
+        normals = seen[Stage.NORMAL][some].reshape(-1, 3)
+        found[rows[some[0]], columns[some[0]]] &= bool((normals @ normals.T > 0).all())
+    return found
 
 
 def leaking(terms: Terms, where: np.ndarray) -> np.ndarray:
-    """Return which pixels of `where` (height, width) have an edge inside a blocker so near on the way to a light that
-    rounding decides which face hides it.
+    """Return which pixels of `where` (height, width) have an inner edge of a blocker on their way to a light.
+
+    So near that rounding decides which face hides the light.
     """
     found, c = np.zeros_like(where), terms.conditioning
     rows, columns = np.nonzero(where)

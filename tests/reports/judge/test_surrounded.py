@@ -1,4 +1,4 @@
-"""Where faces of one mesh surround a pixel's point, nothing but one of them may be seen, however many pixels are edges."""
+"""Where faces of one mesh surround a pixel's point one of them is seen, however many pixels are edges."""
 
 from dataclasses import replace
 
