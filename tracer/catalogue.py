@@ -58,7 +58,7 @@ def _formula(registry: DeclaredRegistry[Callable[..., Any]], name: str) -> Formu
         folder=registry.package.rsplit(".", 1)[1],
         module=registry.module(name),
         facts=facts,
-        **{key: facts[key] for key in ("default", "erratum", "known_bad", "equivalent") if key in facts},
+        **{key: facts[key] for key in ("default", "erratum", "known_bad", "leaks", "equivalent") if key in facts},
     )
 
 

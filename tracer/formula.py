@@ -49,6 +49,7 @@ class Formula:
     default: bool = False
     erratum: str | None = None  # such as "E6"
     known_bad: str | None = None  # where a form that computes the right thing in exact arithmetic breaks down
+    leaks: str | None = None  # of triangles: where rays slip between two that share an edge, if they do (`watertight`)
     equivalent: str | None = None  # why a wrong form is right on every valid scene
     facts: Mapping[str, Any]  # all that was registered, what only its slot knows included
 
@@ -92,6 +93,7 @@ def own_formula(place: str, *, default: Formula) -> Formula:
         kind="right",
         erratum=None,
         known_bad=None,
+        leaks=None,
         equivalent=None,
     )
 

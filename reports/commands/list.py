@@ -89,7 +89,8 @@ def formulas() -> list[Row]:
             "kind": FORMULAS[name].kind,
             "stage": str(FORMULAS[name].stage),
             "covers": list(FORMULAS[name].covers),
-            "what": first_line(FORMULAS[name].function),
+            "what": first_line(FORMULAS[name].function)
+            + (f" Not watertight: {FORMULAS[name].leaks}." if FORMULAS[name].leaks else ""),
         }
         for name in sorted(FORMULAS)
     ]

@@ -37,6 +37,14 @@ def test_facts_are_complete(name: str) -> None:
     assert (formula.kind == "control") == ((formula.erratum is None) != (formula.known_bad is None))
 
 
+def test_a_formula_that_leaks_is_right_elsewhere_or_a_control_and_no_default() -> None:
+    leaking = [formula for formula in FORMULAS.values() if formula.leaks]
+
+    assert {formula.slot for formula in leaking} == {"triangle"}
+    assert "triangle/moeller_trumbore" in {formula.name for formula in leaking}
+    assert not [formula.name for formula in leaking if formula.default or formula.kind == "fault"]
+
+
 def test_unknown_names_list_what_is_known() -> None:
     with pytest.raises(LookupError, match=r"no slot is called 'pyramid'.*sphere"):
         FORMULAS["pyramid/slabs"]

@@ -567,3 +567,32 @@ def fault_one_area(ray: Ray, triangle: Any, interval: Interval) -> Any:
     P = dr.fma(ray.direction, t, from_first)
     inside = (dr.dot(N, dr.cross(P, E2)) >= 0) & (dr.dot(N, dr.cross(E1, P)) >= 0) & (dr.squared_norm(N) > 0)
     return dr.select(interval.contains(t) & inside & ~parallel, t, dr.inf)
+
+
+@INTERSECTIONS.register(
+    "triangle/fault_strict_edges",
+    covers=("HIT-6",),
+    kind="fault",
+    says="leaves out a triangle's edges, so that rays slip between neighbours",
+    cases=("watertight/*",),
+    stage=Stage.OBJECT,
+    space="world",
+)
+def fault_strict_edges(ray: Ray, triangle: Any, interval: Interval) -> Any:
+    """Return the t of a triangle without its edges.
+
+    u > 0, v > 0 and u + v < 1: a ray at an edge, or off by a rounding, meets neither of two neighbours.
+    """
+    D = ray.direction
+    E1, E2 = triangle.second - triangle.first, triangle.third - triangle.first
+    T = ray.origin - triangle.first
+    DxE2, TxE1 = dr.cross(D, E2), dr.cross(T, E1)
+    determinant = dr.dot(DxE2, E1)
+    parallel = determinant == 0
+    scale = 1 / dr.select(parallel, 1, determinant)
+    t = dr.dot(TxE1, E2) * scale
+    u = dr.dot(DxE2, T) * scale
+    v = dr.dot(TxE1, D) * scale
+
+    inside = (u > 0) & (v > 0) & (u + v < 1)
+    return dr.select(interval.contains(t) & inside & ~parallel, t, dr.inf)

@@ -33,7 +33,14 @@ def _rows(triangle: Any) -> tuple[tuple[Any, Any], ...]:
     return tuple((row, -dr.dot(row, first)) for row in rows)
 
 
-@INTERSECTIONS.register("triangle/baldwin_weber", covers=("HIT-6",), kind="right", stage=Stage.OBJECT, space="world")
+@INTERSECTIONS.register(
+    "triangle/baldwin_weber",
+    covers=("HIT-6",),
+    kind="right",
+    stage=Stage.OBJECT,
+    leaks="two triangles round the edge that they share differently",
+    space="world",
+)
 def baldwin_weber(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t at which u >= 0, v >= 0 and u + v <= 1, if inside the interval, or inf."""
     Float, Vector = type(ray.direction.x), type(ray.direction)

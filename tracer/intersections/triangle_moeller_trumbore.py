@@ -12,7 +12,14 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.rays import Interval, Ray
 
 
-@INTERSECTIONS.register("triangle/moeller_trumbore", covers=("HIT-6",), kind="right", stage=Stage.OBJECT, space="world")
+@INTERSECTIONS.register(
+    "triangle/moeller_trumbore",
+    covers=("HIT-6",),
+    kind="right",
+    stage=Stage.OBJECT,
+    leaks="two triangles round the edge that they share differently",
+    space="world",
+)
 def moeller_trumbore(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t at which u >= 0, v >= 0 and u + v <= 1, if inside the interval, or inf."""
     D = ray.direction

@@ -14,7 +14,14 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.rays import Interval, Ray
 
 
-@INTERSECTIONS.register("triangle/pluecker", covers=("HIT-5",), kind="right", stage=Stage.OBJECT, space="world")
+@INTERSECTIONS.register(
+    "triangle/pluecker",
+    covers=("HIT-5",),
+    kind="right",
+    stage=Stage.OBJECT,
+    leaks="edges need not meet exactly in a vertex",
+    space="world",
+)
 def pluecker(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t of the plane's hit if all edges pass on one side and t lies inside the interval, or inf."""
     D = ray.direction

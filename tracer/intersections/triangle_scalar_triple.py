@@ -21,6 +21,7 @@ def _triple(A: Any, B: Any, C: Any) -> Any:
     stage=Stage.OBJECT,
     erratum="E16",
     equivalent="a word is wrong and the formula right: -(A x C) . B is the determinant that Cramer's rule asks for",
+    leaks="two triangles round the edge that they share differently",
     space="world",
 )
 def scalar_triple(ray: Ray, triangle: Any, interval: Interval) -> Any:

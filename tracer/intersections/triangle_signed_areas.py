@@ -9,7 +9,14 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.rays import Interval, Ray
 
 
-@INTERSECTIONS.register("triangle/signed_areas", covers=("HIT-5",), kind="right", stage=Stage.OBJECT, space="world")
+@INTERSECTIONS.register(
+    "triangle/signed_areas",
+    covers=("HIT-5",),
+    kind="right",
+    stage=Stage.OBJECT,
+    leaks="two triangles round the edge that they share differently",
+    space="world",
+)
 def signed_areas(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return the t of the plane's hit if S1, S2 and S3 lie in [0, 1] and t inside the interval, or inf."""
     E1, E2 = triangle.second - triangle.first, triangle.third - triangle.first
