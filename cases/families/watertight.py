@@ -1,8 +1,9 @@
 """Meshes whose inner edges and vertices lie on the rays themselves: nothing may slip between two of their faces.
 
-Every corner is a sum of few powers of two, so that float32 holds it exactly, and so is every ray's direction, up to its
-length: a pixel's side is 2^-6 of the depth, and the camera's axes are whole numbers over 3 or 5. In exact arithmetic a
-ray meets its vertex or edge; of a computed ray rounding decides which of the faces there it meets. One of them it meets.
+Every corner is a sum of few powers of two, so that float32 holds it exactly, and so is every ray's direction, up to
+its length: a pixel's side is 2^-6 of the depth, and the camera's axes are whole numbers over 3 or 5. In exact
+arithmetic a ray meets its vertex or edge; of a computed ray rounding decides which of the faces there it meets. One of
+them it meets.
 
 Formulas of HIT-6 are not asked: Cramer's rule rounds an edge differently in the two triangles that share it, and is
 right where no ray comes so near an edge.
@@ -73,7 +74,8 @@ def centres(width: int, height: int) -> Points:
 def cells(rows: int, columns: int) -> np.ndarray:
     """Return the two triangles (faces, 3) of each cell between `rows` times `columns` vertices, counter-clockwise."""
     corner = (np.arange(rows - 1)[:, np.newaxis] * columns + np.arange(columns - 1)).reshape(-1, 1)
-    return np.concatenate([corner + (0, 1, columns + 1), corner + (0, columns + 1, columns)])
+    halves = np.array(((0, 1, columns + 1), (0, columns + 1, columns)))
+    return np.concatenate([corner + half for half in halves])
 
 
 def net(
