@@ -12,22 +12,6 @@ from rayproof.cases.stages import Stage
 ORACLE = "analytic"  # its name among the references
 
 
-class Surroundings(Protocol):
-    """What is around n image points within a radius of each."""
-
-    enclosed: np.ndarray  # (n,) whether the mesh that is seen goes on over the whole radius
-    points: np.ndarray  # (k,) of each face near one of the points: which point
-    places: np.ndarray  # (k, 2, 2) px, and two image points on the face
-
-
-class Near(Protocol):
-    """Lower bounds of how near to n image points something else is."""
-
-    shadows: np.ndarray  # (n, lights) px: on the surface seen, to where a shadow of a light begins or ends
-    seams: np.ndarray  # (n, lights) px: to where the way to a light meets an edge inside a mesh that hides it
-    gaps: np.ndarray  # (n,) m: along the ray from what is seen to the nearest other surface
-
-
 class FullOracle(Protocol):
     """What judging asks of the analytic reference."""
 
@@ -47,12 +31,20 @@ class FullOracle(Protocol):
         """Return each pixel's distance to the nearest edges [px], as `reports.judge.tolerance.edges.Edges`."""
         ...
 
-    def surroundings(self, scene: Scene, points: np.ndarray, radius: np.ndarray) -> Surroundings:
-        """Return which faces come within a radius (n,) [px] of image points (n, 2), and whether one mesh fills it."""
+    def surroundings(self, scene: Scene, points: np.ndarray, radius: np.ndarray) -> Any:
+        """Return what is around image points (n, 2) within a radius (n,) [px] of each.
+
+        `enclosed` (n,) says where the mesh that is seen goes on over the whole radius; `points` (k,) of each face of a
+        mesh that comes near one of the points which one that is, and `places` (k, 2, 2) [px] are two points on it.
+        """
         ...
 
-    def near(self, scene: Scene, points: np.ndarray) -> Near:
-        """Return how near to image points (n, 2) shadows' edges, inner edges of blockers and other surfaces are."""
+    def near(self, scene: Scene, points: np.ndarray) -> Any:
+        """Return lower bounds of how near to image points (n, 2) something else is, on the surface seen there.
+
+        `shadows` (n, lights) [px] where one begins or ends, `seams` (n, lights) [px] where the way to a light meets an
+        edge inside a mesh that hides it, `gaps` (n,) [m] along the ray to the nearest other surface.
+        """
         ...
 
 

@@ -81,7 +81,8 @@ def _unclipped(scene: Scene, corners: np.ndarray) -> np.ndarray:
     view = view_of(scene.camera)
     away = corners - view.eye
     # No farther along the axis than straight: both kinds of clip interval hold what this one does.
-    return (away @ view.forward > near * (1 + CLIPPED)).all(axis=1) & (length(away) < far * (1 - CLIPPED)).all(axis=1)
+    within = (away @ view.forward > near * (1 + CLIPPED)) & (length(away) < far * (1 - CLIPPED))
+    return np.asarray(within.all(axis=1))
 
 
 def _faces_near(scene: Scene, index: int, points: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +129,7 @@ def _nearest(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     edges = np.roll(corners, -1, axis=1) - corners
     offsets = points[:, np.newaxis] - corners
     sides = edges[..., 0] * offsets[..., 1] - edges[..., 1] * offsets[..., 0]
-    inside = (sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)
+    inside = np.asarray((sides >= 0).all(axis=1) | (sides <= 0).all(axis=1))
     squared = dot(edges, edges)
     along = np.divide(dot(offsets, edges), squared, out=np.zeros_like(squared), where=squared > 0)
     candidates = corners + edges * np.clip(along, 0, 1)[..., np.newaxis]

@@ -68,7 +68,7 @@ def test_feelers_meet_the_vertices_before_the_light():
     positions = ORACLE.render(scene, [Stage.POSITION])[Stage.POSITION].reshape(-1, 3)
     shaded = positions[ORACLE.render(scene, [Stage.VISIBILITY])[Stage.VISIBILITY].ravel() == 0]
     light = np.asarray(scene.lights[0].position)
-    vertices = scene.shapes[1].vertices.astype(np.float64) - light
+    vertices = world_triangles(scene.shapes[1]).reshape(-1, 3).astype(np.float64) - light
     units = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
 
     feelers = (shaded - light) / np.linalg.norm(shaded - light, axis=1, keepdims=True)
