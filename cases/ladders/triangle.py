@@ -118,6 +118,24 @@ LADDERS = (
         laws=(Law(formulas=("*",), slope=-1.0, because="K is 1 / cos"),),
     ),
     _ladder(
+        name="TRI-AROUND",
+        parameter="distance at which rays pass a sliver in its plane, seen at 0.5 degrees [m]",
+        values=(3.0, 1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3),
+        draw=draws.around,
+        kind="count",
+        unit="phantom hits",
+        condition="none: all miss",
+        rays=50_000,
+        quick_rays=5_000,
+        gate=Gate(reaches={"float32": 0.1, "float64": 1e-3}, misclassified=0.0, index=float("inf")),
+        fails=(Failure(formulas=("printed_third_row",), because="erratum E6: another condition than the triangle's"),),
+        first_to_break="triangle/moeller_trumbore and scalar_triple, whose t is off by up to 560 K u then",
+        survivor="float64; triangle/woop, woop_kahan, signed_areas",
+        measured="in float32 300 m away 16 u are 3e-4 m, in the plane 0.033 m; of 50 000 rays that pass by 1 cm"
+        " moeller_trumbore hits with 309, scalar_triple with 86; by 3 mm with 2930 and 2211, baldwin_weber with 819,"
+        " pluecker with 42, woop_kahan with 1",
+    ),
+    _ladder(
         name="TRI-ORG",
         parameter="distance of triangle and eye from the world's origin [m]",
         values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5),

@@ -68,6 +68,31 @@ def grazing(cosine: float, count: int, generator: np.random.Generator, precision
     return _aimed(_triangles(count, generator), _weights(count, generator), generator, precision, cosine=slope)
 
 
+def around(margin: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return rays that pass a sliver by a margin [m] in its plane, 300 m ahead at 0.5 degrees, 500 m from the origin.
+
+    Its sides are 11.2, 9.75 and 1.47 m.
+    Source: Lam, Incorrect intersection results, https://github.com/RenderKit/embree/issues/387 (2022).
+    """
+    long, middle, short = 11.2, 9.75, 1.47
+    along = (long**2 + middle**2 - short**2) / (2 * long)
+    x = directions(count, generator)
+    y = across(x, generator)
+    first = 500 * directions(count, generator)
+    corners = [first, first + long * x, first + along * x + np.sqrt(middle**2 - along**2) * y]
+    # Each ray meets the plane beside one of the three sides.
+    side, share = generator.integers(3, size=count), generator.uniform(0, 1, (count, 1))
+    start = np.choose(side[:, None], corners)
+    edge = np.choose(side[:, None], corners[1:] + corners[:1]) - start
+    target = start + share * edge + margin * _unit(np.cross(edge, np.cross(x, y)))
+    heading, grazing = generator.uniform(0, 2 * np.pi, (count, 1)), np.radians(0.5)
+    above = np.where(generator.random((count, 1)) < 0.5, -1.0, 1.0) * np.sin(grazing)
+    direction = above * np.cross(x, y) + np.cos(grazing) * (np.cos(heading) * x + np.sin(heading) * y)
+    corners = [rounded(corner, precision) for corner in corners]
+    origin = rounded(target - 300 * direction, precision)
+    return {"o": origin, "d": rounded(_unit(target - origin), precision), **dict(zip("abc", corners, strict=True))}
+
+
 def translated(offset: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
     """Return rays at points well inside unit triangles, all moved by `offset` m."""
     moved = [corner + offset * np.array([[0.6, -0.48, 0.64]]) for corner in _triangles(count, generator)]
