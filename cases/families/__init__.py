@@ -11,11 +11,13 @@ from fnmatch import fnmatchcase
 from functools import cache
 
 from rayproof.cases.case import Case
+from rayproof.cases.declarations import DeclaredRegistry
 from rayproof.cases.random import FAMILY as RANDOM
 from rayproof.cases.random import case_named
-from rayproof.cases.registry import Registry
 
-CASE_FAMILIES: Registry[Callable[[], Iterator[Case]]] = Registry("case family", package="rayproof.cases.families")
+CASE_FAMILIES: DeclaredRegistry[Callable[[], Iterator[Case]]] = DeclaredRegistry(
+    "case family", package="rayproof.cases.families", name="CASE_FAMILIES"
+)
 
 
 @cache

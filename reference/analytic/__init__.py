@@ -1,6 +1,7 @@
 """The analytic reference: float64 NumPy, written from geometry, an oracle for every stage and its edges."""
 
 from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,11 +9,10 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.analytic.camera_frame import pixel_centers
-from rayproof.reference.analytic.camera_stage import camera_answer
-from rayproof.reference.analytic.edges import Edges, edges_of
-from rayproof.reference.analytic.edges.surroundings import Near, Surroundings, near, surroundings
-from rayproof.reference.analytic.stages import NEXT, chain, rays
+
+if TYPE_CHECKING:
+    from rayproof.reference.analytic.edges import Edges
+    from rayproof.reference.analytic.edges.surroundings import Near, Surroundings
 
 
 @REFERENCES.register("analytic", independent=True)
@@ -41,6 +41,9 @@ class Analytic:
             ValueError: samples < 1, or samples > 1 for a stage other than radiance.
 
         """
+        from rayproof.reference.analytic.camera_frame import pixel_centers
+        from rayproof.reference.analytic.camera_stage import camera_answer
+
         if samples < 1 or (samples > 1 and set(stages) != {Stage.RADIANCE}):
             raise ValueError(f"samples must be 1, or more for radiance alone, got {samples} for {sorted(stages)}")
         camera = scene.camera
@@ -69,6 +72,8 @@ class Analytic:
             ValueError: the camera stage, which is no image.
 
         """
+        from rayproof.reference.analytic.stages import chain
+
         if Stage.CAMERA in stages:
             raise ValueError("the camera stage has no value at an image point")
         if not stages:
@@ -93,6 +98,9 @@ class Analytic:
             ValueError: the camera stage, which continues from nothing and is no image.
 
         """
+        from rayproof.reference.analytic.camera_frame import pixel_centers
+        from rayproof.reference.analytic.stages import NEXT, rays
+
         camera = scene.camera
         if stage is Stage.CAMERA:
             raise ValueError("the camera stage continues from nothing; ask render")
@@ -107,14 +115,20 @@ class Analytic:
             rows = NEXT[stage](scene, flat)
         return rows.reshape(camera.lines, camera.width, rows.shape[1])
 
-    def edges(self, scene: Scene) -> Edges:
+    def edges(self, scene: Scene) -> "Edges":
         """Return for every pixel lower bounds [px] of the distance to silhouettes, shadow edges and terminators."""
+        from rayproof.reference.analytic.edges import edges_of
+
         return edges_of(scene)
 
-    def surroundings(self, scene: Scene, points: np.ndarray, radius: np.ndarray) -> Surroundings:
+    def surroundings(self, scene: Scene, points: np.ndarray, radius: np.ndarray) -> "Surroundings":
         """Return which faces come within a radius (n,) [px] of image points (n, 2), and whether one mesh fills it."""
+        from rayproof.reference.analytic.edges.surroundings import surroundings
+
         return surroundings(scene, points, radius)
 
-    def near(self, scene: Scene, points: np.ndarray) -> Near:
+    def near(self, scene: Scene, points: np.ndarray) -> "Near":
         """Return how near to image points (n, 2) shadows' edges, inner edges of blockers and other surfaces are."""
+        from rayproof.reference.analytic.edges.surroundings import near
+
         return near(scene, points)

@@ -8,8 +8,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.cycles import program, tasks
-from rayproof.reference.cycles.refusals import refusal
+from rayproof.reference.cycles import program
 
 
 @REFERENCES.register("cycles", independent=True, optional=True)
@@ -29,10 +28,14 @@ class Cycles:
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
+        from rayproof.reference.cycles.refusals import refusal
+
         return refusal(scene, stage)
 
     def settings(self, scene: Scene) -> dict[str, str]:
         """Return what its answer depends on besides the scene."""
+        from rayproof.reference.cycles import tasks
+
         return {name: str(value) for name, value in tasks.CYCLES.items()}
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
@@ -40,6 +43,8 @@ class Cycles:
 
         A picture per light: of several, a sample of Cycles takes one at random.
         """
+        from rayproof.reference.cycles import tasks
+
         lights = range(len(scene.lights)) if Stage.RADIANCE in stages and scene.lights else (-1,)
         names = {f"{light}.exr": light for light in lights}
         with program.workshop() as folder:
@@ -56,6 +61,8 @@ class Cycles:
 
 def _hits(scene: Scene, picture: dict[str, np.ndarray]) -> Answers:
     """Return object, distance, position and normal."""
+    from rayproof.reference.cycles import tasks
+
     shape = tasks.pixels(picture, "shape", "X") - 1
     hit = shape >= 0
     two_sided = np.array([*(each.two_sided for each in scene.shapes), False])[shape.astype(int)]

@@ -11,8 +11,6 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.embree.refusals import refusal
-from rayproof.reference.embree.stages import CLEARANCE, answers, rays
 
 
 @REFERENCES.register("embree", independent=True)
@@ -38,10 +36,14 @@ class Embree:
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
+        from rayproof.reference.embree.refusals import refusal
+
         return self.missing() or refusal(scene, stage)
 
     def settings(self, scene: Scene) -> dict[str, str]:
         """Return what its answer depends on besides the scene."""
+        from rayproof.reference.embree.stages import CLEARANCE
+
         return {
             "scene": "robust, triangles, relative to the eye",
             "feelers": f"from {CLEARANCE:.3g} of the distance to the eye",
@@ -49,6 +51,8 @@ class Embree:
 
     def epsilon_at(self, seen: Answers) -> np.ndarray:
         """Return how near [m] to a hit blockers do not count, (height, width), 0 on a miss."""
+        from rayproof.reference.embree.stages import CLEARANCE
+
         distance = seen[Stage.DISTANCE][..., 0]
         return np.where(np.isfinite(distance), CLEARANCE * distance, 0.0)
 
@@ -59,6 +63,8 @@ class Embree:
             ValueError: samples > 1, which asks for a mean radiance.
 
         """
+        from rayproof.reference.embree.stages import answers, rays
+
         if samples != 1:
             raise ValueError(f"Embree has no radiance to take the mean of over {samples} x {samples} samples")
         found = {Stage.RAY: rays(scene)} if Stage.RAY in stages else {}

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from functools import cache
+from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,15 +11,8 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Plane, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.mitsuba3 import scalar, variants, vectorized
-from rayproof.reference.mitsuba3.cameras import camera_answer
+from rayproof.reference.mitsuba3 import variants
 from rayproof.reference.mitsuba3.epsilons import SHADOW_EPSILON, offsets
-from rayproof.reference.mitsuba3.images import clip_planes_beyond, radiance
-from rayproof.reference.mitsuba3.planes import reach
-from rayproof.reference.mitsuba3.refusals import refusal
-from rayproof.reference.mitsuba3.stages import answers
-from rayproof.reference.mitsuba3.tracing import own_interval
-from rayproof.reference.mitsuba3.worlds import build
 
 HIGHEST = 64  # a scene with more shapes has kernels of its own
 
@@ -35,13 +29,18 @@ def hold_a_high_number(mi: Any) -> Any:
 
 
 class _Mitsuba:
-    """What both variants share; `variant` and `tracing` tell them apart."""
+    """What both variants share; `variant` and the module `traced_by` tell them apart."""
 
     precision = "float32"
     in_bands = True
     light_epsilon = SHADOW_EPSILON
     variant: ClassVar[str]
-    tracing: ClassVar[Any]  # a module with `trace`, `feel`, `ends` and `integrator`
+    traced_by: ClassVar[str]  # a module of this folder with `trace`, `feel`, `ends` and `integrator`
+
+    @property
+    def tracing(self) -> Any:
+        """Return that module, imported when something is to be traced."""
+        return import_module(f"rayproof.reference.mitsuba3.{self.traced_by}")
 
     def version(self) -> str:
         """Return program, version and variant."""
@@ -49,6 +48,8 @@ class _Mitsuba:
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
+        from rayproof.reference.mitsuba3.refusals import refusal
+
         return variants.unavailable(self.variant) or refusal(scene, stage)
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
@@ -56,6 +57,12 @@ class _Mitsuba:
 
         Stages up to exitance come from single rays through the pixel centres, radiance from Mitsuba's integrator.
         """
+        from rayproof.reference.mitsuba3.cameras import camera_answer
+        from rayproof.reference.mitsuba3.images import clip_planes_beyond, radiance
+        from rayproof.reference.mitsuba3.stages import answers
+        from rayproof.reference.mitsuba3.tracing import own_interval
+        from rayproof.reference.mitsuba3.worlds import build
+
         mi, camera = variants.load(self.variant), scene.camera
         near, far = camera.near, camera.far
         traced = set(stages) - {Stage.RADIANCE} if samples == 1 else set()
@@ -95,6 +102,8 @@ class _Mitsuba:
 
     def notes(self, scene: Scene) -> list[str]:
         """Return in sentences where Mitsuba's answer is to another question than the one asked."""
+        from rayproof.reference.mitsuba3.planes import reach
+
         found = []
         planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
         if planes:
@@ -115,7 +124,7 @@ class MitsubaScalar(_Mitsuba):
     """Mitsuba without a compiler: Embree and C++ in float32, sharing neither code nor Dr.Jit's compiler with us."""
 
     variant = "scalar_rgb"
-    tracing = scalar
+    traced_by = "scalar"
 
 
 @REFERENCES.register("mitsuba_llvm", independent=False)
@@ -123,7 +132,7 @@ class MitsubaLlvm(_Mitsuba):
     """Mitsuba through Dr.Jit and LLVM: the compiler is also the tracer's, so its word is no witness on its own."""
 
     variant = "llvm_ad_rgb"
-    tracing = vectorized
+    traced_by = "vectorized"
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
         """Answer `stages` as the other variant does, with kernels that scenes share."""

@@ -9,10 +9,8 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.povray import pictures, probing, program
-from rayproof.reference.povray.refusals import refusal
-from rayproof.reference.povray.stages import stages_of
-from rayproof.reference.povray.worlds import DEPTH_TOLERANCE, LIT_SCALE, SHADOW_TOLERANCE, scale_of, world
+from rayproof.reference.povray import program
+from rayproof.reference.povray.program import DEPTH_TOLERANCE, LIT_SCALE, SHADOW_TOLERANCE
 
 LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
 
@@ -40,16 +38,22 @@ class PovRay:
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
+        from rayproof.reference.povray.refusals import refusal
+
         return refusal(scene, stage)
 
     def settings(self, scene: Scene) -> dict[str, str]:
         """Return what its answer depends on besides the scene."""
+        from rayproof.reference.povray.worlds import scale_of
+
         return {"units per metre": f"{scale_of(scene):g}", **program.OPTIONS}
 
     def resolution(self, scene: Scene, stage: Stage) -> Resolution | None:
         """Return half a step of the pictures, where the answer comes from them."""
         if stage is not Stage.RADIANCE:
             return None
+        from rayproof.reference.povray import pictures
+
         # A value fills at least a quarter of the range, and POV-Ray's colours are float32.
         steps = pictures.WHITE / pictures.LADDER - 1
         return Resolution(
@@ -81,6 +85,10 @@ class PovRay:
 
     def _probed(self, scene: Scene, *, lit: bool) -> Answers:
         """Return every stage before radiance; those of light only if `lit`."""
+        from rayproof.reference.povray import pictures, probing
+        from rayproof.reference.povray.stages import stages_of
+        from rayproof.reference.povray.worlds import world
+
         camera = scene.camera
         with program.workshop(world(scene, pictures.faces_look) + probing.loop(scene, feelers=lit)) as folder:
             program.trace(folder, width=camera.width, height=camera.height, renders={"faces.ppm": ()})
@@ -91,6 +99,8 @@ class PovRay:
 
 def _radiance(scene: Scene, found: Answers, samples: int) -> np.ndarray:
     """Return radiance; the exposures are chosen by what trace() found at the pixel centres."""
+    from rayproof.reference.povray import pictures
+
     expected = found[Stage.EXITANCE] / (np.pi if scene.shading == "inverse_square" else 1.0)
     channels = expected.reshape(-1, 3)
     bright = np.where(channels > 0, channels, -np.inf).max(axis=0)

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from rayproof.cases.scene import Scene
+from rayproof.reference.povray.program import DEPTH_TOLERANCE
 from rayproof.reference.povray.shapes import vector
-from rayproof.reference.povray.worlds import DEPTH_TOLERANCE, scale_of
+from rayproof.reference.povray.worlds import scale_of
 
 NUMBERS = "numbers.txt"
 # Fixed-point text: 17 digits after the point resolve 1e-17 of POV-Ray's units.

@@ -13,6 +13,11 @@ from pathlib import Path
 INSTALL = "POV-Ray is not installed; apt-get install --no-install-recommends povray (or your system's package of it)."
 # No antialiasing: one sample at the pixel's centre. 16 bits without gamma, and no dithering, which is random. Bounds
 # that we give stay: POV-Ray would take those of unions for needless. One thread: several renders run at once.
+# POV-Ray ignores what blocks a feeler within 1e-3 of its units from either end: a millionth of a metre at this scale.
+# Unlit scenes keep to metres, because nothing farther than 1e7 units is hit.
+LIT_SCALE = 1024.0
+SHADOW_TOLERANCE = 1e-3  # units; POV-Ray 3.7, render/trace.cpp
+DEPTH_TOLERANCE = 1e-6  # units; shape/*.cpp
 OPTIONS = {
     "Output_File_Type": "P",
     "Bits_Per_Color": "16",

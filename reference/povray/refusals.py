@@ -7,8 +7,8 @@ import numpy as np
 from rayproof.cases.baking import world_triangles
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reference.povray.program import missing
-from rayproof.reference.povray.worlds import DEPTH_TOLERANCE, FARTHEST, SHADOW_TOLERANCE, scale_of
+from rayproof.reference.povray.program import DEPTH_TOLERANCE, SHADOW_TOLERANCE, missing
+from rayproof.reference.povray.worlds import FARTHEST, scale_of
 
 # A shape that measures less than this many of POV-Ray's tolerances no longer tests it.
 SMALLEST = 100

@@ -9,16 +9,12 @@ from collections.abc import Callable
 import numpy as np
 
 from rayproof.cases.scene import Scene
+from rayproof.reference.povray.program import LIT_SCALE
 from rayproof.reference.povray.shapes import solid, vector
 
 # (shape index, face index) -> SDL of what that face looks like
 Look = Callable[[int, int], str]
 
-# POV-Ray ignores what blocks a feeler within 1e-3 of its units from either end: a millionth of a metre at this scale.
-# Unlit scenes keep to metres, because nothing farther than 1e7 units is hit.
-LIT_SCALE = 1024.0
-SHADOW_TOLERANCE = 1e-3  # units; POV-Ray 3.7, render/trace.cpp
-DEPTH_TOLERANCE = 1e-6  # units; shape/*.cpp
 FARTHEST = 1e7  # units; configbackend.h, MAX_DISTANCE
 
 HEAD = """#version 3.7;

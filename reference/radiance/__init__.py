@@ -7,11 +7,7 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Plane, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.radiance import materials, programs
-from rayproof.reference.radiance.extents import FTINY, extent, reach, scale
-from rayproof.reference.radiance.refusals import refusal
-from rayproof.reference.radiance.stages import image, single
-from rayproof.reference.radiance.tracing import World
+from rayproof.reference.radiance import programs
 
 # Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, the product of
 # cosine and solid angle, that with the material, and that with the light. White, by which irradiance is read off, is
@@ -43,15 +39,20 @@ class Radiance:
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
+        from rayproof.reference.radiance.refusals import refusal
+
         return programs.missing() or refusal(scene, stage)
 
     def settings(self, scene: Scene) -> dict[str, str]:
         """Return what its answer depends on besides the scene."""
+        from rayproof.reference.radiance.extents import scale
+        from rayproof.reference.radiance.materials import LIGHT_RADIUS
+
         units = scale(scene)
         return {
             "rtrace": " ".join(programs.OPTIONS),
             "unit": f"{1 / units:g} m",
-            "light": f"illum, sphere of radius {materials.LIGHT_RADIUS / units:g} m, one at a time",
+            "light": f"illum, sphere of radius {LIGHT_RADIUS / units:g} m, one at a time",
         }
 
     def resolution(self, scene: Scene, stage: Stage) -> Resolution | None:
@@ -72,20 +73,27 @@ class Radiance:
         absolutely in rtrace 6.0a, relatively in later ones (common/face.c, `inface`). Either is below this at sides of
         more than a 500 000th of the scene.
         """
+        from rayproof.reference.radiance.extents import FTINY, extent
+
         return FTINY * extent(scene)
 
     def edge_epsilon(self, scene: Scene) -> float:
         """Return how far [m] beyond a polygon's edge a point may count as inside, for the same reason."""
+        from rayproof.reference.radiance.extents import FTINY, extent
+
         return FTINY * extent(scene)
 
     def notes(self, scene: Scene) -> list[str]:
         """Return in sentences where rtrace's answer is to another question than the one asked."""
+        from rayproof.reference.radiance.extents import reach, scale
+        from rayproof.reference.radiance.materials import LIGHT_RADIUS
+
         found = []
         planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
         if planes:
             found.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {reach(scene):.4g} m.")
         if scene.lights:
-            radius = materials.LIGHT_RADIUS / scale(scene)
+            radius = LIGHT_RADIUS / scale(scene)
             found.append(f"Every light is a sphere of radius {radius:.2g} m; what is nearer to it does not block it.")
         return found
 
@@ -96,6 +104,9 @@ class Radiance:
             RuntimeError: a program ended with an error, or with fewer numbers than it was asked for.
 
         """
+        from rayproof.reference.radiance.stages import image, single
+        from rayproof.reference.radiance.tracing import World
+
         with World(scene) as world:
             found = single(scene, world, stages) if samples == 1 and set(stages) - {Stage.RADIANCE} else {}
             if Stage.RADIANCE in stages:

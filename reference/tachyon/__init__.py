@@ -9,9 +9,7 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.tachyon import light, paints, program
-from rayproof.reference.tachyon.models import EPSILON, model
-from rayproof.reference.tachyon.refusals import refusal
+from rayproof.reference.tachyon import program
 
 
 @REFERENCES.register("tachyon", independent=True, optional=True)
@@ -24,7 +22,7 @@ class Tachyon:
     """
 
     precision = "float32"
-    ray_epsilon = EPSILON
+    ray_epsilon = program.EPSILON
 
     @classmethod
     def missing(cls) -> str | None:
@@ -37,6 +35,8 @@ class Tachyon:
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
+        from rayproof.reference.tachyon.refusals import refusal
+
         return refusal(scene, stage)
 
     def settings(self, scene: Scene) -> dict[str, str]:
@@ -47,8 +47,10 @@ class Tachyon:
         """Return half a step of the pictures, where the answer is a quantity of light."""
         if stage not in (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
             return None
+        from rayproof.reference.tachyon.light import LADDER
+
         # A value fills at least a quarter of the range, and Tachyon's colours are float32.
-        steps = program.WHITE / light.LADDER - 1
+        steps = program.WHITE / LADDER - 1
         return Resolution(
             relative=0.5 / steps + gamma(16, precision="float32"),
             absolute=0.0,
@@ -65,6 +67,9 @@ class Tachyon:
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel."""
+        from rayproof.reference.tachyon import light, paints
+        from rayproof.reference.tachyon.models import model
+
         camera, found = scene.camera, Answers()
         if {Stage.OBJECT, Stage.EXITANCE} & set(stages):
             found[Stage.OBJECT] = paints.faces(

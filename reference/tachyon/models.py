@@ -8,10 +8,6 @@ import numpy as np
 from rayproof.cases.scene import Camera, Scene, Shape
 from rayproof.reference.tachyon.surfaces import Ball, Level, Surface, surface_of
 
-# Tachyon ignores hits nearer than this, and triangles whose determinant with the ray is below it. Tachyon's units are
-# metres: larger ones would miss triangles, smaller ones take rounding for blockers.
-EPSILON = 1e-9  # m and m^2; tachyon.h
-
 
 @dataclass(frozen=True, kw_only=True)
 class Look:

@@ -13,6 +13,9 @@ import numpy as np
 INSTALL = "Tachyon is not installed; pip install --no-deps passagemath-tachyon, or apt-get install tachyon-bin-nox."
 WHITE = 65535
 # Full shading with shadows, no highlights. One thread: several renders run at once.
+# Tachyon ignores hits nearer than this, and triangles whose determinant with the ray is below it. Tachyon's units are
+# metres: larger ones would miss triangles, smaller ones take rounding for blockers.
+EPSILON = 1e-9  # m and m^2; tachyon.h
 OPTIONS = ("-fullshade", "-shade_nullphong", "-numthreads", "1", "-format", "PPM48")
 
 

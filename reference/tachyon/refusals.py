@@ -8,8 +8,7 @@ from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.similarity import is_similarity
 from rayproof.cases.stages import Stage
 from rayproof.reference.tachyon.clips import cut
-from rayproof.reference.tachyon.models import EPSILON
-from rayproof.reference.tachyon.program import missing
+from rayproof.reference.tachyon.program import EPSILON, missing
 from rayproof.reference.tachyon.sides import one_sided_from_behind
 from rayproof.reference.tachyon.surfaces import Facets, surface_of
 

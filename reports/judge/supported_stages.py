@@ -3,14 +3,12 @@
 Checks of such stages stay `unsupported`; a case in which nothing else was measured is `unsupported` as well.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.judge.verdict.case_verdict import Judged, case_outcome
 from rayproof.reports.results.outcomes import Outcome
-
-MEASURED = (Outcome.PASS, Outcome.WARN)
 
 
 def of_what_is_supported(judged: Judged, candidates: Sequence[Candidate]) -> Judged:
@@ -28,10 +26,3 @@ def of_what_is_supported(judged: Judged, candidates: Sequence[Candidate]) -> Jud
         why = next((one.reason for one in left if one.outcome is outcome), "")
         return replace(judged, outcome=outcome, stage=None, item=None, reason=why)
     return judged
-
-
-def concerning(outcomes: Iterable[Outcome], *, tracer: bool) -> list[Outcome]:
-    """Return the cases' outcomes that a run's verdict goes by: not those that a subject cannot do, if it can others."""
-    found = list(outcomes)
-    supported = [outcome for outcome in found if outcome is not Outcome.UNSUPPORTED]
-    return found if tracer or not any(outcome in MEASURED for outcome in supported) else supported

@@ -9,12 +9,14 @@ It reads `results` (see docs/results.md) and what lies below `folder`, writes be
 from collections.abc import Callable
 from pathlib import Path
 
-from rayproof.cases.registry import Registry
+from rayproof.cases.declarations import DeclaredRegistry
 from rayproof.reports.results.records import RunRecord
 
 Publisher = Callable[[Path, RunRecord], list[Path]]
 
-PUBLISHERS: Registry[Publisher] = Registry("publisher", package="rayproof.reports.publish")
+PUBLISHERS: DeclaredRegistry[Publisher] = DeclaredRegistry(
+    "publisher", package="rayproof.reports.publish", name="PUBLISHERS"
+)
 
 
 def publish_all(folder: Path, results: RunRecord | None = None) -> list[Path]:

@@ -57,3 +57,10 @@ def exit_code(outcomes: Iterable[Outcome]) -> int:
     if found - {Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED}:
         return 3
     return 0 if found & {Outcome.PASS, Outcome.WARN} else 3
+
+
+def concerning(outcomes: Iterable[Outcome], *, tracer: bool) -> list[Outcome]:
+    """Return the cases' outcomes that a run's verdict goes by: not those that a subject cannot do, if it can others."""
+    found = list(outcomes)
+    supported = [outcome for outcome in found if outcome is not Outcome.UNSUPPORTED]
+    return found if tracer or not any(outcome in (Outcome.PASS, Outcome.WARN) for outcome in supported) else supported

@@ -1,5 +1,6 @@
-"""How large a case's errors are: the largest over its limit, of one check or of all."""
+"""How large a case's errors are, over their limits, and what chance makes of the signs of many."""
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -9,6 +10,10 @@ from rayproof.reports.results.records import CaseRecord, CheckRecord
 
 # Of these a check may have come to nothing; the camera's have no measurement though they were made.
 UNMEASURED = frozenset(Outcome) - MEASURED
+
+# The sign test of factors that many pixels, or many cases, share.
+CHANCE = 2e-9  # of accusing a correct renderer, for each group and channel
+LEAST_DISTINCT = 30  # so many signs are all alike with a probability of 2^-29
 
 
 def worst_ratio(case: CaseRecord) -> float | None:
@@ -34,3 +39,11 @@ def ratio_of(check: CheckRecord) -> Any:
     if not measured and check.get("verdict") in UNMEASURED:
         return None
     return check.get("ratio", (check.get("end_to_end") or {}).get("worst_ratio"))
+
+
+def least_share(distinct: int) -> float:
+    """Return the share of a sample below its median that chance leaves on either side of it, but for `CHANCE`.
+
+    Of so many independent signs at most half are expected to be positive; Hoeffding's inequality (1963, theorem 1).
+    """
+    return max(0.0, 0.5 - math.sqrt(math.log(2 / CHANCE) / (2 * distinct)))

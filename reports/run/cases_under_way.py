@@ -15,7 +15,6 @@ from rayproof.reports.run.banded_run import BandedRun, Finished, Merging
 from rayproof.reports.run.case_run import CaseRun
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.record.merging import merged
 from rayproof.reports.run.size import bands_of, deadline
 from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import Subject
@@ -88,6 +87,8 @@ class CasesUnderWay:
         if not bands:
             run(one, self._done).start()
             return
+        from rayproof.reports.run.record.merging import merged  # and with it much of the judge
+
         together = cast("Merging", partial(merged, folder=self._folder, subject=subject))
         banded = BandedRun(one, bands, run=run, merged=together, finished=self._done)
         self._in_bands[one.case.name] = banded

@@ -16,7 +16,6 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
 from rayproof.reports.cache.guards import ask_once, passed
 from rayproof.reports.cache.store import usual_store
-from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.pictures import ALL_OF, Drawing, drawn_usually
 from rayproof.reports.results.atomic import remove_drafts
@@ -27,7 +26,7 @@ from rayproof.reports.results.headline import causes, examined_line, no_say, wor
 from rayproof.reports.results.headline import worst_first as worst_cases_first
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import legible
-from rayproof.reports.results.outcomes import Outcome, exit_code
+from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
 from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run.demands import demands
 from rayproof.reports.run.dependencies import Dependencies, Earlier
@@ -219,6 +218,8 @@ def _link_calls(folder: Path, results: RunRecord) -> None:
 
 def _blame(results: RunRecord, *, tracer: bool) -> None:
     """Write into each failing case's record which items its stages leave to blame."""
+    if not results["summary"][Outcome.FAIL.value]:
+        return
     from rayproof.reports.diagnosis.blaming import by_stages, put
 
     with amending(results["cases"]):

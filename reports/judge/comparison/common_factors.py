@@ -16,7 +16,6 @@ import numpy as np
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.measurement import jsonable
 from rayproof.reports.judge.tolerance.common_factor_bounds import (
-    LEAST_DISTINCT,
     Bounds,
     Group,
     floor,
@@ -25,9 +24,9 @@ from rayproof.reports.judge.tolerance.common_factor_bounds import (
     wide_pixels,
 )
 from rayproof.reports.judge.tolerance.pair_limits import Terms
+from rayproof.reports.results.ratios import CHANCE, LEAST_DISTINCT, least_share
 from rayproof.reports.results.records import BiasRecord, FactorGroupRecord
 
-CHANCE = 2e-9  # of accusing a correct renderer, for each group and channel
 CHANNELS = "RGB"
 TINY = 2.0**-126  # the smallest normal float32: what an output resolves below it is no step of its own
 
@@ -243,14 +242,6 @@ def _fitted(about: _About, weights: np.ndarray, off: np.ndarray, bound: Bounds, 
         for light, value, limit, worst in zip(seen, values, limits, pixel, strict=True)
         if limit < worst
     ]
-
-
-def least_share(distinct: int) -> float:
-    """Return the share of a sample below its median that chance leaves on either side of it, but for `CHANCE`.
-
-    Of so many independent signs at most half are expected to be positive; Hoeffding's inequality (1963, theorem 1).
-    """
-    return max(0.0, 0.5 - math.sqrt(math.log(2 / CHANCE) / (2 * distinct)))
 
 
 def _short(number: float) -> float:

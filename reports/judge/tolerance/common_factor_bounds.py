@@ -15,6 +15,7 @@ from rayproof.reports.judge.tolerance.channels import dot, length
 from rayproof.reports.judge.tolerance.limits import Roundoff, continued_light_limit
 from rayproof.reports.judge.tolerance.output_resolution import Coarseness, irradiance_moved
 from rayproof.reports.judge.tolerance.pair_limits import Terms, roundoff
+from rayproof.reports.results.ratios import LEAST_DISTINCT
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
 # these; then pi, the quotient by it and the product with the constants before it.
@@ -26,7 +27,6 @@ SHARED = 2 / 16
 # light's own place is one of two, and where normals are alike so are the products that they enter.
 HALF = 1 / 2
 WIDE = 0.01  # of the light: pixels with a larger limit are tested together
-LEAST_DISTINCT = 30  # so many signs are all alike with a probability of 2^-29
 
 
 @dataclass(frozen=True, kw_only=True)

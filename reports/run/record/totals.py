@@ -8,11 +8,10 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.examined import Examined
 from rayproof.reports.judge.panel.known_defects import known_findings
-from rayproof.reports.judge.supported_stages import concerning
 from rayproof.reports.paths.verdict import count_paths
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import at_worst
-from rayproof.reports.results.outcomes import MEASURED, Outcome, ledger, worst
+from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
 from rayproof.reports.results.records import (
     CaseRecord,
     CheckRecord,

@@ -11,7 +11,8 @@ from rayproof.cases.scene import Plane, Scene, Sphere
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
 from rayproof.reference.povray import pictures
-from rayproof.reference.povray.worlds import FARTHEST, LIT_SCALE
+from rayproof.reference.povray.program import LIT_SCALE
+from rayproof.reference.povray.worlds import FARTHEST
 from tests.reference.pictured import ALBEDO, FIRST, answer, every_shape, looking_down
 
 

@@ -9,10 +9,10 @@ import pytest
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.renderers import Candidate
-from rayproof.reports.judge.supported_stages import concerning, of_what_is_supported
+from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.tolerance.edge_sides import Sides, excused_anyhow
 from rayproof.reports.judge.verdict.case_verdict import Judged
-from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.outcomes import Outcome, concerning
 from rayproof.reports.run.record.totals import of
 from rayproof.reports.subjects import ITEMS_OF_OTHERS
 from tests.reports.judge.scenes import CASE, ORACLE, rounded, truth, witness
