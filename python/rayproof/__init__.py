@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from rayproof.reports.api.asking import load, oracle, render, select_cases
     from rayproof.reports.api.comparing import compare
     from rayproof.reports.api.judging import judge
+    from rayproof.reports.api.outcome import view3d
     from rayproof.reports.api.running import run
 
-__all__ = ["compare", "judge", "load", "oracle", "render", "run", "select_cases"]
+__all__ = ["compare", "judge", "load", "oracle", "render", "run", "select_cases", "view3d"]
 # Name -> the module below `reports/api` that has it. Keys of the cache cover what modules name: no dotted names here.
 _PLACES = {
     "compare": "comparing",
@@ -31,6 +32,7 @@ _PLACES = {
     "render": "asking",
     "run": "running",
     "select_cases": "asking",
+    "view3d": "outcome",
 }
 
 

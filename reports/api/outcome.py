@@ -259,6 +259,25 @@ def loaded(folder: Path, code: int) -> Run:
     return Run(folder=folder, record=cast(RunRecord, MappingProxyType(load_results(folder))), code=code)
 
 
+def view3d(result: Run, case: str) -> Any:
+    """Open the scene of a case in a notebook, as its report shows it in 3-D.
+
+    It can be turned where PyVista's notebook packages are installed (`pip install pyvista[jupyter]`), and is an image
+    elsewhere.
+
+    Raises:
+        LookupError: the run has no such case, or kept no scene of it.
+        RuntimeError: there is no OpenGL.
+
+    """
+    record = result.case(case).record
+    if not record.get("scene"):
+        raise LookupError(f"the run kept no scene of {case}")
+    from rayproof.reports.publish.scene3d.plotting import open_view
+
+    return open_view(result.folder, record)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Judgement(_NoTruth):
     """An answer held against the references: its verdict, its checks, and what it is held to."""

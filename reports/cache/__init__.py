@@ -1,4 +1,4 @@
-"""What was answered, judged and drawn before, by content: the same question to the same code has the same answer.
+"""What was answered and judged before, by content: the same question to the same code has the same answer.
 
 A question is everything that the answer depends on, as a `digests.Key` with a field for each: the scene, versions,
 settings, packages, and the code by what the answering modules import (`closure`). Entries are signed with a secret of

@@ -24,7 +24,7 @@ class About(TypedDict, total=False):
     """What an entry says it is: its question's digest, and what a listing tells of it."""
 
     key: str
-    kind: str  # "render", "edges", "judgement", "picture" or "guard"
+    kind: str  # "render", "edges", "judgement" or "guard"
     reference: str  # or whatever else it is of
     version: str
     settings: dict[str, str]

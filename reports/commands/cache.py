@@ -1,4 +1,4 @@
-"""`rayproof cache`: list, verify or clear what was answered, judged and drawn before."""
+"""`rayproof cache`: list, verify or clear what was answered and judged before."""
 
 from datetime import datetime
 from pathlib import Path
@@ -31,7 +31,7 @@ class Row(TypedDict):
 def cache(
     what: Literal["list", "verify", "clear"] = "list", *, folder: Path | None = None, json: Path | None = None
 ) -> int:
-    """List, verify or clear what earlier runs kept: references' renders, verdicts, pictures.
+    """List, verify or clear what earlier runs kept: references' renders, verdicts.
 
     The renderer under test renders in every run; a verdict is taken up only for answers equal to the last bit. A run
     reads an entry only if its signature holds, by a key that only this user has (or `RAYPROOF_CACHE_KEY`).

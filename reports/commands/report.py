@@ -41,8 +41,8 @@ def report(
     single_file
         Also write report.html: the whole report in one file.
     draw
-        Draw the pictures and 3-D views of these cases first: a case's name, worst:N for the N worst, or all. A run of
-        more than 1000 cases draws the 100 worst.
+        Draw the stills of these cases first: a case's name, worst:N for the N worst, or all. A run draws those of
+        failing cases, the 100 worst at most, and of the worst twelve.
     pictures
         Also take pictures of the report, for documents, into this folder; needs Chromium and Playwright.
     case
@@ -103,7 +103,7 @@ def report(
 
 def fetched(folder: Path, results: RunRecord, which: str, url: str) -> int:
     """Bring the images of some cases from a store into a results folder; return how many cannot be had."""
-    from rayproof.reports.publish.scene3d.pictures import chosen
+    from rayproof.reports.publish.scene3d.stills import chosen
     from rayproof.reports.results.artifacts import Artifacts, fetch
 
     with told_in_one_line():
@@ -121,19 +121,16 @@ def fetched(folder: Path, results: RunRecord, which: str, url: str) -> int:
 
 
 def draw_cases(folder: Path, results: RunRecord, which: str) -> None:
-    """Draw pictures and views of some cases of a results folder, and write where they are into the results."""
-    from rayproof.reports.publish.scene3d.pictures import Drawing, chosen
+    """Draw stills of some cases of a results folder, and write where they are into the results."""
+    from rayproof.reports.publish.scene3d.stills import chosen, draw_stills
     from rayproof.reports.results.document import save_results
 
     with told_in_one_line():
         cases = chosen(results["cases"], which)
-    with Drawing(folder) as drawing:
-        for case in cases:
-            drawing.submit(case)
-    drawing.tell(results["cases"])
-    results.setdefault("environment", {})["pictures"] = drawing.reason or "drawn"
+    count, why = draw_stills(folder, results["cases"], cases)
+    results.setdefault("environment", {})["pictures"] = why or "drawn"
     save_results(folder, results)
-    say(f"drawn: {drawing.count} of {len(cases)} cases{f'; {drawing.reason}' if drawing.reason else ''}")
+    say(f"drawn: {count} of {len(cases)} cases{f'; {why}' if why else ''}")
 
 
 def look(folder: Path, results: RunRecord, pictures: Path | None, case: str | None, *, figures: bool) -> None:

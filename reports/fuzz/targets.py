@@ -249,7 +249,6 @@ def _results() -> RunRecord:
         "checks": [check],
         "pixels": None,
         "picture": None,
-        "view": None,
         "scene": "scenes/a/b.json",
         "renders": [
             {"renderer": "tracer-float32", "configuration": "float32", "seconds": 1, "image": None, "error": None}

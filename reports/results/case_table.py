@@ -167,7 +167,7 @@ class CaseTable:
             )
 
     def entries(self) -> Iterator[tuple[int, str, CaseRecord]]:
-        """Yield place, key and record of each case of the run; of what was found out later its pictures alone."""
+        """Yield place, key and record of each case of the run; of what was found out later its picture alone."""
         for number in self._ids("SELECT id FROM cases WHERE place IS NOT NULL ORDER BY place"):
             with self._told():
                 place, key, record, added = self._connection.execute(
@@ -175,9 +175,8 @@ class CaseTable:
                 ).fetchone()
                 case = _object(_inflated(record))
                 later = _object(added) if added else None
-                for name in ("picture", "view"):
-                    if later is not None and name in later:
-                        case[name] = later[name]
+                if later is not None and "picture" in later:
+                    case["picture"] = later["picture"]
             if wrong := problem_of_case(case):
                 raise DamagedTableError(f"{self.path}: {wrong}")
             yield int(place), str(key), case

@@ -360,7 +360,6 @@ class CaseFacts(TypedDict, total=False):
     scene: str | None
     picture: str | None
     thumbnail: str | None
-    view: str | None
     pixels: str | None
     artifacts: dict[str, ArtifactRecord]  # by the path that each has in a results folder
     masks: MasksRecord | None

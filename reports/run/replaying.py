@@ -86,7 +86,7 @@ def main(source: str, number: str, place: str) -> None:
                 for index in range(first, min(first + BATCH, count)):
                     record = run["cases"][index % records]
                     name = f"{record['family']}/{index:06}"
-                    journal.append(name, {**record, "name": name, "key": name, "picture": None, "view": None})
+                    journal.append(name, {**record, "name": name, "key": name, "picture": None})
         families = (run["cases"][index % records]["family"] for index in range(count))
         cases = journal.cases(f"{family}/{index:06}" for index, family in enumerate(families))
     document: Any = {key: value for key, value in run.items() if key not in ("history", "comparison", "diagnosis")}

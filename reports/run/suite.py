@@ -3,7 +3,6 @@
 import shutil
 import time
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import replace
 from datetime import UTC, datetime
 from itertools import islice
@@ -17,7 +16,7 @@ from rayproof.cases.families import all_cases, select
 from rayproof.reports.cache.guards import ask_once, passed
 from rayproof.reports.cache.store import usual_store
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.publish.scene3d.pictures import ALL_OF, Drawing, drawn_usually
+from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
 from rayproof.reports.results.atomic import remove_drafts
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import amend, amending, briefs, named
@@ -112,34 +111,30 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     workers = workers or pool_of(subject, jobs=request.jobs, timeout=request.timeout)
     if isinstance(workers, Pool):
         workers.sleeping, workers.relief, workers.memory = sleeping(), RELIEF, request.worker_memory
-    with ExitStack() as shown, Drawing(request.out, store=store, seconds=max(LOADING, request.timeout)) as drawing:
-        records, interrupted, stopped = render_and_judge(
-            request, planned, heard.names, console, drawing, store, workers, dependencies, earlier
-        )
-        found = totals.of(records)
-        results = results_document(planned, records, found, heard, faults, started, subject)
-        results["finished"] = not interrupted and stopped is None
-        if request.artifacts is not None:
-            results["artifacts"] = request.artifacts
-        results["sources"] = dependencies.sources()
-        if earlier is not None:
-            results["changed"] = earlier.record(planned=len(records))
-        if not isinstance(workers, Pool):
-            results["engine"] = workers.record()
-        if len(planned) > ALL_OF:
-            for case in drawn_usually(records):
-                drawing.submit(case)
-        if shard is not None:
-            records.table.put_places((one.case.name, place) for place, one in enumerate(whole))
-            results["shard"] = shard
-            results["configurations"] = shard["configurations"]
-        if drawing.pending:
-            save_early(request.out, results)  # before anybody waits for a picture
-            shown.enter_context(console.status("drawing"))
-    drawing.tell(results["cases"])
+    records, interrupted, stopped = render_and_judge(
+        request, planned, heard.names, console, store, workers, dependencies, earlier
+    )
+    found = totals.of(records)
+    results = results_document(planned, records, found, heard, faults, started, subject)
+    results["finished"] = not interrupted and stopped is None
+    if request.artifacts is not None:
+        results["artifacts"] = request.artifacts
+    results["sources"] = dependencies.sources()
+    if earlier is not None:
+        results["changed"] = earlier.record(planned=len(records))
+    if not isinstance(workers, Pool):
+        results["engine"] = workers.record()
+    if shard is not None:
+        records.table.put_places((one.case.name, place) for place, one in enumerate(whole))
+        results["shard"] = shard
+        results["configurations"] = shard["configurations"]
+    save_early(request.out, results)  # before anybody waits for a picture
+    with console.status("drawing"):
+        _, why = draw_stills(request.out, records, drawn_usually(records), seconds=max(LOADING, request.timeout))
+    remove_stale(request.out, records)
     find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
     results["seconds"] = round(time.perf_counter() - start, 3)
-    conclude(request, results, drawing.reason, console)
+    conclude(request, results, why, console)
     if store is not None and (left_out := store.left_out):
         full = f"the cache is full, at {store.limit / 2**30:.3g} GiB: {left_out / 2**30:.3g} GiB found no room"
         console.print(f"{full}; --cache-limit gives it more", soft_wrap=True)
@@ -311,10 +306,12 @@ def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
 def clear(folder: Path) -> None:
     """Remove what an earlier run left in its own folder, so that no image outlives the run that made it.
 
+    Stills say what they were drawn from, and those that are of no use are removed when others are drawn.
+
     Only where there is a run's journal: what is not ours is left alone.
     """
     if (folder / JOURNAL).is_file() or (folder / EARLIER).is_file():
-        for name in ("images", "scenes", "pictures", "data", CALLS):
+        for name in ("images", "scenes", "data", CALLS):
             shutil.rmtree(folder / name, ignore_errors=True)
 
 
@@ -340,7 +337,7 @@ def _publish(request: RunRequest, results: RunRecord, why: str | None, console: 
         write_results(request.json, results)
     console.print(worst_first(results["cases"]))
     if why:
-        console.print(f"no 3-D pictures: {why}", soft_wrap=True)
+        console.print(f"stills of scenes are missing: {why}", soft_wrap=True)
     counts = ", ".join(f"{number} {name}" for name, number in results["summary"].items() if number)
     console.print(f"cases: {counts}", soft_wrap=True)
     counts = ", ".join(f"{number} {name}" for name, number in results["checks"].items() if number)

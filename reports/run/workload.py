@@ -2,7 +2,7 @@
 
 import re
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,6 @@ from rich.console import Console
 from rayproof.reports.cache.store import Store
 from rayproof.reports.called import called
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.publish.scene3d.pictures import ALL_OF, Drawing
 from rayproof.reports.results.case_table import Cases
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Terms
@@ -33,14 +32,13 @@ _CHANGING = re.compile(r"\S*rayproof-\S*|\d+")  # a call's own folder, and numbe
 
 @dataclass(frozen=True)
 class Recording:
-    """How a case is recorded when it is finished, or found finished: its key, journal, pictures and progress."""
+    """How a case is recorded when it is finished, or found finished: its key, journal and progress."""
 
     request: RunRequest
     keys: Mapping[str, str]  # by the cases' names
     dependencies: Dependencies
     journal: Journal
     progress: CaseProgress
-    draw: Callable[[CaseRecord], object]
     calls: "FirstCalls"
     done: set[str] = field(default_factory=set)  # names
 
@@ -53,7 +51,6 @@ class Recording:
         if self.dependencies.known:
             record["depends"] = self.dependencies.of(one)
         record["reproduce"] = self._reproduce(one)
-        self.draw(record)
         self.journal.append(key, record)
         self.progress.finished(record, again=False)
         self.calls.finished(record)
@@ -69,7 +66,6 @@ class Recording:
         if known.get("reproduce") != again:  # a folder that was moved
             known["reproduce"] = again
             self.journal.append(key, known)
-        self.draw(known)
         self.progress.finished(known, again=True)
         return True
 
@@ -82,7 +78,6 @@ def render_and_judge(
     planned: Sequence[PlannedCase],
     references: tuple[str, ...],
     console: Console,
-    drawing: Drawing,
     store: Store | None,
     workers: "Pool | Dispatch",
     dependencies: Dependencies,
@@ -101,8 +96,7 @@ def render_and_judge(
         Journal(request.out, resume=request.resume or earlier is not None) as journal,
         CaseProgress(console, total=len(planned)) as progress,
     ):
-        draw = drawing.submit if len(planned) <= ALL_OF else drawing.leave_out
-        recording = Recording(request, keys, dependencies, journal, progress, draw, calls)
+        recording = Recording(request, keys, dependencies, journal, progress, calls)
         try:
             todo = array("Q", (number for number, one in enumerate(planned) if not recording.taken_up(one, earlier)))
             pending = (planned[number] for number in todo)

@@ -30,7 +30,7 @@ AMPLE = 600.0  # s for a run that nobody disturbs
 # A disturbed run starts its workers anew and its cases wait for deadlines; the machine may have other work.
 SLACK = 3.0
 PARTING = 10.0  # s after a run's end until which what it started must be gone
-JUDGED = ("judgement", "picture")  # kinds of entries without which a run has work to do
+JUDGED = ("judgement",)  # kinds of entries without which a run has work to do
 # It answers as the tracer did, from a file once it has one, and has a child in a session of its own meanwhile.
 PROGRAM = """#!/bin/sh
 [ "$1" = --capabilities ] && exit 1
@@ -227,7 +227,7 @@ class Site:
         return [str(path.relative_to(self.folder)) for path in found]
 
     def forget(self, cache: Path | None = None) -> None:
-        """Take from the cache what was judged and drawn, so that a run has work to do."""
+        """Take from the cache what was judged, so that a run has work to do."""
         for item in store.Store(cache or self.cache, secret=b"of listings only").items():
             if item.about.get("kind") in JUDGED:
                 item.path.unlink(missing_ok=True)

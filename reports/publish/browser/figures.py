@@ -5,7 +5,7 @@ from statistics import median
 from typing import Any
 
 from rayproof.reports.publish.browser.chromium import address, chromium
-from rayproof.reports.publish.page.case_data import view_of
+from rayproof.reports.publish.page.case_data import has_view
 from rayproof.reports.publish.page.front_data import SHARD, data_file
 from rayproof.reports.publish.page.single_file import NAME, write_single_file
 from rayproof.reports.results.headline import worst_first
@@ -39,7 +39,7 @@ def figures(folder: Path, results: RunRecord) -> list[list[str]]:
         case for place, case in enumerate(ordered[:SHARD], 1) if (folder / data_file(place, long=long)).is_file()
     ]
     measured = [case for case in written if case.get("checks")]
-    viewed = next((case for case in measured if view_of(folder, case)), None)
+    viewed = next((case for case in measured if has_view(folder, case)), None)
     pages = [folder / "index.html", *([] if long else [write_single_file(folder, results)])]
     with chromium() as browser:
         sides = [_measured(browser, page, measured[0] if measured else None, viewed) for page in pages]

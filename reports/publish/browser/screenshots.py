@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rayproof.reports.publish.browser.chromium import address, chromium
-from rayproof.reports.publish.page.case_data import view_of
+from rayproof.reports.publish.page.case_data import has_view
 from rayproof.reports.results.atomic import replacing
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.records import CaseRecord, RunRecord
@@ -32,7 +32,7 @@ def take_pictures(folder: Path, results: RunRecord, out: Path, *, case: str | No
     if chosen is not None:
         shown = {"case": chosen["name"], "stage": chosen.get("stage") or "radiance"}
         pages.append(("case", shown, lambda page: page.wait_for_selector(".pane .frame > canvas")))
-        if view_of(folder, chosen) is not None:
+        if has_view(folder, chosen):
             pages.append(("scene", shown, _scene))
     if plotted := [name for name in ("history", "stability", "tradeoff", "audit") if _has(folder, results, name)]:
         pages.append((plotted[0], {"page": plotted[0]}, _plots))
@@ -59,7 +59,7 @@ def _case(folder: Path, results: RunRecord, name: str | None) -> CaseRecord | No
             raise LookupError(f"{folder} has no case called {name}")
         return found
     measured = [case for case in cases if case.get("checks")]
-    return next((case for case in measured if view_of(folder, case)), next(iter(measured), None))
+    return next((case for case in measured if has_view(folder, case)), next(iter(measured), None))
 
 
 def _has(folder: Path, results: RunRecord, name: str) -> bool:

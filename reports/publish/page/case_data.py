@@ -2,12 +2,16 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
+
+import numpy as np
 
 from rayproof.cases.stages import Stage, exr_channels
 from rayproof.reports.judge.tolerance.edge_mask import NAMES
-from rayproof.reports.publish.page.cleaning import clean_pixels, clean_view
-from rayproof.reports.publish.scene3d.pictures import picture_path, view_path
+from rayproof.reports.publish.page.cleaning import clean_pixels
+from rayproof.reports.publish.scene3d.parts import look
+from rayproof.reports.publish.scene3d.stills import compared, picture_path
+from rayproof.reports.publish.scene3d.surfaces import thinned
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.compact import compact_case
 from rayproof.reports.results.float_codec import pack_json
@@ -24,12 +28,9 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         case = {**case, "pixels": None, "renders": [{**render, "image": None} for render in case.get("renders", [])]}
         command = f"rayproof report DIR --fetch {case['name']} --artifacts URL"
         notes.append(f"Its images are in the run's store; `{command}` brings them.")
-    pixels, view = case.get("pixels"), view_of(folder, case)
+    pixels, scene = case.get("pixels"), scene_of(folder, case)
     if isinstance(pixels, str) and (why := clean_pixels(folder, pixels)) is not None:
         pixels = None
-        notes.append(why)
-    if view is not None and (why := clean_view(folder, view)) is not None:
-        view = None
         notes.append(why)
     if pixels is None:
         renders, unread = kept_images(folder, case)
@@ -37,7 +38,7 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         images = path.with_name(f"{path.stem}.pixels.js")
         pixels = images.relative_to(folder).as_posix() if renders else None
         if pixels is not None:
-            written.append(write_pixels(images, pixels, renders, camera_of(folder, case)))
+            written.append(write_pixels(images, pixels, renders, scene and scene["camera"]))
     elsewhere = bool(case.get("artifacts"))
     if pixels is None and not elsewhere and not keeps_images(case) and case["verdict"] == Outcome.PASS:
         notes.append("It passed, and this run keeps no images of such a case; its command makes them again.")
@@ -47,7 +48,7 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         **case,
         "pixels": pixels,
         "picture": picture_of(folder, case),
-        "view": view,
+        "view": None if scene is None else view_of(scene, case),
         "call": call_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
@@ -58,7 +59,7 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
 
 
 def picture_of(folder: Path, case: CaseRecord) -> str | None:
-    """Return the case's PyVista picture relative to `folder`, if it was drawn."""
+    """Return the case's still relative to `folder`, if it was drawn."""
     picture = case.get("picture") or picture_path(case)
     return picture if picture and inside(folder, picture) else None
 
@@ -69,10 +70,34 @@ def thumbnail_of(folder: Path, case: CaseRecord) -> str | None:
     return picture if picture and inside(folder, picture) else None
 
 
-def view_of(folder: Path, case: CaseRecord) -> str | None:
-    """Return the case's 3-D view relative to `folder`, if it was made."""
-    view = case.get("view") or view_path(case)
-    return view if view and inside(folder, view) else None
+def has_view(folder: Path, case: CaseRecord) -> bool:
+    """Return whether the page can show a case in 3-D, which it makes of the scene file and the images."""
+    scene = case.get("scene")
+    return isinstance(scene, str) and inside(folder, scene)
+
+
+class ViewData(TypedDict):
+    """What the page makes a case's 3-D view of, beside the images."""
+
+    scene: dict[str, Any]  # as docs/scene.md describes it
+    ours: str | None  # whose answers are shown
+    theirs: str | None
+    stage: str | None  # that is blamed
+
+
+def view_of(scene: dict[str, Any], case: CaseRecord) -> ViewData:
+    """Return what the page makes the 3-D view of a case of; a mesh of very many triangles is thinned."""
+    ours, theirs = compared(case)
+    shapes = [_thinned(shape) for shape in scene["shapes"]]
+    return {"scene": {**scene, "shapes": shapes}, "ours": ours, "theirs": theirs, "stage": case.get("stage")}
+
+
+def _thinned(shape: dict[str, Any]) -> dict[str, Any]:
+    faces = shape.get("faces") or []
+    if len(faces) <= look().triangles:
+        return shape
+    corners = thinned(np.asarray(shape["vertices"], np.float32)[np.asarray(faces)], look().triangles).reshape(-1, 3)
+    return {**shape, "vertices": corners.tolist(), "faces": np.arange(len(corners)).reshape(-1, 3).tolist()}
 
 
 def call_of(folder: Path, case: CaseRecord) -> str | None:
@@ -81,16 +106,16 @@ def call_of(folder: Path, case: CaseRecord) -> str | None:
     return call if isinstance(call, str) and inside(folder, call) and (folder / call).is_file() else None
 
 
-def camera_of(folder: Path, case: CaseRecord) -> dict[str, Any] | None:
-    """Return the scene file's camera, or None where it cannot be read: it only helps to store less."""
-    scene = case.get("scene")
-    if not isinstance(scene, str) or not inside(folder, scene):
+def scene_of(folder: Path, case: CaseRecord) -> dict[str, Any] | None:
+    """Return what a case's scene file says, or None where it cannot be read or holds no scene."""
+    if not has_view(folder, case):
         return None
     try:
-        camera = json.loads((folder / scene).read_text(encoding="utf-8"))["camera"]
-    except (OSError, ValueError, KeyError, TypeError):
+        scene = json.loads((folder / str(case["scene"])).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
         return None
-    return camera if isinstance(camera, dict) else None
+    known = isinstance(scene, dict) and isinstance(scene.get("camera"), dict) and isinstance(scene.get("shapes"), list)
+    return scene if known and all(isinstance(shape, dict) for shape in scene["shapes"]) else None
 
 
 def _short(channel: str) -> str:

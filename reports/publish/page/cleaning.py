@@ -4,7 +4,6 @@ A browser runs what it loads from a folder, and the folder may be anybody's. So 
 its JSON, checked to be what the page takes it for and put between the words that rayproof writes itself.
 """
 
-import base64
 import json
 import math
 from pathlib import Path
@@ -27,11 +26,6 @@ def clean_pixels(folder: Path, name: str) -> str | None:
     What is none must not be named to the page, which would run it.
     """
     return _cleaned(folder, name, _images)
-
-
-def clean_view(folder: Path, name: str) -> str | None:
-    """Write a 3-D view anew likewise."""
-    return _cleaned(folder, name, _view)
 
 
 def _cleaned(folder: Path, name: str, checked: Any) -> str | None:
@@ -95,10 +89,3 @@ def _is_numbers(value: Any) -> bool:
     if isinstance(value, list):
         return all(map(_is_numbers, value))
     return value is None or (isinstance(value, int | float) and math.isfinite(value)) or value in ("inf", "-inf", "nan")
-
-
-def _view(content: Any) -> str:
-    if not isinstance(content, str):
-        raise ValueError("it must be a packed text")
-    base64.b64decode(content, validate=True)
-    return content

@@ -15,6 +15,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, NotRequired
 
+import msgspec
+
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.audit import AuditFront, load_audit
 from rayproof.reports.publish.page.audit import front as load_front
@@ -26,6 +28,7 @@ from rayproof.reports.publish.page.panel_data import findings
 from rayproof.reports.publish.page.plots import pages
 from rayproof.reports.publish.page.run_comparison import ComparisonFront, comparison_front
 from rayproof.reports.publish.parallel import writers
+from rayproof.reports.publish.scene3d.parts import look
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.float_codec import pack_json
@@ -40,7 +43,7 @@ SCRIPTS = (
     "transform", "keys", "command", "navigation", "front", "plot", "ladders", "stability", "tradeoff", "intervals",
     "bench", "audit", "references", "series", "history", "coverage", "comparison", "contest",
     "filtering", "columns", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view",
-    "inspector", "checks", "adjudication", "scene", "case", "start",
+    "inspector", "checks", "adjudication", "scene_surfaces", "scene_parts", "scene", "case", "start",
 )  # fmt: skip
 
 STYLES = ("style", "cases", "viewer", "scene", "pages", "history", "comparison")
@@ -90,6 +93,7 @@ class PageData(FrontData):
     history: HistoryFront | None
     comparison: ComparisonFront | None
     contest: Contest | None
+    look: dict[str, Any]  # look.json: how scenes look in 3-D
     alone: NotRequired[bool]  # whether it is the one file that there is
 
 
@@ -113,6 +117,7 @@ def page_data(folder: Path, results: RunRecord, front: Front) -> PageData:
         "history": history_front(results),
         "comparison": comparison_front(results),
         "contest": contest(folder),
+        "look": msgspec.to_builtins(look()),
     }
 
 

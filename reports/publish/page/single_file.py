@@ -10,7 +10,7 @@ import html
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of, view_of
+from rayproof.reports.publish.page.case_data import has_view, picture_of, thumbnail_of
 from rayproof.reports.publish.page.front_data import SHARD, Front, data_file, rows_file
 from rayproof.reports.publish.page.history import DATA as HISTORY
 from rayproof.reports.publish.page.page import PageData, digest, page_data, page_parts
@@ -57,9 +57,7 @@ def _elements(folder: Path, ordered: Sequence[CaseRecord], *, long: bool) -> Ite
         written = record.replace(".js", ".pixels.js")
         for name in (record, kept if isinstance(kept, str) and inside(folder, kept) else written):
             yield from _script(folder, name)
-        if (view := view_of(folder, case)) is not None:
-            viewed = True
-            yield from _script(folder, view)
+        viewed = viewed or has_view(folder, case)
         for picture in filter(None, (picture_of(folder, case), thumbnail_of(folder, case))):
             content = base64.b64encode((folder / picture).read_bytes()).decode("ascii")
             yield _element(picture, content, 'type="text/plain" data-type="image/png"')

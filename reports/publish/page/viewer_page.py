@@ -10,19 +10,20 @@ from importlib.resources import files
 from pathlib import Path
 
 from rayproof.reports.publish import PUBLISHERS
-from rayproof.reports.publish.page.case_data import view_of
+from rayproof.reports.publish.page.case_data import has_view
 from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.records import RunRecord
 
-# In the order in which they build on each other; the first is the report's own.
-SCRIPTS = ("unpack", "messages", "layers", "values", "pick", "pixel", "controls", "start")
+# In the order in which they build on each other: the report's own, then the viewer's.
+SHARED, SCRIPTS = ("elements", "colors"), ("drawing", "pixel", "start")
 LIBRARY = "vtk-viewer.js"
 
 
 @PUBLISHERS.register("viewer")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
-    """Write viewer/index.html and the library, where any case has a view."""
-    if not any(view_of(folder, case) for case in results["cases"]):
+    """Write viewer/index.html and the library, where the scene of any case is kept."""
+    if not any(has_view(folder, case) for case in briefs(results["cases"])):
         return []
     return [
         write_text(folder / "viewer" / "index.html", page()),
@@ -61,8 +62,8 @@ def _page(library: str, sources: str) -> str:
 
 def viewer_script() -> str:
     """Return the page's own script."""
-    own = (_text("scene3d", "viewer", f"{name}.js") for name in SCRIPTS)
-    return "\n".join([_text("page", "html", "elements.js"), *own])
+    shared = (_text("page", "html", f"{name}.js") for name in SHARED)
+    return "\n".join([*shared, *(_text("scene3d", "viewer", f"{name}.js") for name in SCRIPTS)])
 
 
 def vendored(name: str) -> str:

@@ -16,7 +16,7 @@ from rayproof.cases.answers import Resolution
 from rayproof.cases.case import Case, PixelValue
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reports.cache import closure, guards, judgements, pictures, references
+from rayproof.reports.cache import closure, guards, judgements, references
 from rayproof.reports.cache.digests import Key, code
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.run import plan
@@ -154,17 +154,6 @@ def _guard_declared(planned: PlannedCase, asked: Demands) -> None:
             _judgement(CASE, OURS, asked),
             _render(SCENE),
             plan.record_key(planned, asked),
-            pictures.PictureKey(
-                name="a/b",
-                files=(("scene", "0"), ("image", "1")),
-                ours="tracer-float32",
-                theirs="analytic",
-                stage="normal",
-                view="pictures/a/b.view.js",
-                drawn=True,
-                code="0",
-                machine=("numpy 1",),
-            ),
             guards.GuardKey(name="guard", code="0", machine=("numpy 1",)),
         )
     }
@@ -173,7 +162,7 @@ def _guard_declared(planned: PlannedCase, asked: Demands) -> None:
             raise BrokenHarnessError(f"the keys are broken: nobody changes the fields of {kind.__name__}")
         _guard_changes(kind.__name__, lambda key: key, samples[kind], ())
     for key in samples.values():
-        if not isinstance(key, pictures.PictureKey | guards.GuardKey) and (len(key.code) != 64 or not key.machine):
+        if not isinstance(key, guards.GuardKey) and (len(key.code) != 64 or not key.machine):
             raise BrokenHarnessError(
                 f"the keys are broken: {type(key).__name__} does not hold the code and the machine"
             )
@@ -282,11 +271,6 @@ def _guard_code() -> None:
             "reports/judge/tolerance/limits.py",
             "reports/judge/panel/findings.json",
             "reports/results/json_numbers.py",
-        ),
-        pictures.CODE: (
-            "reports/publish/scene3d/view_parts.py",
-            "reports/results/json_numbers.py",
-            "reports/results/images.py",
         ),
         plan.CODE: ("tracer/intersections/sphere_pbrt4.py", "reports/results/float_codec.py", "reports/cache/store.py"),
     }.items():

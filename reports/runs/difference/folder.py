@@ -5,7 +5,7 @@ from copy import copy
 from pathlib import Path
 from typing import cast
 
-from rayproof.reports.publish.page.case_data import picture_of, view_of
+from rayproof.reports.publish.page.case_data import picture_of
 from rayproof.reports.publish.parallel import all_of
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.images import inside
@@ -70,7 +70,7 @@ def write_folder(
 
 def _case(folder: Path, out: Path, case: CaseRecord, pixels: str | None, row: ComparisonRowRecord | None) -> CaseRecord:
     """Return a case of the later run as the folder has it: images in one script, the checks of both runs."""
-    for path in (case.get("scene"), picture_of(folder, case), view_of(folder, case)):
+    for path in (case.get("scene"), picture_of(folder, case)):
         if isinstance(path, str) and inside(folder, path):
             (out / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(folder / path, out / path)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.publish.page.case_data import camera_of
+from rayproof.reports.publish.page.case_data import scene_of
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.image_script import BASE, Renders, renamed, write_pixels
 from rayproof.reports.results.images import inside, kept_images
@@ -66,7 +66,8 @@ def write_both(
     if any(counts):
         renders |= {called(label, old): earlier[old] for _, old in found}
     if renders:
-        write_pixels(out / relative, relative, renders, camera_of(folders[1], after))
+        scene = scene_of(folders[1], after)
+        write_pixels(out / relative, relative, renders, scene and scene["camera"])
     return (sum(counts) if found else None), bool(renders)
 
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports.cache import guards, judgements, pictures, references
+from rayproof.reports.cache import guards, judgements, references
 from rayproof.reports.cache.closure import ROOT, closure
 from rayproof.reports.run import plan
 
 FOR_TYPES = "TYPE_CHECKING"  # under this nothing is imported
-KINDS = {kind.__name__.rpartition(".")[2]: kind.CODE for kind in (guards, judgements, pictures, references, plan)}
+KINDS = {kind.__name__.rpartition(".")[2]: kind.CODE for kind in (guards, judgements, references, plan)}
 
 
 def imported(path: Path) -> set[Path]:

@@ -3,11 +3,7 @@
 import json
 from pathlib import Path
 
-import pytest
-
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.scene3d import gl
-from rayproof.reports.publish.scene3d.pictures import draw_pictures
 from rayproof.reports.results.document import save_results
 from tests.reports.publish.page.test_audit import AUDIT
 from tests.reports.publish.page.test_formula_comparison import FOUND
@@ -21,7 +17,7 @@ HOSTILE = "sphere/<a href='http://x'>%{x}<b>"
 
 
 def make_everything(folder: Path) -> None:
-    """Fill `folder` with views, plots, a benchmark, an audit, a comparison of formulas and a history; publish it."""
+    """Fill `folder` with plots, a benchmark, an audit, a comparison of formulas and a history; publish it."""
     results = make_folder(folder)
     results["cases"] = results["cases"][:2]
     results["references"]["analytic"]["version"] = "numpy <b>2</b>"
@@ -29,9 +25,6 @@ def make_everything(folder: Path) -> None:
     for case in results["cases"]:
         case["notes"] = [{"reference": "mitsuba_scalar", "note": "a disc for a plane"}]
         case["settings"] = {"mitsuba_scalar": {"ray epsilon": "0.001 m"}}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gl, "why_not", lambda: "OpenGL is missing")
-        draw_pictures(folder, results)
     finding = {
         "reference": "mitsuba_scalar",
         "version": "3",

@@ -3,21 +3,24 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.scene import PointLight
-from rayproof.reports.publish.scene3d.picture_scene import MOST_LIGHTS, light_places
-from rayproof.reports.publish.scene3d.picture_shapes import thinned
+from rayproof.reports.publish.scene3d.parts import look, view_of
+from rayproof.reports.publish.scene3d.surfaces import ball, thinned
 
 
 def test_of_a_thousand_lights_some_are_drawn_the_first_and_the_last_among_them() -> None:
     scene = select(["shadows/*"])[0].scene
-    lights = tuple(PointLight(position=(float(n), 0.0, 9.0), flux=(1.0, 1.0, 1.0)) for n in range(1000))
+    lights = tuple(PointLight(position=(n / 1000, 0.0, 9.0), flux=(1.0, 1.0, 1.0)) for n in range(1000))
 
-    places = light_places(replace(scene, lights=lights))
+    view = view_of(replace(scene, lights=lights), None, None, None)
 
-    assert len(places) == MOST_LIGHTS
-    assert [places[0][0], places[-1][0]] == [0.0, 999.0]
+    (part,) = (part for part in view.parts if part.layer == "lights")
+    places = part.points.reshape(-1, len(ball(12).points), 3).mean(axis=1) * view.size + view.middle
+    assert len(places) == look().lights
+    assert places[[0, -1], 0] == pytest.approx([0.0, 0.999], abs=1e-9)
 
 
 def sheet(side: int) -> np.ndarray:

@@ -1,97 +1,130 @@
-"""The 3-D views: PyVista's scene as bytes, the same for the same scene, small, and made without OpenGL."""
+"""What is shown in 3-D: the page makes the same parts as the stills, and its viewer draws what PyVista draws."""
 
-import base64
 import html
+import io
 import json
-import zlib
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
+from PIL import Image
 
+from rayproof.cases.placement import scaling, shear
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
+from rayproof.cases.scene_json import load_scene, scene_from_json, scene_to_json
 from rayproof.cases.stages import Stage
+from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.viewer_page import SCRIPTS, digests_in_one, page, page_in_one, vendored
-from rayproof.reports.publish.scene3d import gl
-from rayproof.reports.publish.scene3d.picture_hits import Hits, chosen_hits, correct_digits
-from rayproof.reports.publish.scene3d.pictures import draw_pictures
-from rayproof.reports.publish.scene3d.view_file import pack, point_values
-from tests.reports.publish.sample import answers, make_folder
+from rayproof.reports.publish.scene3d import stills
+from rayproof.reports.publish.scene3d.parts import chosen_hits, look, shares_of, view_of
+from rayproof.reports.publish.scene3d.surfaces import ball
+from rayproof.reports.results.document import save_results
+from tests.reports.publish.modules import REVIVE, image
+from tests.reports.publish.sample import SCENE, answers, make_folder
+from tests.reports.publish.visits import Visit
 
-MOST_BYTES = 120_000
-
-
-def unpacked(view: Path) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Return a view's header and arrays, as viewer/unpack.js has them."""
-    (text,) = (json.loads(line.removesuffix("\n")) for line in view.read_text().splitlines() if line.startswith('"'))
-    packed = zlib.decompress(base64.b64decode(text))
-    length = int.from_bytes(packed[:4], "little")
-    header, at, arrays = json.loads(packed[4 : 4 + length]), 4 + length, {}
-    for name, size, words in header["arrays"]:
-        part = np.frombuffer(packed[at : at + size], np.uint8)
-        arrays[name] = part.reshape(4, -1)[::-1].T.tobytes() if words else part.tobytes()
-        at += size
-    return header, arrays
+FACES = 80_000
+MADE = f"""async ([scene, look, images, stages, stage]) => {{ {REVIVE}
+    const get = async (renderer, name) => images[renderer]?.[name] ? revive(images[renderer][name]) : null;
+    const view = await rayproof.sceneParts({{ scene, ours: "ours", theirs: "theirs", stage }}, stages, get, look);
+    const list = (values) => values && Array.from(values);
+    return {{ ...view, parts: view.parts.map((part) => ({{ ...part,
+        points: list(part.points), cells: list(part.cells), normals: list(part.normals) }})) }};
+}}"""
 
 
-@pytest.fixture(scope="module")
-def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
-    """Return a folder whose views were made on a machine that cannot draw."""
-    folder = tmp_path_factory.mktemp("views")
-    results = make_folder(folder)
-    results["cases"] = results["cases"][1:3]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gl, "why_not", lambda: "OpenGL is missing")
-        assert draw_pictures(folder, results) == "OpenGL is missing"
-    return folder, results
+def sample() -> Scene:
+    """Return the sample's scene."""
+    return scene_from_json(SCENE, folder=None, where="the sample")
 
 
-@pytest.mark.process
-def test_views_are_made_without_opengl_and_pictures_are_not(drawn) -> None:
-    folder, results = drawn
-
-    for case in results["cases"]:
-        assert case["picture"] is None
-        assert 5_000 < (folder / case["view"]).stat().st_size < MOST_BYTES
-
-
-@pytest.mark.process
-def test_a_view_holds_the_named_parts_and_finite_points(drawn) -> None:
-    folder, results = drawn
-
-    header, arrays = unpacked(folder / results["cases"][1]["view"])
-
-    layers = {layer for _, layer in header["about"]["parts"]}
-    assert {"geometry", "camera", "rays", "points", "lights", "normals, ours", "normals, reference", "pixel"} <= layers
-    assert {"feelers, lit", "feelers, blocked"} & layers
-    assert header["about"]["colored"] == "visibility"
-    (renderer,) = header["scene"]["dependencies"]
-    assert sum(call[0] == "addViewProp" for call in renderer["calls"]) == len(header["about"]["parts"])
-    points = [np.frombuffer(arrays[name], np.float32) for name in arrays if name.endswith("f")]
-    assert all(np.isfinite(values).all() and np.abs(values).max(initial=0) < 25 for values in points)
+def of_all_shapes() -> Scene:
+    """Return a scene of every shape, mirrored and sheared, and of more lights than are drawn, one of them far away."""
+    grey, corners = (0.5, 0.25, 1.5), ((0.0, 0.0, 2.0), (1.0, 0.0, 2.0), (0.0, 1.0, 2.5))
+    vertices = np.asarray([*corners, (1.0, 1.0, 2.0)], np.float32)
+    shapes = (
+        Sphere(albedo=grey, center=(0.5, 0.0, 0.0), radius=0.8, to_world=scaling(-1, 1, 2)),
+        Cube(albedo=grey, to_world=shear(xy=0.3, xz=0.1)),
+        Square(albedo=grey, to_world=scaling(2, 1, 1)),
+        Triangle(albedo=grey, vertices=corners),
+        Mesh(albedo=grey, vertices=vertices, faces=np.asarray([[0, 1, 2], [1, 3, 2]], np.int32)),
+        Plane(albedo=grey, to_world=((1, 0, 0, 0), (0, 3, 0, 0), (0, 0, 1, -1), (0, 0, 0, 1))),
+        Sphere(albedo=grey, radius=50.0),  # around the camera
+    )
+    lights = [PointLight(position=(float(n % 7), 3.0, float(n // 7)), flux=(1.0, 1.0, 1.0)) for n in range(80)]
+    lights[0] = PointLight(position=(0.0, 1e7, 0.0), flux=(1.0, 1.0, 1.0))
+    return replace(sample(), shapes=shapes, lights=tuple(lights))
 
 
-@pytest.mark.process
-def test_the_same_scene_gives_the_same_bytes(drawn, tmp_path) -> None:
-    folder, results = drawn
-    again = make_folder(tmp_path)
-    again["cases"] = again["cases"][1:2]
-
-    draw_pictures(tmp_path, again)
-
-    first, second = folder / results["cases"][0]["view"], tmp_path / again["cases"][0]["view"]
-    assert first.read_bytes() == second.read_bytes()
+def spoilt(stage: Stage) -> dict[Stage, np.ndarray]:
+    """Return the sample's answers with a stage wrong in a few pixels, one of which has no number."""
+    ours = answers(rounding=1e-7)
+    ours[stage][12:14, 15:25] *= 1.1
+    ours[stage][15, 20] = np.nan
+    return ours
 
 
-def test_packing_keeps_every_bit() -> None:
-    values = np.random.default_rng(1).normal(size=7).astype(np.float32)
+@pytest.mark.browser
+@pytest.mark.parametrize(
+    ("scene", "blamed", "known"),
+    [
+        pytest.param(sample(), Stage.NORMAL, True, id="blamed"),
+        pytest.param(sample(), None, True, id="nothing blamed"),
+        pytest.param(sample(), None, False, id="no images"),
+        pytest.param(of_all_shapes(), Stage.DISTANCE, True, id="all shapes"),
+        pytest.param(of_all_shapes(), None, False, id="all shapes, no images"),
+        pytest.param(
+            replace(sample(), camera=replace(sample().camera, eye=(300.0, -400.0, 90.0))), None, True, id="from afar"
+        ),
+    ],
+)
+def test_the_page_makes_the_parts_of_the_stills(run: Any, scene: Scene, blamed: Stage | None, known: bool) -> None:
+    images = {"ours": spoilt(blamed or Stage.RADIANCE), "theirs": answers()} if known else {}
+    images = {name: {stage: np.float32(values) for stage, values in own.items()} for name, own in images.items()}
+    if len(scene.lights) != 2:
+        images = {name: {**own, Stage.VISIBILITY: np.ones((30, 40, 80), np.float32)} for name, own in images.items()}
+    stages = [stage.value for stage in Stage if known and stage in images["ours"]]
+    told = {name: {stage.value: image(values) for stage, values in own.items()} for name, own in images.items()}
 
-    packed = zlib.decompress(base64.b64decode(pack({"about": 1}, {"a": values, "b": np.arange(3, dtype=np.uint8)})))
+    made = run(MADE, [scene_to_json(scene), msgspec.to_builtins(look()), told, stages, blamed and blamed.value])
+    expected = view_of(scene, images.get("ours"), images.get("theirs"), blamed)
 
-    length = int.from_bytes(packed[:4], "little")
-    body = np.frombuffer(packed[4 + length :], np.uint8)
-    assert body[:28].reshape(4, 7)[::-1].T.tobytes() == values.tobytes()
-    assert body[28:].tolist() == [0, 1, 2]
+    assert [part["name"] for part in made["parts"]] == [part.name for part in expected.parts]
+    assert made["middle"] == pytest.approx(expected.middle, rel=1e-12, abs=1e-12)
+    assert made["size"] == pytest.approx(expected.size, rel=1e-12)
+    assert made["colored"] == expected.colored
+    for mine, part in zip(made["parts"], expected.parts, strict=True):
+        assert (mine["layer"], mine["opacity"], mine["edges"]) == (part.layer, part.opacity, part.edges)
+        assert (mine["color"] or [None])[0] == part.color
+        assert mine["cells"] == part.cells.ravel().tolist()
+        assert mine["corners"] == part.cells.shape[1]
+        # Both are rounded to float32, of coordinates of about 1 that are the same to a few roundings of float64.
+        np.testing.assert_allclose(mine["points"], part.points.ravel(), rtol=2**-23, atol=1e-12, err_msg=part.name)
+        assert (mine["normals"] is None) == (part.normals is None)
+        if part.normals is not None:
+            np.testing.assert_allclose(mine["normals"], part.normals.ravel(), rtol=2**-23, atol=1e-12)
+
+
+@pytest.mark.browser
+def test_exact_and_undefined_errors_are_told_apart(run: Any) -> None:
+    theirs = np.ones((1, 4, 3), np.float32)
+    ours = np.array([[[1, 1, 1], [1, 1.5, 1], [1, np.nan, 1], [1, 1, np.inf]]], np.float32)
+    code = f"""([a, b]) => {{ {REVIVE}
+        const {{ error, digits }} = rayproof.pointErrors(revive(a), revive(b), [0, 1, 2, 3]);
+        return [error, digits].map((values) => Array.from(values, String)); }}"""
+
+    error, digits = run(code, [image(ours), image(theirs)])
+
+    assert [float(value) for value in error[:2]] == [-np.inf, pytest.approx(np.log10(0.5))]
+    assert [float(value) for value in digits[:2]] == [np.inf, pytest.approx(-np.log10(0.5))]
+    assert error[2:] == digits[2:] == ["NaN", "NaN"]
+    shares, limits = shares_of(np.array([float(value) for value in error]))
+    assert shares.tolist() == [0.0, 0.0, 1.0, 1.0]
+    assert limits == (pytest.approx(np.log10(0.5)),) * 2
 
 
 def test_the_worst_pixels_are_among_the_points() -> None:
@@ -100,27 +133,14 @@ def test_the_worst_pixels_are_among_the_points() -> None:
     row, column = np.argwhere(ours[Stage.OBJECT][..., 0] >= 0)[1234]
     error[row, column] = 1.0
 
-    hits = chosen_hits(ours, None, error)
+    hits = chosen_hits(ours, error)
 
     assert hits is not None
     assert (row, column) in set(zip(hits.rows.tolist(), hits.columns.tolist(), strict=True))
 
 
-def test_exact_and_undefined_errors_are_told_apart() -> None:
-    theirs = {Stage.NORMAL: np.ones((1, 4, 3))}
-    ours = {Stage.NORMAL: np.array([[[1, 1, 1], [1, 1.001, 1], [1, np.nan, 1], [1, 1, np.inf]]])}
-    hits = Hits(rows=np.zeros(4, int), columns=np.arange(4), points=np.zeros((4, 3)), normals=np.ones((4, 3)))
-
-    values = point_values(hits, ours, theirs)
-
-    assert values["pixels"] == [[0, 0], [1, 0], [2, 0], [3, 0]]
-    assert values["stages"]["normal"]["error"] == [None, -300, "nan", "nan"]
-    assert values["stages"]["normal"]["digits"] == [None, 300, "nan", "nan"]
-    assert np.isinf(correct_digits(ours, theirs, Stage.NORMAL)[0, 0])
-
-
 def test_the_viewer_holds_every_script_and_no_address() -> None:
-    folder = Path(gl.__file__).with_name("viewer")
+    folder = Path(stills.__file__).with_name("viewer")
 
     assert {path.stem for path in folder.glob("*.js")} == set(SCRIPTS)
     assert all(f"'{digest}'" in html.unescape(page_in_one()) for digests in digests_in_one() for digest in digests)
@@ -128,3 +148,95 @@ def test_the_viewer_holds_every_script_and_no_address() -> None:
     assert "https:" not in page()
     assert "unsafe" not in page()
     assert "</script" not in vendored("vtk-viewer.js")
+
+
+CASES = {"sphere": "sphere/plain", "plane": "plane/tilted", "mesh": "more/case_000", "failing": "sphere/sheared"}
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a report of a sphere, a plane, a mesh and a failing case, with stills where there is OpenGL."""
+    folder = tmp_path_factory.mktemp("views")
+    results = make_folder(folder, extra_cases=1, width=160, height=120)
+    results["cases"] = [case for case in results["cases"] if case["name"] in CASES.values()]
+    fine = ball(284)
+    faces = np.concatenate([fine.cells[:, [0, 1, 2]], fine.cells[:, [0, 2, 3]]]).astype(np.int32)
+    assert len(faces) > FACES
+    mesh = Mesh(albedo=(0.2, 0.6, 0.3), vertices=fine.points.astype(np.float32), faces=faces)
+    shapes = {
+        CASES["sphere"]: lambda scene: scene.shapes[:1],
+        CASES["plane"]: lambda scene: scene.shapes[1:],
+        CASES["mesh"]: lambda _: (mesh,),
+    }
+    for case in results["cases"]:
+        path = folder / case["scene"]
+        scene = load_scene(path)
+        chosen = shapes.get(case["name"], lambda scene: scene.shapes)(scene)
+        path.write_text(json.dumps(scene_to_json(replace(scene, shapes=chosen))))
+    if stills.why_not() is None:
+        stills.draw_stills(folder, results["cases"], results["cases"])
+    save_results(folder, results)
+    publish_all(folder)
+    return folder
+
+
+@pytest.fixture
+def visit(browser: Any, drawn: Path) -> Iterator[Visit]:
+    """Return a visit to that report."""
+    one = Visit(browser, drawn, color_scheme="light")
+    yield one
+    one.end()
+
+
+@pytest.mark.browser
+@pytest.mark.process
+@pytest.mark.parametrize("kind", CASES)
+def test_the_view_shows_what_the_still_shows(visit: Visit, drawn: Path, kind: str) -> None:
+    page = visit.open(case=CASES[kind])
+    # A frame of the still's size, in whole pixels of the window, without the panel over it.
+    page.evaluate(
+        "document.styleSheets[0].insertRule('.stage3d .frame3d { position: fixed !important; left: 0; top: 0;"
+        " z-index: 9; width: 602px !important; height: 452px !important }', document.styleSheets[0].cssRules.length)"
+    )
+    page.get_by_role("button", name="open in 3-D").click()
+    page.wait_for_selector("iframe[data-drawn]")
+    page.frames[1].evaluate("document.getElementById('panel').hidden = true")
+    view = np.asarray(Image.open(io.BytesIO(page.locator("iframe").screenshot())).convert("RGB"))[1:-1, 1:-1]
+
+    if (why := stills.why_not()) is not None:
+        pytest.skip(why)
+    still = np.asarray(Image.open(drawn / "pictures" / f"{CASES[kind]}.png").convert("RGB"))
+
+    assert view.shape == still.shape == (*reversed(look().still), 3)
+    # Not where the page has a button and the still its bar of colours.
+    both = np.stack([view, still])[:, 50:370].astype(int)
+    background = np.array([int(look().background[0][at : at + 2], 16) for at in (1, 3, 5)])
+    shown = np.abs(both - background).max(axis=-1) > 8
+    assert (shown[0] & shown[1]).sum() > 0.93 * (shown[0] | shown[1]).sum() > 5000
+    assert (np.abs(both[0] - both[1]).max(axis=-1) < 16).mean() > 0.9
+    for layer in ("camera", "lights", "rays"):
+        color = np.array([int(look().layers[layer].color[0][at : at + 2], 16) for at in (1, 3, 5)])
+        here, there = (np.abs(both - color).max(axis=-1) < 12).sum(axis=(1, 2))
+        assert here == pytest.approx(there, rel=0.3)
+        assert here > 30
+
+
+@pytest.mark.browser
+def test_a_view_of_ten_thousand_points_opens(browser: Any, drawn: Path) -> None:
+    text = (drawn / "index.html").read_text()
+    assert '"points":1000,' in text
+    (drawn / "many.html").write_text(text.replace('"points":1000,', '"points":10000,'))
+    visit = Visit(browser, drawn, file="many.html")
+    page = visit.open(case=CASES["mesh"])
+
+    page.get_by_role("button", name="open in 3-D").click()
+    page.wait_for_selector("iframe[data-drawn]")
+    frame = page.frame_locator("iframe")
+    box, tip = page.locator("iframe").bounding_box(), frame.locator("#tip")
+    for step in range(200):
+        page.mouse.move(box["x"] + 280 + step * 3, box["y"] + box["height"] * 0.55)
+        if tip.is_visible():
+            break
+
+    assert tip.inner_text().startswith("column ")
+    visit.end()

@@ -10,25 +10,15 @@ from rayproof.reports.run import suite
 from rayproof.reports.run.request import RunRequest
 
 
+@pytest.mark.process
 def test_results_are_there_before_anybody_waits_for_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found: list[dict[str, Any]] = []
 
-    class Waiting:
-        """Drawing that has a picture to wait for when the run's cases are done."""
+    def waiting(*_: object, **__: object) -> tuple[int, None]:
+        found.append(load_results(tmp_path))
+        return 0, None
 
-        pending, reason = True, None
-
-        def __init__(self, *_: object, **__: object) -> None: ...
-
-        def __enter__(self) -> "Waiting":
-            return self
-
-        def __exit__(self, *_: object) -> None:
-            found.append(load_results(tmp_path))
-
-        def tell(self, cases: object) -> None: ...
-
-    monkeypatch.setattr(suite, "Drawing", Waiting)
+    monkeypatch.setattr(suite, "draw_stills", waiting)
     monkeypatch.setattr(suite, "stand_guards", lambda: None)
     monkeypatch.setattr(suite, "render_and_judge", lambda *_: ([], True, None))
     suite.run(

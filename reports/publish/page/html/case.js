@@ -66,7 +66,7 @@
     const view = rayproof.stageView(data, { ours, theirs, set, onpoint: pointed, onview: zoomed });
     const inspector = rayproof.inspector(data, stages);
     const go = (x, y) => { view.viewer.point(x, y); view.viewer.node.scrollIntoView({ block: "nearest" }); };
-    const scene = rayproof.scene ? rayproof.scene(data, { onpixel: go }) : null;
+    const scene = rayproof.scene ? rayproof.scene(data, { stages, look: results.look, onpixel: go }) : null;
 
     async function show(focus) {
       const mine = (turn += 1);

@@ -1,4 +1,5 @@
-// The scene in 3-D: PyVista's picture until it is asked for, then the viewer in a frame. Pixels go both ways.
+// The scene in 3-D: PyVista's still if there is one, and when it is asked for the viewer in a frame, to which the page
+// sends the parts that it makes then. Pixels go both ways.
 (function (rayproof) {
   "use strict";
   const e = rayproof.element;
@@ -32,11 +33,13 @@
   }
 
   // -> {node, pixel(x, y, ours, theirs), close()}, or null without picture and view. onpixel(x, y): chosen in 3-D.
-  rayproof.scene = function (data, { onpixel }) {
+  rayproof.scene = function (data, { stages, look, onpixel }) {
     if (!data.picture && !data.view) return null;
+    const { ours: mine, theirs: other } = data.view || {};
+    const shared = stages.filter(({ name }) => name !== "object" && data.has(mine, name) && data.has(other, name));
     const stage = e("div", { class: "stage3d" });
     const note = e("span", { role: "status" });
-    let opened = null, wanted = null, drawn = false;
+    let opened = null, wanted = null, drawn = false, shown = null;
 
     const post = (kind, content) => opened.node.contentWindow.postMessage({ token: opened.token, kind, ...content }, "*");
 
@@ -49,8 +52,18 @@
 
     const handlers = {
       ready: async () => {
-        const text = await rayproof.request(data.view);
-        if (opened) post("scene", { text });
+        try {
+          shown = await rayproof.sceneParts(data.view, shared.map(({ name }) => name), data.image, look);
+          if (opened) post("scene", { view: shown, look });
+        } catch (error) {
+          handlers.failed({ why: error.message });
+        }
+      },
+      stage: async ({ stage: name }) => {
+        const unit = shared.find((item) => item.name === name)?.unit;
+        if (unit === undefined) return;
+        const [a, b] = await Promise.all([data.image(mine, name), data.image(other, name)]);
+        if (opened) post("values", { stage: name, unit, ...rayproof.pointErrors(a, b, shown.pixels) });
       },
       drawn: () => {
         drawn = true;
@@ -80,7 +93,7 @@
 
     function close() {
       window.removeEventListener("message", hear);
-      [opened, drawn] = [null, false];
+      [opened, drawn, shown] = [null, false, null];
       figure.classList.remove("opened");
       rayproof.replace(stage, poster());
     }
@@ -88,7 +101,7 @@
     const poster = () => [
       data.picture ? e("img", { src: rayproof.source(data.picture), width: 600, height: 450, loading: "lazy",
         alt: "The scene with its camera, rays, hit points coloured by error, normals and lights" })
-        : e("p", { class: "muted" }, "No picture was drawn of this scene."),
+        : e("p", { class: "muted" }, "No still was drawn of this scene."),
       data.view ? e("button", { class: "open3d", onclick: open }, "open in 3-D") : null];
 
     rayproof.replace(stage, poster());

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.publish.page.cleaning import clean_pixels, clean_view
+from rayproof.reports.publish.page.cleaning import clean_pixels
 from rayproof.reports.results.float_codec import inflated, pack
 from rayproof.reports.results.image_script import handed_over, read_pixels, script, write_pixels
 from tests.reports.publish.sample import SCENE, answers, make_folder
@@ -74,15 +74,6 @@ def test_no_more_is_unpacked_than_there_should_be() -> None:
 
     with pytest.raises(ValueError, match="packs more"):
         inflated(bomb, 100)
-
-
-def test_a_view_is_a_packed_text_or_none(tmp_path: Path) -> None:
-    (tmp_path / "v.js").write_text(f"{ATTACK}//\n{json.dumps(pack(b'view'))}\n);{ATTACK}\n")
-    (tmp_path / "w.js").write_text(script("w.js", {"a": 1}))
-
-    assert clean_view(tmp_path, "v.js") is None
-    assert (tmp_path / "v.js").read_text() == script("v.js", pack(b"view"))
-    assert "packed text" in (clean_view(tmp_path, "w.js") or "")
 
 
 def test_a_stranger_s_folder_runs_nothing_of_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

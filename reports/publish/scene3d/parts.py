@@ -1,0 +1,348 @@
+"""What a scene shows in 3-D: named parts in layers, plain arrays in units of the scene's size around its middle.
+
+Browsers draw in float32, so coordinates are taken relative to what is looked at before they are rounded. The page of
+the report makes the same parts of the same numbers when a view is opened (page/html/scene_parts.js), and look.json
+tells both how many of everything there are and how it looks.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from rayproof.cases.scene import Camera, Plane, Scene, Shape, Sphere
+from rayproof.cases.stages import Stage
+from rayproof.reports.publish.scene3d.surfaces import Surface, ball, surface
+
+# What is coloured unless the case blames a stage of its own.
+COLORED = (Stage.DISTANCE, Stage.POSITION, Stage.RADIANCE)
+Answers = Mapping[Stage, np.ndarray]
+
+
+class Layer(msgspec.Struct, forbid_unknown_fields=True):
+    """How the parts of a layer look; `length` is in sizes of the scene, of rays and feelers the longest."""
+
+    color: tuple[str, str]  # on a light and on a dark page
+    width: float = 1.0  # px, of lines and points
+    length: float = 0.0
+
+
+class Aim(msgspec.Struct, forbid_unknown_fields=True, rename={"direction": "from"}):
+    """Where one looks from: `direction` is of the scene's own camera, along forward, right and up."""
+
+    direction: tuple[float, float, float]
+    distance: float  # sizes of the scene
+    angle: float  # degrees, vertical
+
+
+class ShapeLook(msgspec.Struct, forbid_unknown_fields=True):
+    """How shapes look: of the colour albedo x `albedo` + `white`, those of `few` polygons with their edges."""
+
+    albedo: float
+    white: float
+    ambient: float
+    diffuse: float
+    surrounding: float  # opacity of one that the camera is inside of, which would hide everything
+    edges: str
+    few: int
+
+
+class Look(msgspec.Struct, forbid_unknown_fields=True):
+    """How a scene looks: look.json."""
+
+    still: tuple[int, int]  # px
+    background: tuple[str, str]
+    camera: Aim
+    frustum: float  # depth, sizes of the scene
+    far: float  # sizes of the scene, beyond which eye and lights are left out: the depth buffer has 24 bits
+    margin: float  # sizes of the scene, of a plane around its hits
+    around: tuple[int, int]  # corners of a ball's equator, at least and at most
+    quads: int  # of all spheres together
+    triangles: int  # of a mesh: hardly more than a picture has pixels
+    shape: ShapeLook
+    points: int  # hits that are shown
+    worst: int  # of which so many are the worst
+    rays: int
+    feelers: int
+    normals: int
+    lights: int  # a thousand balls hide what they light
+    colors: str  # of the points, from good to bad
+    layers: dict[str, Layer]
+    pixel: dict[str, Layer]  # what shows the pixel that is pointed at, in the page
+
+
+@lru_cache(maxsize=1)
+def look() -> Look:
+    """Return what look.json says."""
+    text = files("rayproof.reports.publish.scene3d").joinpath("look.json").read_bytes()
+    return msgspec.json.decode(text, type=Look)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """Points, lines or polygons: one, two or more corners a cell."""
+
+    name: str
+    layer: str
+    points: np.ndarray  # (n, 3)
+    cells: np.ndarray  # (m, corners) numbers of points
+    normals: np.ndarray | None = None  # (n, 3) unit
+    shares: np.ndarray | None = None  # (n,) how bad the points are, from 0 to 1
+    color: str | None = None  # instead of the layer's
+    opacity: float = 1.0
+    edges: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A scene's parts; x = (x_world - middle) / size."""
+
+    parts: tuple[Part, ...]
+    middle: np.ndarray  # m
+    size: float  # m
+    colored: Stage | None  # the stage whose errors the points show
+    range: tuple[float, float] | None  # log10 of the smallest and of the largest error; None where all are exact
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hits:
+    """Hit points and the pixels that they belong to."""
+
+    rows: np.ndarray  # (n,)
+    columns: np.ndarray  # (n,)
+    points: np.ndarray  # (n, 3) m
+    normals: np.ndarray  # (n, 3)
+
+    def of(self, image: np.ndarray) -> np.ndarray:
+        """Return the values of an image (height, width, ...) at these pixels, in float64."""
+        return image[self.rows, self.columns].astype(np.float64)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Frame:
+    """The view's units."""
+
+    middle: np.ndarray  # m
+    size: float  # m
+
+    def inside(self, points: Any) -> np.ndarray:
+        """Return world points [m] in view units (n, 3)."""
+        return (np.asarray(points, dtype=np.float64).reshape(-1, 3) - self.middle) / self.size
+
+    def near(self, points: np.ndarray) -> np.ndarray:
+        """Return whether each world point (n, 3) is near enough to be drawn."""
+        return np.linalg.norm(self.inside(points), axis=-1) < look().far
+
+
+def view_of(scene: Scene, ours: Answers | None, theirs: Answers | None, blamed: str | None) -> View:
+    """Return what is shown of a scene and the answers of two renderers, coloured by the errors of the blamed stage."""
+    colored = colored_stage(ours, theirs, blamed)
+    error = None if colored is None else absolute_error(ours or {}, theirs or {}, colored)
+    answers = ours or theirs or {}
+    hits = chosen_hits(answers, error)
+    eye = np.asarray(scene.camera.eye, dtype=np.float64)
+    lights = np.asarray([light.position for light in scene.lights], dtype=np.float64).reshape(-1, 3)
+    around = _around(sum(isinstance(shape, Sphere) for shape in scene.shapes))
+    bounded = {
+        index: surface(shape, around=around, most=look().triangles)
+        for index, shape in enumerate(scene.shapes)
+        if not isinstance(shape, Plane)
+    }
+    points = np.empty((0, 3)) if hits is None else hits.points
+    frame = _framing(scene, points, list(bounded.values()), np.concatenate([eye[None], lights]))
+    parts = [*_shapes(scene, points, bounded, frame)]
+    if frame.near(eye[None])[0]:
+        parts.append(_lines("camera", _frustum(scene.camera, frame.size), frame))
+    if len(near := (shown := few(lights, look().lights))[frame.near(shown)]):
+        parts.append(_bulbs(frame.inside(near)))
+    limits = None
+    if hits is not None:
+        shares = None
+        if error is not None:
+            with np.errstate(divide="ignore"):
+                shares, limits = shares_of(np.log10(hits.of(error)))
+        parts += _measured(hits, shares, answers, theirs if ours else None, eye, lights, frame)
+    return View(parts=tuple(parts), middle=frame.middle, size=frame.size, colored=colored, range=limits)
+
+
+def chosen_hits(answers: Answers, error: np.ndarray | None) -> Hits | None:
+    """Return some hits, evenly spaced and the worst by `error` among them; None without any."""
+    if Stage.POSITION not in answers or Stage.OBJECT not in answers:
+        return None
+    positions = answers[Stage.POSITION]
+    hit = (answers[Stage.OBJECT][..., 0] >= 0) & np.isfinite(positions).all(axis=-1)
+    rows, columns = np.nonzero(hit)
+    if not len(rows):
+        return None
+    chosen = few(np.arange(len(rows)), look().points)
+    if error is not None:
+        # The worst pixels are what one looks for; thinning must not lose them.
+        bad = error[rows, columns]
+        worst = np.argsort(np.where(np.isfinite(bad), bad, np.inf), kind="stable")[-look().worst :]
+        chosen = np.unique(np.concatenate([chosen, worst]))
+    rows, columns = rows[chosen], columns[chosen]
+    normals = answers.get(Stage.NORMAL, np.zeros_like(positions))[rows, columns]
+    return Hits(
+        rows=rows, columns=columns, points=positions[rows, columns].astype(np.float64), normals=normals.astype(float)
+    )
+
+
+def colored_stage(ours: Answers | None, theirs: Answers | None, blamed: str | None) -> Stage | None:
+    """Return the stage whose errors are drawn: the blamed one, else the first that both answered; None without."""
+    wanted = [Stage(blamed)] if blamed in set(Stage) else []
+    return next((stage for stage in (*wanted, *COLORED) if _comparable(ours, theirs, stage)), None)
+
+
+def _comparable(ours: Answers | None, theirs: Answers | None, stage: Stage) -> bool:
+    return bool(ours and theirs and stage in ours and stage in theirs and ours[stage].shape == theirs[stage].shape)
+
+
+def absolute_error(ours: Answers, theirs: Answers, stage: Stage) -> np.ndarray:
+    """Return the largest absolute difference over channels (height, width); NaN and infinities stay what they are."""
+    a, b = ours[stage].astype(np.float64), theirs[stage].astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        return np.where(a == b, 0.0, np.abs(a - b)).max(axis=-1)
+
+
+def shares_of(errors: np.ndarray) -> tuple[np.ndarray, tuple[float, float] | None]:
+    """Return how bad log10 of errors are, from 0 to 1, and the smallest and the largest that is a number."""
+    known = errors[np.isfinite(errors)]
+    if not len(known):
+        return np.where(np.isneginf(errors), 0.0, 1.0), None
+    low, high = float(known.min()), float(known.max())
+    # Exact is as good as the best there is, no number as bad as the worst.
+    finite = np.where(np.isfinite(errors), errors, np.where(np.isneginf(errors), low, high))
+    shares = (finite - low) / ((high - low) or 1.0)
+    return np.where(np.isfinite(errors) | np.isneginf(errors), shares, 1.0), (low, high)
+
+
+def few(rows: np.ndarray, most: int) -> np.ndarray:
+    """Return at most `most` rows, evenly spaced."""
+    return rows[np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(int)] if len(rows) else rows
+
+
+def basis(camera: Camera) -> np.ndarray:
+    """Return forward, right and up as rows, each of length 1."""
+    forward = np.asarray(camera.target, dtype=np.float64) - np.asarray(camera.eye, dtype=np.float64)
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, np.asarray(camera.up, dtype=np.float64))
+    right /= np.linalg.norm(right)
+    return np.stack([forward, right, np.cross(right, forward)])
+
+
+def _around(balls: int) -> int:
+    least, most = look().around
+    return int(np.clip(np.sqrt(2 * look().quads / max(1, balls)), least, most)) // 2 * 2
+
+
+def _framing(scene: Scene, points: np.ndarray, bounded: list[Surface], others: np.ndarray) -> _Frame:
+    """Frame the hits, the bounded shapes and, unless they are far, eye and lights."""
+    # Hits out to the horizon would shrink everything else to nothing: the middle nine tenths decide.
+    corners = [np.quantile(points, (0.05, 0.95), axis=0)] if len(points) else []
+    corners += [np.stack([one.points.min(axis=0), one.points.max(axis=0)]) for one in bounded]
+    inside = np.concatenate(corners) if corners else np.asarray([scene.camera.target], dtype=np.float64)
+    low, high = inside.min(axis=0), inside.max(axis=0)
+    size = float(np.linalg.norm(high - low)) or float(np.linalg.norm(others[0] - inside[0])) or 1.0
+    near = others[np.linalg.norm(others - (low + high) / 2, axis=-1) < 2.5 * size]
+    everything = np.concatenate([inside, near])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    return _Frame(middle=(low + high) / 2, size=float(np.linalg.norm(high - low)) or 1.0)
+
+
+def _shapes(scene: Scene, points: np.ndarray, bounded: Mapping[int, Surface], frame: _Frame) -> Iterator[Part]:
+    eye = frame.inside(scene.camera.eye)[0]
+    patch = points if len(points) else np.asarray([scene.camera.target])
+    for index, shape in enumerate(scene.shapes):
+        drawn = bounded.get(index)
+        if drawn is None:
+            drawn = surface(shape, around=0, most=0, patch=patch, margin=look().margin * frame.size)
+        corners = frame.inside(drawn.points)
+        surrounds = bool(((corners.min(axis=0) < eye) & (eye < corners.max(axis=0))).all())
+        yield Part(
+            name=f"shape {index}",
+            layer="geometry",
+            points=corners,
+            cells=drawn.cells,
+            normals=drawn.normals,
+            color=_color(shape),
+            opacity=look().shape.surrounding if surrounds else 1.0,
+            edges=len(drawn.cells) < look().shape.few,
+        )
+
+
+def _color(shape: Shape) -> str:
+    lightened = np.clip(np.asarray(shape.albedo) * look().shape.albedo + look().shape.white, 0, 1)
+    return "#" + "".join(f"{int(255 * value + 0.5):02x}" for value in lightened)
+
+
+def _frustum(camera: Camera, size: float) -> np.ndarray:
+    """Return the ends [m] of the frustum's edges, two rows each, and of a tick above its upper edge, which is up."""
+    eye, (forward, right, up) = np.asarray(camera.eye, dtype=np.float64), basis(camera)
+    depth = look().frustum * size
+    half = depth * np.tan(camera.alpha)
+    ends = [
+        eye + depth * forward + x * half * camera.aspect * right + y * half * up
+        for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    tick = (ends[2] + ends[3]) / 2
+    lines = [*((eye, end) for end in ends), *((ends[i], ends[(i + 1) % 4]) for i in range(4))]
+    return np.asarray([*lines, (tick, tick + 0.25 * half * up)])
+
+
+def _bulbs(places: np.ndarray) -> Part:
+    small = ball(12)
+    points = places[:, None] + look().layers["lights"].length * small.points
+    cells = len(small.points) * np.arange(len(places))[:, None, None] + small.cells
+    return Part(name="lights", layer="lights", points=points.reshape(-1, 3), cells=cells.reshape(-1, 4))
+
+
+def _measured(
+    hits: Hits,
+    shares: np.ndarray | None,
+    answers: Answers,
+    theirs: Answers | None,
+    eye: np.ndarray,
+    lights: np.ndarray,
+    frame: _Frame,
+) -> Iterator[Part]:
+    """Yield what hangs on hit points: the points, rays, feelers and normals."""
+    layers, size = look().layers, frame.size
+    seen = few(hits.points, look().rays)
+    # From afar only the last stretch: lines a kilometre long lose their digits in the depth buffer.
+    yield _lines("rays", np.stack([_towards(seen, eye, layers["rays"].length * size), seen], axis=1), frame)
+    if Stage.VISIBILITY in answers and len(lights) and answers[Stage.VISIBILITY].shape[-1] >= len(lights):
+        some = few(np.arange(len(hits.points)), look().feelers)
+        shown = few(np.arange(len(lights)), look().lights)
+        arrives = hits.of(answers[Stage.VISIBILITY])[some][:, shown] > 0
+        starts = np.broadcast_to(hits.points[some][:, None], (len(some), len(shown), 3))
+        for layer, chosen in (("feelers, lit", arrives), ("feelers, blocked", ~arrives)):
+            ends = _towards(starts, lights[shown], layers[layer].length * size)
+            if chosen.any():
+                yield _lines(layer, np.stack([starts, ends], axis=2)[chosen], frame)
+    cells = np.arange(len(hits.points)).reshape(-1, 1)
+    yield Part(name="points", layer="points", points=frame.inside(hits.points), cells=cells, shares=shares)
+    some = few(np.arange(len(hits.points)), look().normals)
+    both = [("normals, ours", hits.normals)]
+    if theirs and Stage.NORMAL in theirs:
+        both.append(("normals, reference", hits.of(theirs[Stage.NORMAL])))
+    for layer, normals in both:
+        unit = some[np.isfinite(normals[some]).all(axis=-1) & (np.linalg.norm(normals[some], axis=-1) > 0.5)]
+        if len(unit):
+            ends = hits.points[unit] + layers[layer].length * size * normals[unit]
+            yield _lines(layer, np.stack([hits.points[unit], ends], axis=1), frame)
+
+
+def _towards(starts: np.ndarray, ends: np.ndarray, most: float) -> np.ndarray:
+    """Return the points from `starts` towards `ends`, at most so far [m]."""
+    way = ends - starts
+    length = np.linalg.norm(way, axis=-1, keepdims=True)
+    return starts + way * np.minimum(1, most / np.maximum(length, 1e-300))
+
+
+def _lines(layer: str, ends: np.ndarray, frame: _Frame) -> Part:
+    points = frame.inside(ends)
+    return Part(name=layer, layer=layer, points=points, cells=np.arange(len(points)).reshape(-1, 2))
