@@ -16,7 +16,7 @@ from rayproof.reports.api.asking import image_stages
 from rayproof.reports.publish.page.thumbnails import picture
 from rayproof.reports.results.case_table import briefs, named
 from rayproof.reports.results.document import load_results
-from rayproof.reports.results.headline import worst_first
+from rayproof.reports.results.headline import of_the_whole, worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import MEASURED, Outcome
@@ -233,7 +233,7 @@ class Run(_NoTruth):
         line = f"{counts['planned']} cases planned, {counts['measured']} measured, {counts['unsupported']} unsupported"
         failed = [f"{row['case']}: {row['verdict']} {row['items']}: {row['reason']}" for row in self.failures[:SHOWN]]
         more = [f"and {len(self.failures) - SHOWN} more"] if len(self.failures) > SHOWN else []
-        return legible_lines([f"{line}: {self.verdict}", *self.diagnosis, *failed, *more])
+        return legible_lines([f"{line}: {self.verdict}", *of_the_whole(self.record), *self.diagnosis, *failed, *more])
 
     def _repr_html_(self) -> str:
         first, *rest = str(self).split("\n")

@@ -32,6 +32,7 @@ class Declared(TypedDict):
     version: str
     precision: str
     stages: NotRequired[list[str]]
+    deterministic: NotRequired[bool]
 
 
 class Answer(TypedDict, total=False):
@@ -106,6 +107,8 @@ class Served:
         known: Declared = {"protocol": 1, "name": str(name), "version": "", "precision": "float64"}
         if self._declared:
             known["stages"] = [stage.value for stage in self._stages]
+        if getattr(self._renderer, "deterministic", True) is False:
+            known["deterministic"] = False
         return known
 
 

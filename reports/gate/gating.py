@@ -8,7 +8,7 @@ from typing import cast
 
 from rayproof.reports.gate.against import GOOD, Base, standing
 from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
-from rayproof.reports.results.headline import blamed_items
+from rayproof.reports.results.headline import blamed_items, of_the_whole
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord, GateRecord, RunRecord
 
@@ -132,7 +132,7 @@ def gate(results: RunRecord, expected: Sequence[Expectation], *, file: str, toda
 
 
 def _hold_the_whole(results: RunRecord, found: Gate) -> None:
-    found.regressions += [f"the whole run: {sentence}" for sentence in results.get("wrong_factors", [])]
+    found.regressions += [f"the whole run: {sentence}" for sentence in of_the_whole(results)]
     if not results.get("finished", False):
         found.regressions.append("the whole run: it is not finished, so that not all is known")
 

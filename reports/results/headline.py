@@ -39,7 +39,7 @@ def headline(results: RunRecord) -> str:
     worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
     if not worst_first:
         return "Nothing was measured."
-    shared = "".join(f" But {sentence}." for sentence in results.get("wrong_factors", []))
+    shared = "".join(f" But {legible(sentence)}." for sentence in of_the_whole(results))
     for name, cases in _stopped(results).items():
         shared += f" A time limit stopped {name} in {len(cases)} case{'' if len(cases) == 1 else 's'}."
     for name, cases in _abstained(results).items():
@@ -47,7 +47,7 @@ def headline(results: RunRecord) -> str:
     shared += _taken_up(results)
     shared += f" {legible(results['gate']['sentence'])}" if "gate" in results else ""
     if worst_first == [Outcome.PASS]:
-        every = "each passes" if results.get("wrong_factors") else "all pass"
+        every = "each passes" if of_the_whole(results) else "all pass"
         return f"{total}: {every}, in {_checks(cast('dict[str, int]', results['checks']))}.{shared}"
     parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
     # In the order of the light path: what goes wrong first is most likely what is wrong.
@@ -61,6 +61,11 @@ def headline(results: RunRecord) -> str:
         short = " ".join(f"{sentence.split(AS_WELL)[0].rstrip('.')}." for sentence in causes(results))
         return f"{total}: {', '.join(parts)}. {short}{shared}"
     return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "") + shared
+
+
+def of_the_whole(results: RunRecord) -> list[str]:
+    """Return in sentences what fails a run beside its cases: factors that all share, images that change."""
+    return [*results.get("wrong_factors", []), *results.get("changing", [])]
 
 
 def _taken_up(results: RunRecord) -> str:

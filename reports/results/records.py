@@ -330,6 +330,18 @@ class CertifiedRecord(TypedDict, total=False):
     reason: str | None
 
 
+class RepeatedRecord(TypedDict, total=False):
+    """What came of rendering a case once more: whether one configuration's answer was the same to the last bit."""
+
+    configuration: str
+    stage: str | None
+    pixel: list[int] | None
+    differing: int
+    beyond: Number  # the largest difference over what two right renderers may differ by
+    verdict: Verdict
+    sentence: str
+
+
 class CheckGroupRecord(TypedDict):
     """The checks of one renderer under test before one reference, as results.json has them: a check a stage."""
 
@@ -379,6 +391,7 @@ class CaseFacts(TypedDict, total=False):
     adjudication: dict[str, AdjudicationRecord] | None
     paths: dict[str, list[str]]
     consistency: list[ConsistencyRecord]
+    repeated: list[RepeatedRecord]
     certified: list[CertifiedRecord]
     versions: dict[str, str]
     remembered: bool
@@ -643,6 +656,7 @@ class RunFacts(TypedDict, total=False):
     common_factors: list[CommonFactorRecord]
     wide_limits: list[WideLimitsRecord]
     wrong_factors: list[str]
+    changing: list[str]
     gate: GateRecord
     engine: EngineRecord
     shard: ShardRecord  # of a part of a run

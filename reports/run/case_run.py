@@ -6,13 +6,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rayproof.reports.judge.comparison.repeated import repeated
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.paths.choice import asked
 from rayproof.reports.paths.verdict import held_together, together
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, ConsistencyRecord
+from rayproof.reports.results.records import CaseRecord, ConsistencyRecord, RepeatedRecord
 from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages
 from rayproof.reports.run.messages import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from rayproof.reports.run.plan import PlannedCase
@@ -24,6 +25,8 @@ from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 from rayproof.reports.subjects.keeping import Keep
+
+AGAIN = ", again"  # after a candidate's name: its second answer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,6 +96,7 @@ class CaseRun:
         self._asked = dict.fromkeys(planned.configurations, subject)
         self._asked |= {trial.name: trial.subject for trial in planned.trials}
         self._finished = finished
+        self._repeated: list[RepeatedRecord] = []
 
     def start(self) -> None:
         """Submit the renders of the one under test; what else is needed, what they are tells."""
@@ -134,11 +138,19 @@ class CaseRun:
         Each `yield` hands out requests, and gets the replies under their names. The end is the case's record.
         """
         # Before what others are asked: all else waits for the one under test, which has one worker.
-        renders = self._rendered((yield {name: self._render(name) for name in self._asked}))
+        requests = {name: self._render(name) for name in self._asked}
+        if self.planned.twice:
+            requests |= {f"{name}{AGAIN}": self._render(name, again=True) for name in self.planned.configurations}
+        replies = yield requests
+        renders = self._rendered(replies)
+        again = tuple(self._second(name, replies) for name in self.planned.configurations if self.planned.twice)
+        self._repeated = [self._held_together(one, renders) for one in again]
+        varied = any(one["verdict"] == Outcome.FAIL for one in self._repeated)
         key = None
-        if self._memory is not None and all(one.error is None for one in renders.candidates.values()):
-            key = self._memory.key(self.planned.case, list(renders.candidates.values()), renders.notes)
-            record = self._memory.recall(key, self._folder)
+        memory = None if varied else self._memory  # how far answers vary is judged afresh
+        if memory is not None and all(one.error is None for one in renders.candidates.values()):
+            key = memory.key(self.planned.case, list(renders.candidates.values()), renders.notes)
+            record = memory.recall(key, self._folder)
             if record is not None:
                 return self._recorded(self._recognised(record, renders), renders)
         # While the references render: a second judge then finds the sentinels judged.
@@ -173,6 +185,7 @@ class CaseRun:
             images=self._images,
             cached=self._memory is not None,
             certified=self._certified,
+            again=again if varied else (),
             trials=tuple(renders.candidates[trial.name] for trial in self.planned.trials),
         )
         # Judged before anything else is rendered: finished cases leave memory.
@@ -181,6 +194,7 @@ class CaseRun:
         if reply.error is not None:
             about = (self.planned.case, candidates, witnesses, reply)
             record = unjudged(*about, folder=self._folder, subject=self._subject)
+        self._repeated = record.pop("repeated", self._repeated)
         record["judge_seconds"] = round(reply.seconds, 4)
         record["remembered"] = False
         record["versions"] = renders.versions
@@ -193,16 +207,19 @@ class CaseRun:
         case = self.planned.case
         return ReferenceTask(scene=case.scene, samples=case.samples, cached=self._memory is not None)
 
-    def _render(self, configuration: str) -> Request:
-        """Return the request for the answers of one configuration, or of one who is only tried."""
+    def _render(self, configuration: str, *, again: bool = False) -> Request:
+        """Return the request for the answers of one configuration, or of one who is only tried.
+
+        Of one that is asked `again` the image alone is wanted: neither its other routes nor its call.
+        """
         case, subject = self.planned.case, self._asked[configuration]
         if subject.is_tracer:
-            routes = asked(self.planned.routes, configuration)
+            routes = () if again else asked(self.planned.routes, configuration)
             about = {"scene": case.scene, "configuration": configuration, "samples": case.samples, "routes": routes}
             return Request(kind=TRACER, task=TracerTask(**about, own=self._own, copies=self._copies), first=True)
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
-        kept = subject.name == PROGRAM == self._subject.name
+        kept = subject.name == PROGRAM == self._subject.name and not again
         keep = Keep(folder=self._folder / CALLS / place_of(case.name)) if kept else None
         task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject, keep=keep)
         kind = subject.name if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}"
@@ -233,6 +250,19 @@ class CaseRun:
                 found.consistency += more[1]
                 found.paths.append(more[2])
         return found
+
+    def _second(self, name: str, replies: Replies) -> Candidate:
+        """Return what one configuration answered when it was asked again."""
+        reply = replies[f"{name}{AGAIN}"]
+        if reply.error is None:
+            answered: Candidate = reply.value[0]
+            return answered
+        lost = {"precision": "float32", "items": frozenset(), "shadow_epsilon": 0.0, "answers": None}
+        return Candidate(name=name, **lost, error=reply.error)
+
+    def _held_together(self, again: Candidate, renders: Renders) -> RepeatedRecord:
+        """Return whether a second answer is the first to the last bit."""
+        return repeated(self.planned.case.name, renders.candidates[again.name], again, None, varies=False)
 
     def _witnesses(self, answers: Replies, damaged: Mapping[str, str], renders: Renders) -> tuple[Witness, ...]:
         """Return the references in the plan's order; `damaged` says of whom a kept render could not be read, and why.
@@ -268,6 +298,8 @@ class CaseRun:
         for render in record["renders"]:
             render["seconds"] = round(renders.seconds.get(render["renderer"], 0.0), 4)
         record["paths"] = together(renders.paths)
+        if self.planned.twice:
+            record["repeated"] = self._repeated
         held_together(record, renders.consistency)
         record["seconds"] = round(sum(renders.seconds.values()) + record["judge_seconds"], 4)
         return record

@@ -46,7 +46,7 @@ class Dependencies:
         self._demands, self._subject = demands, subject
         self._asked: set[Part] = set()
         # What many cases share is worked out once for each choice of configurations and routes, and of parts.
-        self._of_choices: dict[tuple[tuple[str, ...], ...], dict[str, str]] = {}
+        self._of_choices: dict[tuple[tuple[str, ...] | bool, ...], dict[str, str]] = {}
         self._of_parts: dict[tuple[Part, ...], str] = {}
         self._parts_of: dict[tuple[tuple[str, ...], tuple[str, ...]], tuple[Part, ...]] = {}  # configurations and slots
 
@@ -57,7 +57,7 @@ class Dependencies:
 
     def of(self, planned: PlannedCase) -> dict[str, str]:
         """Return digests of what is asked, and of what answers; what is equal has not changed."""
-        choice = planned.configurations, planned.routes, tuple(trial.title for trial in planned.trials)
+        choice = planned.configurations, planned.routes, tuple(trial.title for trial in planned.trials), planned.twice
         if choice not in self._of_choices:
             self._of_choices[choice] = {
                 "demands": digest(exact([self._demands, *choice]))[:DIGITS],

@@ -85,4 +85,5 @@ class JudgeTask:
     images: KeptImages = EVERY_CASE  # of which cases they are kept
     cached: bool = False  # the oracle's edges may be taken from the cache
     certified: bool = False  # the verdict itself is held against certified arithmetic
+    again: tuple[Candidate, ...] = ()  # the candidates' second answers, where one of them differs
     trials: tuple[Candidate, ...] = ()  # others that are judged on the same case, one by one, and have no images kept

@@ -50,6 +50,7 @@ class PlannedCase:
     configurations: tuple[str, ...]
     trials: tuple[Trial, ...] = ()
     routes: tuple[str, ...] = ()  # other ways in which the tracer renders it too (`reports.paths`)
+    twice: bool = False  # it is rendered once more, and must give the same image
 
 
 @lru_cache(maxsize=1)
@@ -75,11 +76,36 @@ def alternatives() -> dict[str, frozenset[str]]:
     return found
 
 
+MOST_TWICE = 2**14  # px of the image that is rendered twice: two of the suite's usual ones
+LOOKED_AT = 32  # cases of a plan among which it is sought, so that it is an early one
+
+
+def with_one_twice(planned: Sequence[PlannedCase]) -> Sequence[PlannedCase]:
+    """Return a plan of which one early case, small and lit, is rendered twice; none where there is no small one."""
+    firsts = [(place, planned[place]) for place in range(min(LOOKED_AT, len(planned)))]
+    small = [
+        (place, one) for place, one in firsts if one.case.samples == 1 and not one.trials and _pixels(one) <= MOST_TWICE
+    ]
+    lit = [(place, one) for place, one in small if one.case.scene.lights]
+    if not small:
+        return planned
+    place, chosen = (lit or small)[0]
+    if isinstance(planned, PlannedScenes):
+        planned.twice = place
+        return planned
+    return (*planned[:place], replace(chosen, twice=True), *planned[place + 1 :])
+
+
+def _pixels(planned: PlannedCase) -> int:
+    return planned.case.scene.camera.width * planned.case.scene.camera.height
+
+
 class PlannedScenes(Sequence[PlannedCase]):
     """A stream of scenes, each planned when it is needed."""
 
     def __init__(self, cases: SceneStream, planned: Callable[[Case], PlannedCase]) -> None:
         self._cases, self._planned = cases, planned
+        self.twice: int | None = None  # the place of the scene that is rendered twice
         # Of all: which are asked depends on what a scene covers.
         firsts = cases.covers.values()
         self.configurations = frozenset(name for number in firsts for name in planned(cases[number]).configurations)
@@ -94,7 +120,8 @@ class PlannedScenes(Sequence[PlannedCase]):
     def __getitem__(self, index: int | slice) -> PlannedCase | Sequence[PlannedCase]:
         if isinstance(index, slice):
             return [self[number] for number in range(len(self))[index]]
-        return self._planned(self._cases[index])
+        found = self._planned(self._cases[index])
+        return replace(found, twice=self.twice is not None and range(len(self))[index] == self.twice)
 
 
 def configurations_of(planned: Sequence[PlannedCase]) -> frozenset[str]:
@@ -180,6 +207,7 @@ class RecordKey(Key):
     case: Case
     configurations: tuple[str, ...]
     routes: tuple[str, ...]
+    twice: bool
     demands: Demands
 
 
@@ -189,6 +217,7 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
         case=planned.case,
         configurations=(*planned.configurations, *(trial.title for trial in planned.trials)),
         routes=planned.routes,
+        twice=planned.twice,
         demands=demands,
         code=code(CODE),
         machine=machine(),

@@ -21,7 +21,7 @@ from rayproof.reports.results.atomic import remove_drafts
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import amend, amending, briefs, named
 from rayproof.reports.results.document import save_early, save_results, write_results
-from rayproof.reports.results.headline import causes, examined_line, no_say, worse_by_cause
+from rayproof.reports.results.headline import causes, examined_line, no_say, of_the_whole, worse_by_cause
 from rayproof.reports.results.headline import worst_first as worst_cases_first
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import legible
@@ -34,7 +34,7 @@ from rayproof.reports.run.journal import EARLIER
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.messages import GuardTask
 from rayproof.reports.run.panel import panel
-from rayproof.reports.run.plan import PlannedCase, PlannedScenes, configurations_of, plan
+from rayproof.reports.run.plan import PlannedCase, PlannedScenes, configurations_of, plan, with_one_twice
 from rayproof.reports.run.progress import worst_first
 from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.document import results_document
@@ -181,7 +181,7 @@ def code_of(request: RunRequest, results: RunRecord, found: totals.Totals, conso
         if demanded.lets_through:
             return FAILED if results["gate"]["red"] or silent else 0
         code = max(code, FAILED) if results["gate"]["red"] else code
-    return max(code, FAILED) if silent or results["wrong_factors"] else code
+    return max(code, FAILED) if silent or of_the_whole(results) else code
 
 
 def _remember(request: RunRequest, results: RunRecord, console: Console) -> list[str]:
@@ -286,9 +286,9 @@ def planned_cases(request: RunRequest) -> Sequence[PlannedCase]:
         def planned(case: Case) -> PlannedCase:
             return plan((case,), names, subject, all_routes=request.all_routes)[0]
 
-        return PlannedScenes(request.scenes, planned)
+        return with_one_twice(PlannedScenes(request.scenes, planned))
     found = plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes)
-    return tuple(replace(one, trials=request.trials.get(one.case.name, ())) for one in found)
+    return with_one_twice(tuple(replace(one, trials=request.trials.get(one.case.name, ())) for one in found))
 
 
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
@@ -349,7 +349,7 @@ def _publish(request: RunRequest, results: RunRecord, why: str | None, console: 
         console.print(sentence, style="yellow", soft_wrap=True, markup=False)
     for sentence in causes(results):
         console.print(sentence, style="bold red", soft_wrap=True, markup=False)
-    for sentence in results["wrong_factors"]:
+    for sentence in of_the_whole(results):
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
     if left_out := results["images_kept"]["left_out"]:
         console.print(f"images of {left_out} cases that passed are not kept; see --keep-images", soft_wrap=True)

@@ -39,6 +39,7 @@ class Capabilities:
     affine: bool = True  # stretched, sheared and mirrored shapes
     triangulated: bool = False  # wants cubes, squares and triangles as meshes
     chained: bool = False  # each stage is made of the very numbers written for the stages before it, but for rounding
+    deterministic: bool = True  # the same scene gives the same image, to the last bit
     shadow_epsilon: float = 0.0  # m
     ray_epsilon: float = 0.0  # m
 
@@ -118,7 +119,7 @@ def capabilities_from(text: str) -> Capabilities | None:
     for name in ("name", "version"):
         if name in declared:
             found = replace(found, **{name: _text(name, declared[name])})
-    for name in ("two_sided", "affine", "triangulated", "chained"):
+    for name in ("two_sided", "affine", "triangulated", "chained", "deterministic"):
         if name in declared:
             if not isinstance(declared[name], bool):
                 raise ValueError(f"{name} must be true or false, got {declared[name]!r}")

@@ -62,7 +62,7 @@ def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
     shared = wrong(pooled, wide)
     of_cases = found.verdict(planned=planned, tracer=tracer)
     told: Any = {
-        "verdict": worst([of_cases, *(Outcome.FAIL for _ in shared)]).value,
+        "verdict": worst([of_cases, *(Outcome.FAIL for _ in (*shared, *found.changing))]).value,
         "abstained": found.abstained,
         "stopped": found.stopped,
         "summary": found.case_ledger(planned=planned),
@@ -72,6 +72,7 @@ def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
         "common_factors": pooled,
         "wide_limits": wide,
         "wrong_factors": shared,
+        "changing": found.changing,
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
         "images_kept": {"cases": found.with_images, "left_out": found.without_images},

@@ -61,6 +61,7 @@ class Totals:
         self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
         self.factors = CommonFactors()
         self.paths: dict[str, TakenRecord] = {}
+        self.changing: list[str] = []  # what was rendered twice and is not the same, in sentences
         self._examined, self._passing = _nothing_examined(), _nothing_examined()
         self._coverage = _nothing_covered()
         self._limits = Limits()
@@ -82,6 +83,7 @@ class Totals:
             self.without_images += 1
         self.factors.add(record)
         count_paths(self.paths, record)
+        self.changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
         self._limits.add(record)
         _cover(self._coverage, record)
         for check in record["checks"]:

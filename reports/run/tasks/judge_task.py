@@ -8,6 +8,7 @@ from rayproof.reports.cache.guards import ask_once
 from rayproof.reports.cache.references import KeepingOracle
 from rayproof.reports.cache.store import usual_store
 from rayproof.reports.certify.verdicts import certify
+from rayproof.reports.judge.comparison.repeated import repeated
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import FullOracle
 from rayproof.reports.judge.panel_record import adjudication
@@ -59,6 +60,10 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     record = _record(task, judged, scene, images)
     marked = masks(task, judged.ground) if images or pixels is not None else None  # they lie over images
     record.update({"adjudication": panel, "pixels": pixels, "masks": marked})
+    if task.again:
+        about = {"base": judged.ground, "varies": not task.subject.capabilities.deterministic}
+        each = zip(task.candidates, task.again, strict=True)
+        record["repeated"] = [repeated(task.case.name, first, again, **about) for first, again in each]
     if task.certified:
         record["certified"] = _certified(task, judged, oracle)
     return record

@@ -236,3 +236,34 @@ def test_a_script_without_a_guard_is_run_once(tmp_path: Path) -> None:
 
     assert (ended.returncode, ended.stdout) == (0, "passed\n"), ended.stderr
     assert (tmp_path / "count").read_text() == "once "
+
+
+class Wavering:
+    """Answers as the closed forms do, and a little otherwise each time that it is asked."""
+
+    def __init__(self, *, deterministic: bool) -> None:
+        self.deterministic, self.asked = deterministic, []
+
+    def __call__(self, scene: Scene, stages: Sequence[Stage]) -> dict[str, np.ndarray]:
+        self.asked.append(scene.camera.width)
+        found = rayproof.oracle(scene, [stage.value for stage in stages])
+        return {**found, "radiance": found["radiance"] * (1 + 1e-6 * np.cos(len(self.asked)))}
+
+
+@pytest.mark.process
+def test_an_image_that_changes_from_call_to_call_fails_the_run_unless_it_is_declared(tmp_path: Path) -> None:
+    cases = ["primitives/sphere", "primitives/plane"]
+    silent, declared = Wavering(deterministic=True), Wavering(deterministic=False)
+
+    fails = rayproof.run(cases, silent, out=tmp_path / "out", quiet=True)
+    again = rayproof.run(cases, silent, out=tmp_path / "out", quiet=True, resume=True)
+    passes = rayproof.run(cases, declared, quiet=True)
+
+    assert (fails.code, fails.verdict, fails.counts["pass"]) == (1, "fail", 2)
+    assert len(silent.asked) == 3, "one case twice, and nothing when the run is taken up again"
+    (sentence,) = fails.record["changing"]
+    assert "primitives/sphere otherwise when it is asked again" in sentence
+    assert again.record["changing"] == [sentence]
+    for name in ("junit.xml", "ctrf.json", "summary.md", "index.html"):
+        assert "otherwise when it is asked again" in (tmp_path / "out" / name).read_text(), name
+    assert (passes.code, passes.record["changing"]) == (0, [])
