@@ -15,6 +15,9 @@ ITEMS: tuple[str, ...] = (
     *(f"RAD-{n}" for n in range(1, 6)),
 )  # fmt: skip
 
+STORING = "IMG-1"  # how the image is stored: no formula, and part of every case
+BLAMABLE: tuple[str, ...] = (*ITEMS, STORING)
+
 
 @dataclass(frozen=True, kw_only=True)
 class PixelValue:

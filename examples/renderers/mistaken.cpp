@@ -10,6 +10,7 @@
 #include <array>
 #include <iostream>
 #include <limits>
+#include <random>
 #include <sstream>
 
 #include "rayproof.hpp"
@@ -126,7 +127,20 @@ using Json = rayproof::Json;
     _(srgb_eight_bits, H, "writes radiance as sRGB of 8 bits") \
     _(bgr, H, "writes blue for red") \
     _(luminance, U, "writes the luminance") \
-    _(reinhard, U, "maps radiance to L / (1 + L)")
+    _(reinhard, U, "maps radiance to L / (1 + L)") \
+    _(radiance_mirrored, H, "writes each row of radiance from right to left, the other stages rightly") \
+    _(radiance_upside_down, H, "writes the bottom row of radiance first, the other stages rightly") \
+    _(columns_first, H, "writes the image column by column") \
+    _(height_for_stride, H, "takes the height for the distance between rows in memory") \
+    _(rows_padded, H, "writes rows that are padded to 32 pixels as if they were not") \
+    _(one_pixel_late, H, "writes each pixel one place too late") \
+    _(strip_undrawn, H, "does not draw the fourth of five strips of rows") \
+    _(rows_left_over, H, "draws seven strips of equal height, and not what is left over") \
+    _(tiles_undrawn, H, "does not draw every third tile of 32 by 32 pixels") \
+    _(wrapped_bytes, H, "writes radiance modulo 256 steps of 1/255") \
+    _(bytes_swapped, H, "writes the bytes of floats in the other order") \
+    _(half_floats, H, "writes 16-bit floats, whose largest is 65504") \
+    _(changing, U, "leaves some pixels as they were in memory, others in each call")
 
 enum Mistake {
 #define _(name, known, what) name,
@@ -344,6 +358,47 @@ double random(int x, int y, int k) {
     return std::fmod(std::abs(std::sin(x * 12.9898 + y * 78.233 + k * 37.719) * 43758.5453), 1.0);
 }
 
+// The nearest number that a 16-bit float holds, or infinity. Source: IEEE 754-2008, binary16.
+float half(float value) {
+    if (!(std::abs(value) < 65520)) return std::isnan(value) ? value : std::copysign(float(INF), value);
+    const int exponent = value == 0 ? -24 : std::max(std::ilogb(value) - 10, -24);
+    return std::ldexp(std::nearbyint(std::ldexp(value, -exponent)), exponent);
+}
+
+// What becomes of right values on their way into the file.
+void damage(rayproof::Image& image) {
+    const int w = image.width, h = image.height, count = w * h, padded = (w + 31) / 32 * 32;
+    std::mt19937 drawn{std::random_device{}()};
+    std::vector<bool> left(count);
+    for (int i = 0; i < count; ++i) left[i] = drawn() % 50 == 0;
+    for (auto& [name, pixels] : image.channels) {
+        const std::vector<float> right = pixels;
+        const bool radiance = name.size() == 1;
+        if (is(height_for_stride)) std::fill(pixels.begin(), pixels.end(), 0.0f);
+        for (int y = 0; y < h; ++y)
+            for (int x = 0; x < w; ++x) {
+                const int i = y * w + x;
+                if (is(radiance_mirrored) && radiance) pixels[i] = right[y * w + w - 1 - x];
+                if (is(radiance_upside_down) && radiance) pixels[i] = right[(h - 1 - y) * w + x];
+                if (is(columns_first)) pixels[x * h + y] = right[i];
+                if (is(height_for_stride) && y * h + x < count) pixels[y * h + x] = right[i];
+                if (is(rows_padded)) pixels[i] = i % padded < w ? right[i / padded * w + i % padded] : 0;
+                if (is(one_pixel_late)) pixels[i] = i > 0 ? right[i - 1] : 0;
+                if (is(strip_undrawn) && y / ((h + 4) / 5) == 3) pixels[i] = 0;
+                if (is(rows_left_over) && y >= h / 7 * 7) pixels[i] = 0;
+                if (is(tiles_undrawn) && (x / 32 + y / 32) % 3 == 2) pixels[i] = 0;
+                const auto steps = std::int64_t(255 * double(pixels[i]) + 0.5);
+                if (is(wrapped_bytes) && radiance) pixels[i] = std::uint8_t(steps) / 255.0f;
+                if (is(half_floats)) pixels[i] = half(pixels[i]);
+                if (is(changing) && left[i]) pixels[i] = float(drawn() % 1000) / 1000;
+                if (is(bytes_swapped)) {
+                    auto* bytes = reinterpret_cast<unsigned char*>(&pixels[i]);
+                    std::reverse(bytes, bytes + 4);
+                }
+            }
+    }
+}
+
 int main(int count, char** words) try {
     std::vector<std::string> names;
     std::string only;
@@ -499,6 +554,7 @@ int main(int count, char** words) try {
             image.at("distance.V", x, y) = float(is(depth_for_distance) && any ? hit.t * dot(d, F) : hit.t);
             if (!scene.lights.empty()) put("irradiance.", "RGB", E), put("exitance.", "RGB", M), put("", "RGB", L);
         }
+    damage(image);
     if (only == "radiance")
         for (auto one = image.channels.begin(); one != image.channels.end();)
             one = one->first.size() == 1 ? std::next(one) : image.channels.erase(one);

@@ -3,7 +3,8 @@
 To add one, register a `Mistake` in a file of `reports/diagnosis/mistakes`. It says in a verb phrase what the renderer
 does ("leaves out 1/pi"), which items of the specification that concerns, and how such a renderer answers: one or more
 ways, since what one mistake shows depends on the right formulas around it. A way is a changed question to the oracle,
-stages computed wrongly from the oracle's right ones, or wrong formulas of the tracer, or several of these.
+stages computed wrongly from the oracle's right ones, or wrong formulas of the tracer, or several of these; or right
+answers that are written wrongly, which is asked before everything else.
 
 A mistake is named only if the renderer's pixels are those of one of its ways, in failing and in passing cases alike,
 and if enough pixels tell that way from the right answer. docs/diagnosis.md says what counts as the same.
@@ -34,9 +35,23 @@ class Given:
     parameter: float  # the estimated parameter of a mistake that has one, else 0
 
 
+@dataclass(frozen=True, kw_only=True)
+class Answered:
+    """The answers of a way to a scene."""
+
+    scene: Scene  # the question that was answered
+    answers: Answers
+    limits: Mapping[Stage, np.ndarray]  # (height, width) or (height, width, 3)
+    edge: np.ndarray  # (height, width): something else begins within a pixel
+
+
 # NaN where rounding alone says what such a renderer answers. One that has a parameter may say itself what it is `at`
 # one, one that others of its kind change the same sum or rays what both are: `followed_by`.
 Wrong = Callable[[Given], np.ndarray]
+
+
+# How right answers lie in the file: these answers and the renderer's own images in, what is written out.
+Stored = Callable[[Answered, Answers], Answered]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +62,7 @@ class Way:
     stages: Mapping[Stage, Wrong] = field(default_factory=dict)  # stages that it computes wrongly
     formulas: Mapping[str, str] = field(default_factory=dict)  # the tracer's, slot to variant, where they answer
     shading: str | None = None  # the one model of light that it computes wrongly; None is whichever a scene has
+    stored: Stored | None = None  # all of its answers are right, and are written wrongly
     parts: "tuple[Way, ...]" = ()  # of two mistakes at once: each alone
 
 

@@ -6,7 +6,7 @@ mistake makes it, of a curve that is put over radiance by putting it over the en
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene, SceneError
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.diagnosis import Given, Way
+from rayproof.reports.diagnosis import Answered, Given, Way
 from rayproof.reports.judge.comparison.measurement import ratios
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.tolerance.conditioning import condition
@@ -29,16 +29,6 @@ TURNS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 PLAINLY = 4.0  # limits: an answer so far from the right one would not have passed for it
 
 
-@dataclass(frozen=True, kw_only=True)
-class Answered:
-    """The answers of a way to a scene."""
-
-    scene: Scene  # the question that was answered
-    answers: Answers
-    limits: Mapping[Stage, np.ndarray]  # (height, width) or (height, width, 3)
-    edge: np.ndarray  # (height, width): something else begins within a pixel
-
-
 class Unanswerable(Exception):  # noqa: N818  an answer, not a mishap
     """A way that has no answer to a scene: the changed question is no valid scene, or beyond the tracer."""
 
@@ -49,13 +39,17 @@ def right_answer(scene: Scene, oracle: FullOracle) -> Answered:
     return _answered(scene, answers, {})
 
 
-def answer(way: Way, right: Answered, oracle: FullOracle) -> Answered:
+def answer(way: Way, right: Answered, oracle: FullOracle, *, ours: Answers | None = None) -> Answered:
     """Return a way's answer to the scene that `right` answers, in the pixels of the image asked for.
+
+    `ours` are the renderer's own images, of what is written in a way that not all of is foretold.
 
     Raises:
         Unanswerable: it has none.
 
     """
+    if way.stored is not None:
+        return way.stored(right, ours or {})
     scene, answers, plain = _plain_answer(way, right, oracle)
     if answers is right.answers:
         return Answered(scene=scene, answers=answers, limits=right.limits, edge=right.edge)
@@ -158,7 +152,7 @@ def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.nda
         Unanswerable: the way has no answer.
 
     """
-    _, answers, _ = _plain_answer(way, right, oracle)
+    answers = _plain_answer(way, right, oracle)[1] if way.stored is None else way.stored(right, {}).answers
     found = {}
     for stage, image in right.answers.items():
         if stage in IMAGE_STAGES and answers[stage] is not image:

@@ -6,7 +6,7 @@ from typing import cast
 
 import numpy as np
 
-from rayproof.cases.case import ITEMS
+from rayproof.cases.case import BLAMABLE
 from rayproof.cases.families import all_cases
 from rayproof.cases.scene import Mesh, Scene, SceneError
 from rayproof.cases.scene_json import load_scene
@@ -75,7 +75,7 @@ def narrow(
         if "blamed_items" not in case or known is None or guilty(case) != configuration:
             continue
         if case["name"] in named:
-            put(case, Blamed(items=tuple(item for item in ITEMS if item in named[case["name"]])))
+            put(case, Blamed(items=tuple(item for item in BLAMABLE if item in named[case["name"]])))
         else:
             open_cases.append((case, known, Blamed(items=tuple(case["blamed_items"]))))
     passed = [

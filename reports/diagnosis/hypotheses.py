@@ -47,7 +47,7 @@ def singles(estimate: Estimate) -> Iterator[Hypothesis]:
     """Yield every mistake in each of its ways; those with a parameter as it is estimated, where it is."""
     for name in MISTAKES:
         mistake = MISTAKES[name]
-        if mistake.seen is not None:
+        if mistake.seen is not None or mistake.ways[0].stored is not None:
             continue
         parameters = {}
         if mistake.fit is not None:

@@ -50,6 +50,15 @@ CALLED: Mapping[str, str] = {
     "two_for_pi": "factor_of_radiance_physical",
     "pi_twice": "factor_of_radiance",
     "factor_1_3": "factor_of_radiance",
+    "radiance_mirrored": "stages_mirrored",
+    "radiance_upside_down": "stages_upside_down",
+    "height_for_stride": "row_stride",
+    "rows_padded": "row_stride",
+    "one_pixel_late": "one_place_off",
+    "strip_undrawn": "undrawn",
+    "rows_left_over": "undrawn",
+    "tiles_undrawn": "undrawn",
+    "wrapped_bytes": "wrapped",
 }
 # Mistakes of one and the same image: each is named rightly by the other's name.
 SAME: Mapping[str, tuple[str, ...]] = {
@@ -57,6 +66,9 @@ SAME: Mapping[str, tuple[str, ...]] = {
     "pi_twice": ("factor_of_exitance", "factor_of_irradiance"),
     "two_for_pi": ("factor_of_exitance_physical", "factor_of_irradiance_physical"),
     "factor_1_3": ("factor_of_exitance", "factor_of_irradiance"),
+    # By radiance alone, nobody sees that other stages are in their places.
+    "radiance_mirrored": ("image_mirrored", "left_handed"),
+    "radiance_upside_down": ("upside_down",),
 }
 STAGED, ALONE = "all stages", "radiance alone"
 KNOWN_ONE, KNOWN_NONE = "a mistake that has a hypothesis", "a mistake that has none"
@@ -220,7 +232,8 @@ def rendered(program: Path, mistakes: Sequence[str], case: Case, folder: Path) -
     image = where / "image.exr"
     words = ["--mistake", ",".join(mistakes)] if mistakes else []
     subprocess.run([str(program), *words, str(scene), str(image)], check=True, capture_output=True, timeout=120)
-    return {stage: np.asarray(value, dtype=np.float64) for stage, value in read_answers(image).items()}
+    with np.errstate(invalid="ignore"):  # what a damaged image holds may be no number at all
+        return {stage: np.asarray(value, dtype=np.float64) for stage, value in read_answers(image).items()}
 
 
 def evidence_of(renderer: Renderer, folder: Path, names: Sequence[str]) -> dict[str, list[Evidence]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.case import ITEMS
+from rayproof.cases.case import BLAMABLE
 from rayproof.cases.families import select
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
@@ -46,7 +46,7 @@ def page(pictures: dict[str, str] | None = None) -> str:
     """
     right = formulas(SPECIFICATION.read_text(encoding="utf-8"))
     parts = [HEAD]
-    for item in ITEMS:
+    for item in BLAMABLE:
         names = [name for name in MISTAKES if MISTAKES[name].items[0] == item]
         if names:
             parts.append(f"## {item}, {TITLES[item]}\n\n{right[item]}\n")
@@ -64,7 +64,7 @@ def _entry(name: str, pictures: dict[str, str]) -> str:
 def formulas(specification: str) -> dict[str, str]:
     """Return each item's right formula, from the specification's text."""
     found = re.findall(
-        r"^\*\*((?:CAM|XF|HIT|NRM|LIT|RAD)-\d)(?:, [^*]*)?\*\*(.*?)(?=\n\n|\n\*\*|\Z)", specification, re.M | re.S
+        r"^\*\*((?:CAM|XF|HIT|NRM|LIT|RAD|IMG)-\d)(?:, [^*]*)?\*\*(.*?)(?=\n\n|\n\*\*|\Z)", specification, re.M | re.S
     )
     return {item: "Right: " + " ".join(text.split()) for item, text in found}
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.clock import Clock
+from rayproof.reports.diagnosis.damage import damages, rivals
 from rayproof.reports.diagnosis.hypotheses import Hypothesis, bound, estimated, in_one_light, joined, singles
 from rayproof.reports.diagnosis.samples import classes, pairs_of, sampled, tells
 from rayproof.reports.diagnosis.stage_by_stage import explanations
@@ -72,7 +73,9 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
     everything, whole = [*failing, *passing], Clock(seconds + HOLDING)
     complete = {one.case: Continued(evidence=one) for one in everything}
     staged = len(failing[0].stages) > 1 and all(one.usable for one in complete.values())
-    left = _stage_by_stage(list(complete.values()), len(failing), clock, whole) if staged else []
+    left = _damaged(screen, failing, passing, clock, whole)
+    if not left and staged:
+        left = _stage_by_stage(list(complete.values()), len(failing), clock, whole)
     if not left:
         # Where a renderer's stages do not follow from each other by any mistake, as those of one that leaves out shapes
         # by bounds of its own, its image as a whole may still be one mistake's.
@@ -89,6 +92,17 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
         seconds=clock.spent,
         finished=not clock.over,
     )
+
+
+def _damaged(
+    screen: Sequence[Evidence], failing: Sequence[Evidence], passing: Sequence[Evidence], clock: Clock, whole: Clock
+) -> list[Found]:
+    """Return how right images are written wrongly; with a mistake of the camera that no case tells from that."""
+    everything = [*failing, *passing]
+    rest = failing[SCREENING : SCREENING + FAILING]
+    left = _left(damages(failing), screen, rest, passing[:PASSING], clock)
+    left += _left(rivals([one.hypothesis for one in left]), screen, rest, passing[:PASSING], clock)
+    return _uncontradicted(_settled(left, everything, clock), everything, whole)
 
 
 def _stage_by_stage(cases: Sequence[Continued], failing: int, clock: Clock, whole: Clock) -> list[Found]:

@@ -102,7 +102,7 @@ class Evidence:
             return self.right
         if id(way) not in self._kept:  # the way is held with its answer, so that no other takes its identity
             try:
-                self._kept[id(way)] = way, answer(way, self.right, self.oracle)
+                self._kept[id(way)] = way, answer(way, self.right, self.oracle, ours=self.ours)
             except Unanswerable as wrong:
                 self._kept[id(way)] = way, wrong
         found = self._kept[id(way)][1]
@@ -142,7 +142,7 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
     right = {stage: evidence.right.answers[stage] for stage in seen}
     judged = ~supposed.edge & ~evidence.never
     found = _tally(evidence, supposed, ours, right, judged)
-    if not found.fits and found.off <= NEARLY * found.judged:
+    if not found.fits and way.stored is None and found.off <= NEARLY * found.judged:
         # It has edges of its own that no neighbouring pixel shows: coinciding faces, or a border in its first row.
         found = _tally(evidence, supposed, ours, right, judged & ~evidence.unsure(way))
     return found

@@ -30,4 +30,5 @@ TITLES: dict[str, str] = {
     "RAD-3": "the lecture's simplified point light",
     "RAD-4": "radiant exitance and radiance",
     "RAD-5": "radiance is invariant along a ray",
+    "IMG-1": "how the image is stored",
 }

@@ -115,6 +115,9 @@ def _right_positions(given: Given) -> np.ndarray:
     return np.where(hit, np.asarray(camera.eye) + np.where(hit, distance, 0) * given.answers[Stage.RAY], 0.0)
 
 
+# A pixel's sign turned round and rows stored from the other end are one image, in every stage.
+FLIPPED = ("CAM-3", "IMG-1")
+
 for _name, _says, _items, _way in (
     (
         "left_handed",
@@ -122,9 +125,13 @@ for _name, _says, _items, _way in (
         ("CAM-1",),
         _rays(lambda pinhole: replace(pinhole, right=-pinhole.right)),
     ),
-    ("image_mirrored", "writes each row of its image from right to left", ("CAM-3",), _rays(_mirrored)),
-    ("upside_down", "writes its image upside down, the bottom row first", ("CAM-3",), _rays(_upside_down)),
-    ("turned_half", "turns its image by 180 degrees", ("CAM-3",), _rays(_mirrored, _upside_down)),
+    ("image_mirrored", "writes each row of its image from right to left", FLIPPED, _rays(_mirrored)),
+    ("upside_down", "writes its image upside down, the bottom row first", FLIPPED, _rays(_upside_down)),
+    ("turned_half", "turns its image by 180 degrees", FLIPPED, _rays(_mirrored, _upside_down)),
+    ("one_pixel_right", "samples each pixel one pixel too far to the right", ("CAM-3",), _rays(_shifted(1, 0))),
+    ("one_pixel_left", "samples each pixel one pixel too far to the left", ("CAM-3",), _rays(_shifted(-1, 0))),
+    ("one_pixel_down", "samples each pixel one pixel too far down", ("CAM-3",), _rays(_shifted(0, 1))),
+    ("one_pixel_up", "samples each pixel one pixel too far up", ("CAM-3",), _rays(_shifted(0, -1))),
     ("pixel_corner", "samples each pixel at its top left corner", ("CAM-3",), _rays(_shifted(-0.5, -0.5))),
     ("pixel_corner_right", "samples each pixel at its top right corner", ("CAM-3",), _rays(_shifted(0.5, -0.5))),
     ("pixel_corner_below", "samples each pixel at its bottom left corner", ("CAM-3",), _rays(_shifted(-0.5, 0.5))),

@@ -9,12 +9,14 @@ from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
 from rayproof.reports.judge.tolerance.channels import dot
 
 
-def _radiance(
-    name: str, says: str, wrong: Wrong, fit: Fit | None = None, named: dict[float, str] | None = None
-) -> None:
-    MISTAKES.register(name)(
-        Mistake(says=says, items=("RAD-4",), ways=(Way(stages={Stage.RADIANCE: wrong}),), fit=fit, named=named or {})
-    )
+def _radiance(name: str, says: str, *wrong: Wrong, item: str = "RAD-4", fit: Fit | None = None) -> None:
+    ways = tuple(Way(stages={Stage.RADIANCE: one}) for one in wrong)
+    MISTAKES.register(name)(Mistake(says=says, items=(item,), ways=ways, fit=fit))
+
+
+def _written(name: str, says: str, *wrong: Wrong, fit: Fit | None = None) -> None:
+    """Register right radiance that is written by a curve or in other numbers."""
+    _radiance(name, says, *wrong, item="IMG-1", fit=fit)
 
 
 def _exitance(name: str, says: str, wrong: Wrong) -> None:
@@ -39,6 +41,11 @@ def _bytes(value: np.ndarray) -> np.ndarray:
 
 def _cut(value: np.ndarray) -> np.ndarray:
     return np.floor(255 * np.clip(value, 0, 1)) / 255
+
+
+def _wrapped(steps: int, *, half: float, written: float) -> Wrong:
+    """Return whole numbers of so many steps without those that the type does not hold, as `written` has one of 1."""
+    return lambda given: np.mod(np.floor(steps * given.right + half), steps + 1) * (written / steps)
 
 
 def _gammas(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
@@ -76,29 +83,33 @@ _radiance(
 )
 _radiance("back_seen", "shows one-sided surfaces from behind", _seen_from_behind)
 _radiance("front_hidden", "shows one-sided surfaces from behind and hides their front", _hidden_in_front)
-_radiance(
+_written(
     "gamma",
     "writes radiance with a gamma of {0} instead of linearly",
     _gamma,
-    Fit(samples=_gammas, nothing=1.0),
+    fit=Fit(samples=_gammas, nothing=1.0),
 )
-_radiance("srgb", "writes radiance in sRGB instead of linearly", lambda given: srgb(given.right))
-_radiance("clamped", "clamps radiance to 1", lambda given: np.minimum(given.right, 1.0))
-_radiance("srgb_clamped", "writes radiance in sRGB, clamped to 1", lambda given: srgb(np.clip(given.right, 0, 1)))
-_radiance("eight_bits", "rounds radiance to 8 bits, between 0 and 1", lambda given: _bytes(given.right))
-_radiance("eight_bits_cut", "cuts radiance off to 8 bits, between 0 and 1", lambda given: _cut(given.right))
-_radiance(
-    "srgb_eight_bits", "writes radiance as sRGB of 8 bits", lambda given: _bytes(srgb(np.clip(given.right, 0, 1)))
-)
+_written("srgb", "writes radiance in sRGB instead of linearly", lambda given: srgb(given.right))
+_written("clamped", "clamps radiance to 1", lambda given: np.minimum(given.right, 1.0))
+_written("srgb_clamped", "writes radiance in sRGB, clamped to 1", lambda given: srgb(np.clip(given.right, 0, 1)))
+_written("eight_bits", "rounds radiance to 8 bits, between 0 and 1", lambda given: _bytes(given.right))
+_written("eight_bits_cut", "cuts radiance off to 8 bits, between 0 and 1", lambda given: _cut(given.right))
+_written("srgb_eight_bits", "writes radiance as sRGB of 8 bits", lambda given: _bytes(srgb(np.clip(given.right, 0, 1))))
 _radiance(
     "srgb_eight_bits_cut",
     "writes radiance as sRGB, cut off to 8 bits",
     lambda given: _cut(srgb(np.clip(given.right, 0, 1))),
 )
+_written(
+    "wrapped",
+    "writes radiance in whole numbers that begin again at 0 beyond the largest of their type",
+    *(_wrapped(steps, half=half, written=1.0) for steps in (255, 65535) for half in (0.5, 0.0)),
+    *(_wrapped(255, half=half, written=255.0) for half in (0.5, 0.0)),
+)
 MISTAKES.register("bgr")(
     Mistake(
         says="writes blue for red and red for blue",
-        items=("RAD-4",),
+        items=("IMG-1",),
         ways=tuple(
             Way(stages={stage: lambda given: given.right[..., ::-1]}) for stage in (Stage.RADIANCE, Stage.EXITANCE)
         ),

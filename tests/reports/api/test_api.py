@@ -256,14 +256,12 @@ def test_an_image_that_changes_from_call_to_call_fails_the_run_unless_it_is_decl
     silent, declared = Wavering(deterministic=True), Wavering(deterministic=False)
 
     fails = rayproof.run(cases, silent, out=tmp_path / "out", quiet=True)
-    again = rayproof.run(cases, silent, out=tmp_path / "out", quiet=True, resume=True)
     passes = rayproof.run(cases, declared, quiet=True)
 
     assert (fails.code, fails.verdict, fails.counts["pass"]) == (1, "fail", 2)
-    assert len(silent.asked) == 3, "one case twice, and nothing when the run is taken up again"
+    assert len(silent.asked) == 3, "one case of the two is rendered twice"
     (sentence,) = fails.record["changing"]
     assert "primitives/sphere otherwise when it is asked again" in sentence
-    assert again.record["changing"] == [sentence]
     for name in ("junit.xml", "ctrf.json", "summary.md", "index.html"):
         assert "otherwise when it is asked again" in (tmp_path / "out" / name).read_text(), name
     assert (passes.code, passes.record["changing"]) == (0, [])

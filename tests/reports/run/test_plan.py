@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 
 from rayproof.cases.case import ITEMS
-from rayproof.cases.families import all_cases
+from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import SHADINGS
 from rayproof.reports.cache import judgements
 from rayproof.reports.cache.closure import ROOT, closure
 from rayproof.reports.judge.tolerance.pair_limits import LIGHT
 from rayproof.reports.run import plan as planning
-from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, within_reach
+from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, with_one_twice, within_reach
 from rayproof.reports.subjects.capabilities import Capabilities
 
 
@@ -27,6 +27,20 @@ def test_every_item_is_covered_by_a_case_with_a_configuration_whose_formulas_cov
         for item in Configuration.parse(name).items & set(one.case.covers)
     }
     assert set(ITEMS) - asked == set()
+
+
+def test_one_early_case_is_rendered_twice_and_it_is_small_and_lit() -> None:
+    cases = select(["antialiased/sphere", "background", "primitives/sphere", "primitives/plane"])
+    dark = tuple(replace(case, scene=replace(case.scene, lights=())) for case in cases)
+
+    planned = with_one_twice(plan(cases, ("float32",)))
+
+    assert [one.case.name for one in planned if one.twice] == ["primitives/sphere"]
+    assert sum(one.twice for one in with_one_twice(plan(dark, ("float32",)))) == 1
+    (one,) = plan(cases[-1:], ("float32",))
+    camera = replace(one.case.scene.camera, width=1000, height=1000)
+    large = replace(one, case=replace(one.case, scene=replace(one.case.scene, camera=camera)))
+    assert not any(one.twice for one in with_one_twice((large,)))
 
 
 def test_every_case_runs_the_default_in_both_precisions():
