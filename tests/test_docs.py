@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.cases.case import ITEMS
+from rayproof.cases.case import BLAMABLE
 from rayproof.cases.scene_json import scene_from_json
 from rayproof.reports.cli import COMMANDS
 
@@ -102,7 +102,7 @@ def test_the_page_on_the_architecture_names_every_folder() -> None:
 def test_every_item_is_specified() -> None:
     text = (CHECKOUT / "docs" / "specification.md").read_text()
 
-    assert [item for item in ITEMS if f"**{item}" not in text] == []
+    assert [item for item in BLAMABLE if f"**{item}" not in text] == []
 
 
 def test_the_readme_names_every_command() -> None:

@@ -14,13 +14,14 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.saying import entries, what_is_left
+from rayproof.reports.diagnosis.saying import entries, of_images_that_change, what_is_left
 from rayproof.reports.diagnosis.search import search, spread
 from rayproof.reports.diagnosis.trial import Evidence, undecided
 from rayproof.reports.results.float_codec import inflated
 from rayproof.reports.results.images import inside, kept_images
+from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, CauseRecord, RunRecord
+from rayproof.reports.results.records import CaseRecord, CauseRecord, RepeatedRecord, RunRecord
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.VISIBILITY)]
 LARGEST = 2000  # faces: of a larger mesh nearly every pixel is an edge, and edges prove nothing
@@ -43,7 +44,8 @@ def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseR
         if (one := _evidence(folder, case, renderer, configuration, oracle)) is not None
     }
     failing = spread([one for one in evidence.values() if one.failed])
-    searched = search(list(evidence.values()), seconds=seconds - FOR_BLAME)
+    changing = _changing(results, configuration)
+    searched = search(list(evidence.values()), seconds=seconds - FOR_BLAME, pairs=changing is None)
     if not searched.tried:
         return []
     others: Sequence[Evidence] = ()
@@ -51,8 +53,19 @@ def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseR
         others = _others(set(evidence), failing[0].stages, oracle)
     failed = sum(_verdict(case, configuration) == Outcome.FAIL.value for case in results["cases"])
     causes = cast("list[CauseRecord]", entries(searched, failing, others, of=failed))
+    if changing is not None and not searched.found:
+        causes = [of_images_that_change(*changing, [one.case for one in failing], of=failed)]
     narrow(results, evidence, configuration, causes, seconds=max(FOR_BLAME, seconds - clock.spent))
     return causes
+
+
+def _changing(results: RunRecord, configuration: str) -> tuple[RepeatedRecord, str] | None:
+    """Return what came of asking a renderer twice, and of which case, if that differs beyond the limits; else None."""
+    for case in results["cases"]:
+        for one in case.get("repeated", []):
+            if one["configuration"] == configuration and one["verdict"] == Outcome.FAIL and at_worst(one["beyond"]) > 1:
+                return one, str(case["name"])
+    return None
 
 
 def narrow(

@@ -6,9 +6,10 @@ from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.search import Found, Searched
 from rayproof.reports.diagnosis.trial import Evidence, differ, trial
 from rayproof.reports.results.item_titles import TITLES
-from rayproof.reports.results.records import AlternativeRecord, CaseRecord, CauseRecord
+from rayproof.reports.results.records import AlternativeRecord, CaseRecord, CauseRecord, RepeatedRecord
 
 FEW = 4  # items that are told by name
+CHANGING = "changes_from_call_to_call"  # no hypothesis: its pixels cannot be foretold
 
 
 def entries(
@@ -108,6 +109,29 @@ def _sentence(
         said += f". The same pixels come of one that {', or '.join(one['sentence'] for one in alternatives)}"
         said += f"; {told_apart} would tell" if told_apart is not None else "; no case that was asked tells them apart"
     return f"{said}."
+
+
+def of_images_that_change(repeated: RepeatedRecord, case: str, failing: Sequence[str], *, of: int) -> CauseRecord:
+    """Return the cause of failures of a renderer whose images differ from call to call by more than right ones may."""
+    item = "IMG-1"
+    said = (
+        f"The renderer writes another image each time it is asked [{item} {TITLES[item]}]: in {case} two differ in "
+        f"{repeated['differing']} pixels of {repeated['stage']}, beyond the limits. No formula is looked for in "
+        f"{len(failing)} of {of} failing case{'' if of == 1 else 's'}, since images that change prove nothing."
+    )
+    return {
+        "mistake": CHANGING,
+        "items": [item],
+        "sentence": said,
+        "explains": {"cases": len(failing), "of": of},
+        "cases": list(failing),
+        "with": [],
+        "alternatives": [],
+        "told_apart_by": None,
+        "predicted": None,
+        "parameters": {},
+        "tried": 0,
+    }
 
 
 def what_is_left(cases: Sequence[CaseRecord]) -> str:

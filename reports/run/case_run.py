@@ -194,7 +194,9 @@ class CaseRun:
         if reply.error is not None:
             about = (self.planned.case, candidates, witnesses, reply)
             record = unjudged(*about, folder=self._folder, subject=self._subject)
-        self._repeated = record.pop("repeated", self._repeated)
+        # Where nobody could judge how far answers vary, those that are declared to vary say nothing.
+        unknown = [] if varied and not self._subject.capabilities.deterministic else self._repeated
+        self._repeated = record.pop("repeated", unknown)
         record["judge_seconds"] = round(reply.seconds, 4)
         record["remembered"] = False
         record["versions"] = renders.versions

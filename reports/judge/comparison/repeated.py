@@ -13,6 +13,7 @@ import numpy as np
 
 from rayproof.cases.answers import Answers
 from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.judge.comparison.measurement import jsonable
 from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.renderers import Candidate, as_witness
 from rayproof.reports.judge.tolerance.scene_context import Ground
@@ -51,7 +52,7 @@ def _same_matrices(one: Any, other: Any) -> bool:
 def repeated(case: str, first: Candidate, again: Candidate, base: Ground | None, *, varies: bool) -> RepeatedRecord:
     """Return what came of asking a candidate again; `varies` says that it declares to answer otherwise each time.
 
-    `base` is what the case was judged on; without one only answers that are equal are held against each other.
+    `base` is what the case was judged on; without one nothing is said of how far two answers differ.
     """
     found: RepeatedRecord = {"configuration": first.name, "stage": None, "pixel": None, "differing": 0, "beyond": 0.0}
     if first.answers is None:  # its case is an error already
@@ -69,7 +70,7 @@ def repeated(case: str, first: Candidate, again: Candidate, base: Ground | None,
         "stage": stage.value,
         "pixel": [column, row],
         "differing": int(np.count_nonzero(where)),
-        "beyond": float(f"{beyond:.4g}"),
+        "beyond": jsonable(float(f"{beyond:.4g}")),
     }
     if varies and beyond <= 1:
         return {**found, "verdict": Outcome.PASS.value, "sentence": ""}
@@ -80,8 +81,8 @@ def repeated(case: str, first: Candidate, again: Candidate, base: Ground | None,
         )
         return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
     sentence = (
-        f"{first.name} answers {case} otherwise when it is asked again: {found['differing']} of {where.size} pixels of "
-        f"{stage} differ, the first at ({column}, {row})" + ("" if beyond <= 1 else f", {worst} beyond the limits")
+        f"{first.name} answers {case} differently when it is asked again: {found['differing']} of {where.size} pixels "
+        f"of {stage} differ, the first at ({column}, {row})" + ("" if beyond <= 1 else f", {worst} beyond the limits")
     )
     return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
 
@@ -89,8 +90,10 @@ def repeated(case: str, first: Candidate, again: Candidate, base: Ground | None,
 def _beyond(first: Candidate, again: Candidate, base: Ground | None) -> tuple[float, str]:
     """Return the largest difference of two answers over what two right ones may differ by, and at which stage."""
     mine, theirs = first.answers or {}, again.answers or {}
-    if base is None or mine.keys() != theirs.keys():
+    if mine.keys() != theirs.keys():
         return np.inf, "the stages that it writes"
+    if base is None:
+        return 0.0, ""
     worst, said = 0.0, ""
     # By another name, since the ground remembers whose answers it has measured.
     witness = replace(as_witness(again), name=f"{first.name}, asked again", authors={})

@@ -261,7 +261,7 @@ def test_an_image_that_changes_from_call_to_call_fails_the_run_unless_it_is_decl
     assert (fails.code, fails.verdict, fails.counts["pass"]) == (1, "fail", 2)
     assert len(silent.asked) == 3, "one case of the two is rendered twice"
     (sentence,) = fails.record["changing"]
-    assert "primitives/sphere otherwise when it is asked again" in sentence
+    assert "primitives/sphere differently when it is asked again" in sentence
     for name in ("junit.xml", "ctrf.json", "summary.md", "index.html"):
-        assert "otherwise when it is asked again" in (tmp_path / "out" / name).read_text(), name
+        assert "differently when it is asked again" in (tmp_path / "out" / name).read_text(), name
     assert (passes.code, passes.record["changing"]) == (0, [])

@@ -11,6 +11,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, measuring, stage_by_stage
 from rayproof.reports.diagnosis import search as searching
+from rayproof.reports.diagnosis.damage import damages
 from rayproof.reports.diagnosis.hypotheses import Hypothesis
 from rayproof.reports.diagnosis.mistakes.acne import scattered
 from rayproof.reports.diagnosis.trial import Evidence, trial
@@ -52,6 +53,44 @@ def test_of_what_nobody_knows_nothing_is_named(program: Path, mistake: str, tmp_
     for one in measuring.outcomes(switched(program, mistake), tmp_path, CASES):
         assert bool(one.failing) == bool(mistake)
         assert one.named == ()
+
+
+DAMAGES = (
+    "radiance_mirrored", "radiance_upside_down", "columns_first", "height_for_stride", "rows_padded", "one_pixel_late",
+    "strip_undrawn", "rows_left_over", "tiles_undrawn", "wrapped_bytes", "bytes_swapped", "half_floats",
+)  # fmt: skip
+DAMAGED_CASES = (*CASES, "primitives/sphere", "random_scenes/seed_1", "shadows/behind_the_light")
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_an_image_that_is_stored_wrongly_is_told_so_and_no_formula_is_named(
+    program: Path, damage: str, tmp_path: Path
+) -> None:
+    for written, evidence in measuring.evidence_of(switched(program, damage), tmp_path, DAMAGED_CASES).items():
+        named = {name for one in searching.search(evidence).found for name in one.hypothesis.mistakes}
+
+        assert named & switched(program, damage).accepted[0], (damage, written, named)
+        if not (damage.startswith("radiance_") and written == measuring.ALONE):  # one image with that of a wrong camera
+            assert {item for name in named for item in MISTAKES[name].items} == {"IMG-1"}, (damage, written, named)
+
+
+@pytest.mark.process
+@pytest.mark.parametrize(
+    "mistake",
+    ["left_handed", "upside_down", "no_shadows", "far_ignored", "first_hit", "blocks", "jittered", "changing"],
+)
+def test_no_other_mistake_is_taken_for_an_image_that_is_stored_wrongly(
+    program: Path, mistake: str, tmp_path: Path
+) -> None:
+    cases = (*DAMAGED_CASES, "clipping/sphere_depth", "walls/far", "nearest/spheres")
+    for evidence in measuring.evidence_of(switched(program, mistake), tmp_path, cases).values():
+        failing = [one for one in evidence if one.failed]
+        some = [one for one in evidence if not one.failed]
+        clock = searching.Clock(60)
+
+        assert failing
+        assert searching._damaged(failing[:3], failing, some, clock, clock) == []
 
 
 def test_a_name_for_a_program_that_has_no_hypothesis_is_a_wrong_name() -> None:
@@ -205,3 +244,28 @@ def test_acne_is_scattered_dark_points_and_a_shadow_that_is_missing_light_elsewh
     dimmed = shown(plain, np.zeros(size, dtype=bool))
     vars(dimmed)["ours"] = {Stage.RADIANCE: 0.5 * plain.right.answers[Stage.RADIANCE]}
     assert scattered(dimmed) is False
+
+
+def dark_rows(name: str, first: int, last: int) -> Evidence:
+    """Return what a renderer shows whose radiance is right but for some rows, which are black."""
+    case = select([name])[0]
+    blank = Evidence(case=name, scene=case.scene, load=dict, failed=True, oracle=ORACLE, undecided=None)
+    height, width = blank.right.edge.shape
+    rows = np.broadcast_to(np.arange(height)[:, np.newaxis], (height, width))
+    return shown(blank, (rows >= first) & (rows < last))
+
+
+def test_rows_are_undrawn_only_if_they_are_the_same_in_another_image_of_that_size() -> None:
+    def found(*cases: Evidence) -> list[tuple[str, ...]]:
+        return [one.mistakes for one in damages(cases) if one.mistakes == ("undrawn",)]
+
+    # A floor that ends too near by a wrong far plane is cut at a row, too, but not at the same one in each scene.
+    floor, wall = dark_rows("primitives/plane", 0, 40), dark_rows("primitives/square", 0, 40)
+    nearer = dark_rows("primitives/square", 0, 47)
+
+    assert found(floor, wall)
+    assert not found(floor), "one image says nothing of where drawing ends by itself"
+    strip = dark_rows("primitives/plane", 20, 40)
+    assert found(strip), "but a strip in its midst does"
+    assert searching.search([floor, nearer], pairs=False).found == ()
+    assert [one.hypothesis.mistakes for one in searching.search([floor, wall], pairs=False).found] == [("undrawn",)]

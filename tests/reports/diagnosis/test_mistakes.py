@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from rayproof.cases.case import ITEMS
+from rayproof.cases.case import BLAMABLE
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
@@ -66,7 +66,7 @@ def test_a_mistake_is_said_in_a_verb_phrase_and_concerns_items(name: str) -> Non
     assert re.fullmatch(r"[a-z].*[^.]", said)
     assert "{" not in said
     assert not re.search(r"\w_\w", said), "the name of a formula is no word of the user's"
-    assert set(mistake.items) <= set(ITEMS)
+    assert set(mistake.items) <= set(BLAMABLE)
     assert mistake.items
 
 

@@ -36,7 +36,7 @@ def test_the_same_image_passes_and_one_bit_does_not() -> None:
     assert again["verdict"] == "pass"
     assert (found["verdict"], found["stage"], found["differing"]) == ("fail", "radiance", 1)
     assert found["pixel"] == [MIDDLE[1], MIDDLE[0]]
-    assert "a/case otherwise when it is asked again: 1 of" in found["sentence"]
+    assert "a/case differently when it is asked again: 1 of" in found["sentence"]
     assert "beyond" not in found["sentence"]
 
 

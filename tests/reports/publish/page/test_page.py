@@ -8,7 +8,7 @@ import math
 import re
 from pathlib import Path
 
-from rayproof.cases.case import ITEMS
+from rayproof.cases.case import BLAMABLE
 from rayproof.reports.publish import page as package
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.case_data import write_case_data
@@ -44,7 +44,7 @@ def test_every_script_is_in_the_page_and_every_item_has_a_title():
     folder = Path(package.__path__[0], "html")
 
     assert {path.stem for path in folder.glob("*.js")} == {*SCRIPTS, *OF_IMAGES}
-    assert set(TITLES) == set(ITEMS)
+    assert set(TITLES) == set(BLAMABLE)
 
 
 def test_scripts_never_use_what_turns_text_into_markup():
