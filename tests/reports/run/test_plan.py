@@ -30,7 +30,7 @@ def test_every_item_is_covered_by_a_case_with_a_configuration_whose_formulas_cov
 
 
 def test_one_early_case_is_rendered_twice_and_it_is_small_and_lit() -> None:
-    cases = select(["antialiased/sphere", "background", "primitives/sphere", "primitives/plane"])
+    cases = select(["antialiased/sphere", "primitives/sphere", "primitives/plane"])
     dark = tuple(replace(case, scene=replace(case.scene, lights=())) for case in cases)
 
     planned = with_one_twice(plan(cases, ("float32",)))
