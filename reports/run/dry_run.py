@@ -47,7 +47,7 @@ def plan_in_words(request: RunRequest) -> list[str]:
         for one in planned
     ]
     routes = sum(len(asked(one.routes, name)) for one in planned for name in one.configurations)
-    renders = sum(len(one.configurations) + len(heard.names) for one in planned)
+    renders = sum((1 + one.twice) * len(one.configurations) + len(heard.names) for one in planned)
     checks = sum(_checks(one, heard.names, subject) for one in planned)
     configurations = configurations_of(planned)
     largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
