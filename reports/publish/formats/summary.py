@@ -20,6 +20,7 @@ from rayproof.reports.results.headline import (
     examined_line,
     headline,
     no_say,
+    of_the_whole,
     shouts,
     worst_first,
 )
@@ -48,7 +49,7 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]
     head += [f"# rayproof: {escaped(headline(results))}\n", *_totals(results)]
     head += _gate(results)
-    if sentences := causes(results):
+    if sentences := [*of_the_whole(results), *causes(results)]:
         head += ["## What is wrong\n", *(f"* {escaped(sentence, longest=LONGEST_CAUSE)}" for sentence in sentences), ""]
     audit = load_audit(folder)
     head += [f"{escaped(sentence(audit))}\n"] if audit else []
