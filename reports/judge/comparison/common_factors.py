@@ -142,6 +142,8 @@ def bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None)
     top = min(top, _ceiling(terms))
     factors: list[Factor] = []
     for group, bound in zip(groups(terms), bounds.groups, strict=True):
+        if group.wide and value is not None:
+            continue  # given the stages before, these pixels have no wide limits
         here = np.ix_(group.pixels, group.channels)
         factors += _factors(group, bound, mine[here], theirs[here], top, floor(terms))
     wide = None
