@@ -138,8 +138,8 @@ def only_at_edges(check: Check, checks: Sequence[Check], terms: Terms) -> bool:
     """Say whether a failed check has nothing against it but edge pixels with the value of neither side.
 
     No such pixel is a hole in a mesh, which rounding never opens. Of a stage of light also that each such pixel shows a
-    surface of neither side, as the same two's `checks` of objects say: its light is that surface's, and right if it
-    follows from it.
+    surface, or the back of one, of neither side, as the same two's `checks` of objects and normals say: its light is
+    that surface's, and right if it follows from it.
     """
     measured = [one for one in (check.end_to_end, check.continued) if one is not None]
     # A miss at an edge is infinitely far away; one away from edges is worse than any limit.
@@ -151,13 +151,12 @@ def only_at_edges(check: Check, checks: Sequence[Check], terms: Terms) -> bool:
         return not _holed(terms, check.stage, wrong)
     if check.end_to_end is None or (check.continued is not None and not check.continued.worst_ratio <= 1):
         return False
-    alike = any(
-        bool(np.all(one.end_to_end.kinds[wrong] == Kind.WRONG))
-        for one in checks
-        if one.stage is Stage.OBJECT and one.end_to_end is not None
-        if (one.configuration, one.reference) == (check.configuration, check.reference)
-    )
-    return alike and not _holed(terms, Stage.OBJECT, wrong)
+    left = wrong
+    for one in checks:
+        about = (one.configuration, one.reference) == (check.configuration, check.reference)
+        if about and one.stage in (Stage.OBJECT, Stage.NORMAL) and one.end_to_end is not None:
+            left = left & (one.end_to_end.kinds != Kind.WRONG)
+    return not left.any() and not _holed(terms, Stage.OBJECT, wrong)
 
 
 def _holed(terms: Terms, stage: Stage, wrong: np.ndarray) -> bool:

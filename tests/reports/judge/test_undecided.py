@@ -191,8 +191,9 @@ def test_outlines_reach_as_far_as_a_reference_declares_and_the_pixels_are_counte
 
 
 @pytest.mark.parametrize("way", [-1, 1])
-def test_without_clipping_a_surface_that_holds_the_eye_is_seen_or_not(way):
-    (case,) = select(["random/1/298"])
+@pytest.mark.parametrize("name", ["random/1/298", "random/31102/1"])
+def test_without_clipping_a_surface_that_holds_the_eye_is_seen_from_either_side_or_not(name, way):
+    (case,) = select([name])
     view = case.scene.camera
     step = way * 1e-8 * np.subtract(view.target, view.eye)
     eye, target = (tuple((np.asarray(point) + step).tolist()) for point in (view.eye, view.target))
