@@ -5,7 +5,8 @@
 //     rayproof run --subject "exec:./mistaken --mistake no_pi {scene} {output}"
 //
 // Several mistakes at once: --mistake no_pi,left_handed. `--only radiance` writes one stage alone.
-// `rayproof audit --diagnose` measures on it how many mistakes are named rightly; those marked U have no hypothesis.
+// `rayproof audit --diagnose` measures on it how many mistakes are named rightly. Those marked U have no hypothesis,
+// those marked F are found by a fit.
 #include <algorithm>
 #include <array>
 #include <iostream>
@@ -16,7 +17,8 @@
 #include "rayproof.hpp"
 
 using Json = rayproof::Json;
-// name, H: a mistake that the diagnosis knows, U: one that it does not know on purpose, what the program does
+// name, H: a mistake that the diagnosis knows, F: one that it finds by a fit, U: one that it does not know on purpose,
+// what the program does
 #define MISTAKES(_) \
     _(left_handed, H, "builds a left-handed camera, right = up x forward") \
     _(image_mirrored, H, "writes each row from right to left") \
@@ -34,6 +36,14 @@ using Json = rayproof::Json;
     _(target_is_direction, H, "takes the target point for the viewing direction") \
     _(not_normalised, H, "does not normalise the ray") \
     _(depth_for_distance, H, "writes the depth along the viewing direction as distance") \
+    _(linear_fov, F, "takes half of fovy itself instead of its tangent") \
+    _(sine_fov, F, "takes the sine of half of fovy instead of its tangent") \
+    _(fixed_fov, F, "sees 50 degrees, whatever the scene says") \
+    _(diagonal_fov, F, "takes fovy for the angle of the diagonal, as if it were a length") \
+    _(width_minus_one, F, "divides pixels by w - 1 and h - 1") \
+    _(right_not_normalised, F, "does not normalise the right vector") \
+    _(quarter_pixel, F, "samples each pixel a quarter from its top left corner") \
+    _(tilted, F, "looks a degree too high") \
     _(fisheye, U, "spreads angles evenly over the image") \
     _(jittered, U, "samples each pixel at a random point") \
     _(blocks, U, "traces one ray for every two by two pixels") \
@@ -43,6 +53,9 @@ using Json = rayproof::Json;
     _(renormalised_direction, H, "normalises the direction in object space and takes t as it is") \
     _(moved_direction, H, "moves the direction like a point") \
     _(forward_matrix, H, "brings rays into object space by the model matrix instead of its inverse") \
+    _(direction_by_normal_matrix, F, "brings directions into object space by the inverse transpose") \
+    _(origin_untranslated, F, "brings origins into object space without the translation") \
+    _(rays_by_inverse_transpose, F, "brings rays into object space by the inverse transpose") \
     _(far_root, H, "takes the larger root of the sphere") \
     _(small_root_only, H, "takes the smaller root of the sphere or none") \
     _(center_ignored, H, "puts every sphere at the origin of its object space") \
@@ -58,7 +71,11 @@ using Json = rayproof::Json;
     _(triangle_no_sum, H, "leaves out u + v <= 1") \
     _(first_hit, H, "takes the first shape that is hit, not the nearest") \
     _(last_hit, H, "takes the last shape that is hit, not the nearest") \
-    _(farthest_hit, U, "takes the farthest hit") \
+    _(last_face, F, "takes the last face of a mesh that is hit, not the nearest") \
+    _(first_face, F, "takes the first face of a mesh that is hit, not the nearest") \
+    _(farthest_face, F, "takes the farthest face of a mesh that is hit") \
+    _(within_20m, F, "sees nothing that is 20 m away or farther") \
+    _(farthest_hit, F, "takes the farthest hit") \
     _(behind_the_eye, H, "takes hits behind the eye") \
     _(clips_nothing, H, "clips nothing") \
     _(near_ignored, H, "ignores the near plane") \
@@ -71,6 +88,10 @@ using Json = rayproof::Json;
     _(normal_not_normalised, H, "does not normalise the world normal") \
     _(normal_to_viewer, H, "turns every normal towards the viewer") \
     _(normal_never_turned, H, "never turns a normal towards the viewer") \
+    _(normal_by_model_unnormalised, F, "turns normals by the model matrix and does not normalise them") \
+    _(facing_mixed, F, "tells front from back by the normal of object space and the ray of the world") \
+    _(facing_by_object_ray, F, "tells front from back by the normal of the world and the ray of object space") \
+    _(mirrored_two_sided, F, "turns normals of mirrored two-sided shapes away from the viewer") \
     _(normal_inward, H, "lets sphere normals point inward") \
     _(normal_keeps_center, H, "forgets the centre in the sphere normal") \
     _(cube_normal_unsigned, H, "forgets the sign of the cube normal") \
@@ -80,6 +101,8 @@ using Json = rayproof::Json;
     _(beyond_the_light, H, "lets shapes behind the light cast shadows") \
     _(offset_5cm, H, "starts feelers 5 cm above the surface") \
     _(offset_2cm, H, "starts feelers 2 cm above the surface") \
+    _(blockers_behind, H, "counts blockers behind the point, too") \
+    _(unit_feelers, H, "normalises the feeler and compares with t < 1") \
     _(acne, H, "starts feelers on the surface as rounded to floats, without an offset") \
     _(spheres_block_alone, U, "lets spheres alone cast shadows") \
     _(faces_behind_pass, U, "lets light through shapes other than the nearest") \
@@ -93,28 +116,40 @@ using Json = rayproof::Json;
     _(linear_falloff, H, "falls off with 1/r") \
     _(cubic_falloff, H, "falls off with 1/r^3") \
     _(eye_distance, U, "falls off with the distance to the eye") \
-    _(softened_falloff, U, "falls off with 1/(1 + r^2)") \
+    _(softened_falloff, F, "falls off with 1/(1 + r^2)") \
+    _(clamped_distance, F, "falls off with 1/max(r, 1)^2") \
+    _(one_plus_r, F, "falls off with 1/(1 + r)^2") \
+    _(attenuation, F, "falls off with 1/(1 + 0.09 r + 0.032 r^2)") \
+    _(exponential_falloff, F, "falls off with exp(-0.1 r)/r^2") \
+    _(range_window, H, "lets light end at 10 m by the window (1 - (r/10)^4)^2") \
     _(no_cosine, H, "leaves the cosine out") \
     _(cosine_squared, H, "squares the cosine") \
     _(cosine_power_1_5, H, "takes the cosine to the power of 1.5") \
     _(cosine_not_clamped, H, "neither clamps the cosine nor asks for the horizon") \
     _(cosine_absolute, H, "takes the absolute value of the cosine") \
-    _(wrapped_cosine, U, "takes (1 + cosine) / 2") \
+    _(wrapped_cosine, F, "takes (1 + cosine) / 2") \
+    _(smooth_cosine, F, "takes the smooth step of the cosine") \
     _(first_light, H, "adds the first light alone") \
     _(last_light_left_out, H, "leaves the last light out") \
     _(mean_of_lights, H, "takes the mean of the lights") \
+    _(root_of_lights, F, "divides by the square root of the number of lights") \
     _(brightest_light, U, "takes the brightest light alone") \
     _(lights_clamped, H, "clamps the sum of the lights to 1") \
     _(ambient, U, "adds ambient light") \
     _(specular, U, "adds a specular highlight") \
     _(fog, U, "darkens with distance") \
     _(vignette, U, "darkens towards the corners by cos^4") \
+    _(checker, U, "darkens every other cell of a checkerboard in space") \
+    _(moved_lights, U, "puts lights 30 cm aside") \
+    _(dark_rims, U, "darkens where the surface is seen at a grazing angle") \
     _(no_pi, H, "leaves out 1/pi") \
     _(pi_twice, H, "divides by pi twice") \
     _(two_for_pi, H, "divides by 2 instead of pi") \
     _(factor_1_3, H, "is too bright by a factor 1.3") \
     _(no_albedo, H, "leaves the albedo out") \
     _(albedo_squared, H, "multiplies by the albedo twice") \
+    _(srgb_albedo, F, "takes albedos for sRGB and makes them linear") \
+    _(albedo_power, F, "takes albedos to the power of 2.2") \
     _(next_albedo, U, "takes the albedo of the next shape") \
     _(back_seen, H, "shows one-sided surfaces from behind") \
     _(all_two_sided, H, "takes every surface for two-sided") \
@@ -182,17 +217,29 @@ struct Placement {
     Vec back(Vec v) const {
         return (1 / determinant()) * Vec{dot(v, cross(b, c)), dot(v, cross(c, a)), dot(v, cross(a, b))};
     }
-    Vec normal(Vec n) const {  // by the inverse transpose: its columns are the cofactors over the determinant
-        Vec turned = (1 / determinant()) * (n.x * cross(b, c) + n.y * cross(c, a) + n.z * cross(a, b));
+    Vec inverse_transpose(Vec n) const {  // its columns are the cofactors over the determinant
+        return (1 / determinant()) * (n.x * cross(b, c) + n.y * cross(c, a) + n.z * cross(a, b));
+    }
+    Vec normal(Vec n) const {
+        Vec turned = inverse_transpose(n);
         if (is(normal_by_model)) turned = turn(n);
         if (is(normal_in_object_space)) turned = n;
         if (is(normal_by_inverse)) turned = back(n);
+        if (is(normal_by_model_unnormalised)) return turn(n);
         return is(normal_not_normalised) ? turned : normalize(turned);
     }
 };
 
-struct Ray { Vec origin, direction; double low, high; };
-struct Hit { double t = INF; int shape = -1, face = 0; Vec normal; };
+struct Ray {
+    Vec origin, direction;
+    double low, high;
+    // Of a feeler that counts blockers behind its start, not the surface that it starts on.
+    bool holds(double t) const {
+        const bool own = low < 0 && is(blockers_behind) && std::abs(t) * length(direction) <= 1e-6;
+        return !own && t > low && t < high;
+    }
+};
+struct Hit { double t = INF; int shape = -1, face = 0; Vec normal, local; };
 
 struct Shape {
     std::string type;
@@ -201,7 +248,7 @@ struct Shape {
     bool two_sided = false;
     Placement place;
     std::vector<std::array<Vec, 3>> faces;  // of triangles and meshes, as float32 numbers in the world
-    std::vector<Vec> normals;               // of these faces
+    std::vector<Vec> normals, locals;       // of these faces, in the world and in object space
 
     // Report t of a hit inside the ray's interval, with the normal in object space.
     template <class Found> void meet(const Ray& ray, Found found) const {
@@ -210,7 +257,11 @@ struct Shape {
         if (is(moved_direction)) d = place.back(ray.direction - place.t);
         if (is(forward_matrix)) o = place.point(ray.origin), d = place.turn(ray.direction);
         if (is(renormalised_direction)) d = normalize(d);
-        auto inside = [&](double t) { return t > ray.low && t < ray.high; };
+        if (is(direction_by_normal_matrix)) d = place.inverse_transpose(ray.direction);
+        if (is(origin_untranslated)) o = place.back(ray.origin);
+        if (is(rays_by_inverse_transpose))
+            o = place.inverse_transpose(ray.origin - place.t), d = place.inverse_transpose(ray.direction);
+        auto inside = [&](double t) { return ray.holds(t); };
         if (type == "sphere") {
             const Vec from = is(center_ignored) ? o : o - center;
             const double A = is(unit_a) ? 1 : dot(d, d), B = dot(from, d);
@@ -224,7 +275,7 @@ struct Shape {
                 if (inside(t)) {
                     Vec n = (is(normal_keeps_center) ? o + t * d : from + t * d);
                     n = (1 / (is(normal_keeps_center) ? length(n) : r)) * n;
-                    return found(t, 0, place.normal(is(normal_inward) ? -1.0 * n : n));
+                    return found(t, 0, place.normal(is(normal_inward) ? -1.0 * n : n), n);
                 }
                 if (is(small_root_only)) return;
             }
@@ -245,7 +296,7 @@ struct Shape {
                 if (inside(t)) {
                     Vec n;
                     n[axis] = o[axis] + t * d[axis] > 0 || is(cube_normal_unsigned) ? 1 : -1;
-                    return found(t, 0, place.normal(n));
+                    return found(t, 0, place.normal(n), n);
                 }
                 if (is(cube_entry_only)) return;
             }
@@ -256,7 +307,7 @@ struct Shape {
             const bool disc = is(square_disc) && p.x * p.x + p.y * p.y < 0.25;
             if (type == "plane" && is(plane_one_sided) && d.z > 0) return;
             if (inside(t) && (type == "plane" || (is(square_disc) ? disc : std::abs(p.x) < h && std::abs(p.y) < h)))
-                found(t, 0, place.normal({0, 0, 1}));
+                found(t, 0, place.normal({0, 0, 1}), Vec{0, 0, 1});
         }
     }
 
@@ -270,7 +321,7 @@ struct Shape {
             if (is(triangle_culled) && dot(ray.direction, normals[i]) > 0) continue;
             const double u = dot(h, T) / det, v = dot(k, ray.direction) / det, t = dot(k, E2) / det;
             const bool inside = u >= 0 && v >= 0 && (is(triangle_no_sum) ? u <= 1 && v <= 1 : u + v <= 1);
-            if (inside && t > ray.low && t < ray.high) found(t, int(i), normals[i]);
+            if (inside && ray.holds(t)) found(t, int(i), normals[i], locals[i]);
         }
     }
 };
@@ -284,14 +335,23 @@ struct Scene {
 
     Hit nearest(const Ray& ray) const {
         Hit best;
-        for (std::size_t i = 0; i < shapes.size(); ++i)
-            shapes[i].meet(ray, [&](double t, int face, Vec n) {
+        for (std::size_t i = 0; i < shapes.size(); ++i) {
+            Hit own;  // of this shape, where a wrong face of it may count
+            shapes[i].meet(ray, [&](double t, int face, Vec n, Vec local) {
+                if (is(within_20m) && t >= 20) return;
+                if (is(last_face) || is(first_face) || is(farthest_face)) {
+                    if (own.shape < 0 || is(last_face) || (is(farthest_face) && t > own.t))
+                        own = {t, int(i), face, n, local};
+                    return;
+                }
                 bool nearer = t < best.t;
                 if (is(first_hit)) nearer = best.shape < 0 || (best.shape == int(i) && t < best.t);
                 if (is(last_hit)) nearer = best.shape < int(i) || t < best.t;
                 if (is(farthest_hit)) nearer = best.shape < 0 || t > best.t;
-                if (nearer) best = {t, int(i), face, n};
+                if (nearer) best = {t, int(i), face, n, local};
             });
+            if (own.t < best.t) best = own;
+        }
         return best;
     }
 
@@ -303,7 +363,7 @@ struct Scene {
             if (is(spheres_block_alone) && shapes[i].type != "sphere") continue;
             if (is(faces_behind_pass) && i != seen.shape + 1) continue;
             if (is(not_by_itself) && (i == own || i == own + 1)) continue;
-            shapes[i].meet(ray, [&](double, int, Vec) { met = true; });
+            shapes[i].meet(ray, [&](double, int, Vec, Vec) { met = true; });
         }
         return met;
     }
@@ -337,7 +397,8 @@ Shape read_shape(const Json& j, const std::string& path) {
     for (const auto& [p, q, r] : corners) {
         auto baked = [&](Vec v) { v = s.place.point(v); return Vec{float(v.x), float(v.y), float(v.z)}; };
         s.faces.push_back({baked(p), baked(q), baked(r)});
-        s.normals.push_back(s.place.normal(cross(q - p, r - p)));
+        s.locals.push_back(normalize(cross(q - p, r - p)));
+        s.normals.push_back(s.place.normal(is(normal_by_model_unnormalised) ? s.locals.back() : cross(q - p, r - p)));
     }
     return s;
 }
@@ -435,13 +496,15 @@ int main(int count, char** words) try {
     rayproof::Image image{int(camera["width"].number), int(camera["height"].number), {}};
 
     const Vec eye = vec(camera["eye"]), target = vec(camera["target"]);
-    const Vec F = normalize(is(target_is_direction) ? target : target - eye);
+    Vec F = normalize(is(target_is_direction) ? target : target - eye);
     Vec up = vec(camera["up"]);
     if (is(up_is_y)) up = {0, 1, 0};
     if (is(up_is_z)) up = {0, 0, 1};
-    Vec R = normalize(cross(F, up)), U = cross(R, F);
+    Vec R = is(right_not_normalised) ? cross(F, up) : normalize(cross(F, up)), U = cross(R, F);
     if (is(left_handed)) R = -1.0 * R;
     if (is(up_as_given)) U = normalize(up);
+    const Vec axis = F;  // of the planes that clip
+    if (is(tilted)) F = std::cos(PI / 180) * axis + std::sin(PI / 180) * U, U = cross(R, F);
     const std::string clip = document["clip"].text;
     double near = clip == "none" ? 0 : camera["near"].number, far = clip == "none" ? INF : camera["far"].number;
     if (is(clips_nothing)) near = 0, far = INF;
@@ -450,6 +513,10 @@ int main(int count, char** words) try {
     double tangent = std::tan(camera["fovy"].number * PI / 360), aspect = double(image.width) / image.height;
     if (is(whole_angle)) tangent = std::tan(camera["fovy"].number * PI / 180);
     if (is(degrees_for_radians)) tangent = std::tan(camera["fovy"].number / 2);
+    if (is(linear_fov)) tangent = camera["fovy"].number * PI / 360;
+    if (is(sine_fov)) tangent = std::sin(camera["fovy"].number * PI / 360);
+    if (is(fixed_fov)) tangent = std::tan(25 * PI / 180);
+    if (is(diagonal_fov)) tangent /= std::hypot(1, aspect);
     if (is(fovx_for_fovy)) tangent /= aspect;
     if (is(no_aspect)) aspect = 1;
     if (is(aspect_inverted)) aspect = 1 / aspect;
@@ -459,11 +526,13 @@ int main(int count, char** words) try {
             double column = x + 0.5, row = y + 0.5;
             if (is(pixel_corner)) column = x, row = y;
             if (is(pixel_far_corner)) column = x + 1, row = y + 1;
+            if (is(quarter_pixel)) column = x + 0.25, row = y + 0.25;
             if (is(jittered)) column = x + random(x, y, 0), row = y + random(x, y, 1);
             if (is(blocks)) column = x - x % 2 + 1, row = y - y % 2 + 1;
             if (is(image_mirrored)) column = image.width - column;
             if (is(upside_down)) row = image.height - row;
-            const double sx = 2 * column / image.width - 1, sy = 1 - 2 * row / image.height;
+            double sx = 2 * column / image.width - 1, sy = 1 - 2 * row / image.height;
+            if (is(width_minus_one)) sx = 2.0 * x / (image.width - 1) - 1, sy = 1 - 2.0 * y / (image.height - 1);
             Vec d = F + (sx * aspect * tangent) * R + (sy * tangent) * U;
             if (is(fisheye)) {
                 const double radius = std::hypot(sx * aspect, sy), angle = radius * std::atan(tangent);
@@ -471,7 +540,7 @@ int main(int count, char** words) try {
                 d = F + (sx * aspect * spread) * R + (sy * spread) * U;
             }
             if (!is(not_normalised)) d = normalize(d);
-            const double along = planes ? dot(d, F) : 1;
+            const double along = planes ? dot(d, axis) : 1;
             const Hit hit = scene.nearest({eye, d, is(behind_the_eye) ? -INF : near / along, far / along});
             auto put = [&](const char* stage, const char* axes, Vec v) {
                 for (int k = 0; k < 3; ++k) image.at(std::string(stage) + axes[k], x, y) = float(v[k]);
@@ -485,15 +554,19 @@ int main(int count, char** words) try {
                 for (const auto& [a, b, c] : scene.shapes[hit.shape].faces) middle = middle + a + b + c;
                 n = normalize(p - (1.0 / (3 * scene.shapes[hit.shape].faces.size())) * middle);
             }
-            const bool behind = dot(n, d) > 0, both = any && scene.shapes[hit.shape].two_sided;
+            const bool both = any && scene.shapes[hit.shape].two_sided;
+            bool behind = dot(n, d) > 0;
+            if (any && is(facing_mixed)) behind = dot(hit.local, d) > 0;
+            if (any && is(facing_by_object_ray)) behind = dot(n, scene.shapes[hit.shape].place.back(d)) > 0;
+            if (both && is(mirrored_two_sided) && scene.shapes[hit.shape].place.determinant() < 0) behind = !behind;
             if (behind && ((both && !is(normal_never_turned)) || is(normal_to_viewer))) n = -1.0 * n;
             const std::size_t lights = is(first_light) ? std::min<std::size_t>(1, scene.lights.size())
                 : scene.lights.size() - (is(last_light_left_out) && !scene.lights.empty());
             bool first = false;
             double brightest = 0;
             for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-                const auto& [position, flux] = scene.lights[i];
-                const Vec to = position - p;
+                const auto& [place, flux] = scene.lights[i];
+                const Vec position = is(moved_lights) ? place + Vec{0.3, 0, 0} : place, to = position - p;
                 const double r = length(to), cosine = any && r > 0 ? dot(n, to) / r : 0;
                 const bool any_side = is(cosine_not_clamped) || is(cosine_absolute) || is(wrapped_cosine);
                 // The feeler starts a little above the surface, by a small multiple of doubles' spacing.
@@ -502,9 +575,10 @@ int main(int count, char** words) try {
                 if (is(offset_5cm)) start = p + 0.05 * n;
                 if (is(offset_2cm)) start = p + 0.02 * n;
                 if (is(acne)) start = {float(p.x), float(p.y), float(p.z)};
-                const double high = is(beyond_the_light) ? INF : 1;
+                const double low = is(blockers_behind) ? -INF : 0, high = is(beyond_the_light) ? INF : 1;
+                const Vec feeler = is(unit_feelers) ? normalize(position - start) : position - start;
                 const bool above = cosine > 0 || (any && any_side);
-                bool lit = above && (is(no_shadows) || !scene.blocked({start, position - start, 0, high}, hit.shape));
+                bool lit = above && (is(no_shadows) || !scene.blocked({start, feeler, low, high}, hit.shape));
                 if (i == 0) first = lit;
                 if (is(first_feeler) && i > 0) lit = above && first;
                 if (lit && i < lights) {
@@ -514,6 +588,7 @@ int main(int count, char** words) try {
                     if (is(cosine_power_1_5)) c = std::pow(c, 1.5);
                     if (is(cosine_absolute)) c = std::abs(c);
                     if (is(wrapped_cosine)) c = (1 + c) / 2;
+                    if (is(smooth_cosine)) c = c * c * (3 - 2 * c);
                     double fall = 1 / (4 * PI * r * r);
                     if (is(no_four_pi)) fall = 1 / (r * r);
                     if (is(two_pi)) fall = 1 / (2 * PI * r * r);
@@ -522,6 +597,12 @@ int main(int count, char** words) try {
                     if (is(cubic_falloff)) fall = 1 / (4 * PI * r * r * r);
                     if (is(eye_distance)) fall = 1 / (4 * PI * hit.t * hit.t);
                     if (is(softened_falloff)) fall = 1 / (4 * PI * (1 + r * r));
+                    if (is(clamped_distance)) fall = 1 / (4 * PI * std::pow(std::max(r, 1.0), 2));
+                    if (is(one_plus_r)) fall = 1 / (4 * PI * (1 + r) * (1 + r));
+                    if (is(attenuation)) fall = 1 / (4 * PI * (1 + 0.09 * r + 0.032 * r * r));
+                    if (is(exponential_falloff)) fall *= std::exp(-0.1 * r);
+                    if (is(range_window)) fall *= std::pow(std::max(0.0, 1 - std::pow(r / 10, 4)), 2);
+                    if (scene.simplified) c = std::min(c, 1.0);  // the normal may be longer than 1
                     const Vec part = (c * (scene.simplified ? 1 : fall)) * flux;
                     if (!is(brightest_light)) E = E + part;
                     else if (part.x + part.y + part.z > brightest) brightest = part.x + part.y + part.z, E = part;
@@ -529,11 +610,17 @@ int main(int count, char** words) try {
                 image.at("visibility." + std::to_string(i), x, y) = lit;
             }
             if (is(mean_of_lights) && !scene.lights.empty()) E = (1.0 / scene.lights.size()) * E;
+            if (is(root_of_lights) && !scene.lights.empty()) E = (1 / std::sqrt(double(scene.lights.size()))) * E;
             if (is(lights_clamped)) E = {std::min(E.x, 1.0), std::min(E.y, 1.0), std::min(E.z, 1.0)};
             if (any && is(ambient)) E = E + Vec{0.1, 0.1, 0.1};
             if (any) {
                 const int owner = is(next_albedo) ? (hit.shape + 1) % int(scene.shapes.size()) : hit.shape;
-                const Vec albedo = is(no_albedo) ? Vec{1, 1, 1} : scene.shapes[owner].albedo;
+                Vec albedo = is(no_albedo) ? Vec{1, 1, 1} : scene.shapes[owner].albedo;
+                for (int k = 0; k < 3; ++k) {
+                    const double a = albedo[k];
+                    if (is(srgb_albedo)) albedo[k] = a <= 0.04045 ? a / 12.92 : std::pow((a + 0.055) / 1.055, 2.4);
+                    if (is(albedo_power)) albedo[k] = std::pow(a, 2.2);
+                }
                 M = {albedo.x * E.x, albedo.y * E.y, albedo.z * E.z};
                 if (is(albedo_squared)) M = {albedo.x * M.x, albedo.y * M.y, albedo.z * M.z};
                 const bool dark = behind && !scene.shapes[hit.shape].two_sided && !is(back_seen);
@@ -544,6 +631,8 @@ int main(int count, char** words) try {
                 if (is(fog)) scale *= std::exp(-0.1 * hit.t);
                 if (is(vignette)) scale *= std::pow(dot(normalize(d), F), 4);
                 L = (dark ? 0 : scale) * M;
+                if (is(checker) && int(std::floor(p.x) + std::floor(p.y) + std::floor(p.z)) % 2 != 0) L = 0.5 * L;
+                if (is(dark_rims)) L = std::sqrt(std::abs(dot(n, normalize(d)))) * L;
                 if (is(specular) && !dark) L = L + (0.3 * std::pow(std::abs(dot(n, normalize(d))), 20)) * E;
             }
             if (is(luminance)) L = (0.2126 * L.x + 0.7152 * L.y + 0.0722 * L.z) * Vec{1, 1, 1};

@@ -6,11 +6,13 @@ ways, since what one mistake shows depends on the right formulas around it. A wa
 stages computed wrongly from the oracle's right ones, or wrong formulas of the tracer, or several of these; or right
 answers that are written wrongly, which is asked before everything else.
 
+A mistake that has no list of ways is `fitted`: its ways are made from some of the renderer's failing cases.
+
 A mistake is named only if the renderer's pixels are those of one of its ways, in failing and in passing cases alike,
 and if enough pixels tell that way from the right answer. docs/diagnosis.md says what counts as the same.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -22,6 +24,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 
 if TYPE_CHECKING:
+    from rayproof.reports.diagnosis.fits import Fitting
     from rayproof.reports.diagnosis.trial import Evidence
 
 
@@ -64,6 +67,7 @@ class Way:
     shading: str | None = None  # the one model of light that it computes wrongly; None is whichever a scene has
     stored: Stored | None = None  # all of its answers are right, and are written wrongly
     parts: "tuple[Way, ...]" = ()  # of two mistakes at once: each alone
+    says: str | None = None  # what a renderer that answers so does, where the mistake's phrase is too general
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +90,8 @@ class Mistake:
     named: Mapping[float, str] = field(default_factory=dict)  # phrases for parameters that have a name
     # Where roundings decide the pixels: whether a case looks so, contradicts it, or says nothing.
     seen: "Callable[[Evidence], bool | None] | None" = None
+    # Makes ways from failing cases, after all other mistakes were asked; `ways` is an example then.
+    fitted: "Callable[[Sequence[Fitting]], Iterator[Way]] | None" = None
 
     def __post_init__(self) -> None:
         if not self.ways:

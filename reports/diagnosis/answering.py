@@ -318,7 +318,8 @@ def _edges(answers: Answers) -> np.ndarray:
     """Return the pixels beside which another object, face or light is seen, and those that a way leaves open: NaN."""
     images = [answers[Stage.OBJECT]] + ([answers[Stage.VISIBILITY]] if Stage.VISIBILITY in answers else [])
     state = np.concatenate(images, axis=-1)
-    found: np.ndarray = np.any(np.isnan(state), axis=-1)
+    light = [answers[stage] for stage in LIGHT if stage in answers]
+    found: np.ndarray = np.any(np.isnan(np.concatenate([*images, *light], axis=-1)), axis=-1)
     for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
         height, width = state.shape[:2]
         left = slice(max(0, -right), width - max(0, right))

@@ -2,14 +2,19 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
+from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.trial import Evidence, trial
 from rayproof.reports.judge.tolerance.pair_limits import LIGHT
+
+if TYPE_CHECKING:
+    from rayproof.reports.diagnosis.fits import Fitting
 
 LEAST_SAMPLES = 30  # pixels that an estimate needs
 SPREAD = 1e-3  # relative: half of the samples lie so near to the estimate, or there is no such parameter
@@ -32,6 +37,8 @@ class Hypothesis:
     def phrase(self, name: str) -> str:
         """Return one of its mistakes as a verb phrase, with the model of light that it is restricted to."""
         where = f", in scenes of {self.way.shading} light alone" if self.way.shading is not None else ""
+        if self.way.says is not None:
+            return self.way.says + where
         return MISTAKES[name].sentence(self.parameters.get(name, 0.0)) + where
 
     @property
@@ -47,7 +54,7 @@ def singles(estimate: Estimate) -> Iterator[Hypothesis]:
     """Yield every mistake in each of its ways; those with a parameter as it is estimated, where it is."""
     for name in MISTAKES:
         mistake = MISTAKES[name]
-        if mistake.seen is not None or mistake.ways[0].stored is not None:
+        if mistake.seen is not None or mistake.fitted is not None or mistake.ways[0].stored is not None:
             continue
         parameters = {}
         if mistake.fit is not None:
@@ -57,6 +64,19 @@ def singles(estimate: Estimate) -> Iterator[Hypothesis]:
             parameters = {name: parameter}
         for way in mistake.ways:
             yield Hypothesis(mistakes=(name,), parameters=parameters, way=bound(way, parameters.get(name, 0.0)))
+
+
+def fits(cases: "Sequence[Fitting]", clock: Clock) -> Iterator[Hypothesis]:
+    """Yield what the mistakes that are fitted make of some failing cases, while there is time."""
+    for name in MISTAKES:
+        fitted = MISTAKES[name].fitted
+        if fitted is None or clock.over:
+            continue
+        with np.errstate(all="ignore"):
+            for way in fitted(cases):
+                if clock.over:
+                    break
+                yield Hypothesis(mistakes=(name,), parameters={}, way=way)
 
 
 def in_one_light(hypotheses: Sequence[Hypothesis], modes: Sequence[str]) -> list[Hypothesis]:
@@ -186,4 +206,4 @@ def _after(first: Wrong, second: Wrong) -> Wrong:
     return both or (lambda given: second(replace(given, right=first(given))))
 
 
-__all__ = ["Given", "Hypothesis", "bound", "estimated", "joined", "singles", "together"]
+__all__ = ["Given", "Hypothesis", "bound", "estimated", "fits", "joined", "singles", "together"]

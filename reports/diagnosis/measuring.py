@@ -1,8 +1,8 @@
 """How many mistakes are named rightly, and how many wrongly, on a C++ program that shares no code with the tracer.
 
-The program, examples/renderers/mistaken.cpp, makes each of its mistakes on request, or several. Some of them have no
-hypothesis, on purpose: whatever is said of these is a wrong name. The tracer with one of its planted faults is measured
-by the same means.
+The program, examples/renderers/mistaken.cpp, makes each of its mistakes on request, or several. Some of them are in no
+list, so that a fit has to find them. Some have no hypothesis, on purpose: whatever is said of these is a wrong name.
+The tracer with one of its planted faults is measured by the same means.
 """
 
 import random
@@ -38,7 +38,7 @@ from rayproof.tracer.device.llvm import select
 
 SOURCE = Path(__file__).resolve().parents[2] / "examples" / "renderers" / "mistaken.cpp"
 EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it
-KNOWN = "H"  # what the program calls a mistake that has a hypothesis
+KNOWN, FITTED = "H", "F"  # what the program calls a mistake that has a hypothesis, and one that a fit finds
 # What the program calls otherwise than the hypothesis that it should be told by.
 CALLED: Mapping[str, str] = {
     "offset_5cm": "feeler_offset",
@@ -59,7 +59,29 @@ CALLED: Mapping[str, str] = {
     "rows_left_over": "undrawn",
     "tiles_undrawn": "undrawn",
     "wrapped_bytes": "wrapped",
-}
+    "range_window": "light_range_1",
+    **dict.fromkeys(
+        (
+            "linear_fov", "sine_fov", "fixed_fov", "diagonal_fov", "width_minus_one", "right_not_normalised",
+            "quarter_pixel", "tilted",
+        ),
+        "another_camera",
+    ),
+    **dict.fromkeys(
+        ("direction_by_normal_matrix", "rays_by_inverse_transpose"), "ray_by_another_matrix"
+    ),
+    "origin_untranslated": "no_translation",  # of all but triangles
+    "normal_by_model_unnormalised": "normal_by_another_matrix",
+    **dict.fromkeys(("facing_mixed", "facing_by_object_ray", "mirrored_two_sided"), "facing_in_another_space"),
+    **dict.fromkeys(("last_face", "first_face", "farthest_face", "farthest_hit", "within_20m"), "another_hit"),
+    **dict.fromkeys(
+        ("clamped_distance", "one_plus_r", "attenuation", "exponential_falloff", "softened_falloff"),
+        "curve_of_distance",
+    ),
+    **dict.fromkeys(("smooth_cosine", "wrapped_cosine"), "curve_of_cosine"),
+    **dict.fromkeys(("srgb_albedo", "albedo_power"), "curve_of_albedo"),
+    "root_of_lights": "curve_of_number",
+}  # fmt: skip
 # Mistakes of one and the same image: each is named rightly by the other's name.
 SAME: Mapping[str, tuple[str, ...]] = {
     "no_pi": ("factor_of_radiance_physical", "factor_of_exitance_physical", "factor_of_irradiance_physical"),
@@ -72,6 +94,7 @@ SAME: Mapping[str, tuple[str, ...]] = {
 }
 STAGED, ALONE = "all stages", "radiance alone"
 KNOWN_ONE, KNOWN_NONE = "a mistake that has a hypothesis", "a mistake that has none"
+KNOWN_FIT = "a mistake that a fit finds"
 TWO, PLANTED = "two mistakes at once", "a planted fault of the tracer"
 
 
@@ -79,7 +102,7 @@ TWO, PLANTED = "two mistakes at once", "a planted fault of the tracer"
 class Renderer:
     """One that is measured: the program with some of its switches, or the tracer with one wrong formula."""
 
-    kind: str  # KNOWN_ONE, KNOWN_NONE, TWO or PLANTED
+    kind: str  # KNOWN_ONE, KNOWN_FIT, KNOWN_NONE, TWO or PLANTED
     mistakes: tuple[str, ...]  # switches, or the formula
     accepted: tuple[frozenset[str], ...]  # of each mistake that has a hypothesis, the names that are right
     program: Path | None  # None: the tracer
@@ -159,7 +182,7 @@ class MeasuredDiagnosis(TypedDict):
 class Outcome:
     """What was said of one program."""
 
-    programs: str  # KNOWN_ONE, KNOWN_NONE, TWO or PLANTED
+    programs: str  # KNOWN_ONE, KNOWN_FIT, KNOWN_NONE, TWO or PLANTED
     mistake: str
     written: str  # STAGED or ALONE
     failing: int  # cases that it fails by its pixels; 0 where two mistakes show no more than one of them
@@ -196,11 +219,12 @@ def built(folder: Path) -> Path:
     return program
 
 
-def listed(program: Path) -> list[tuple[str, bool]]:
-    """Return every mistake that the program makes, and whether there is a hypothesis for it."""
+def listed(program: Path) -> list[tuple[str, str]]:
+    """Return every mistake that the program makes, and of which kind it is."""
     said = subprocess.run([str(program), "--mistakes"], check=True, capture_output=True, text=True, timeout=20).stdout
     rows = [line.split("\t") for line in said.splitlines()]
-    return [(name, known == KNOWN) for name, known, _ in rows]
+    kinds = {KNOWN: KNOWN_ONE, FITTED: KNOWN_FIT}
+    return [(name, kinds.get(known, KNOWN_NONE)) for name, known, _ in rows]
 
 
 def usable_cases() -> list[Case]:
@@ -304,16 +328,15 @@ def _job(arguments: tuple[Renderer, Path]) -> list[Outcome]:
 def switched(program: Path) -> list[Renderer]:
     """Return the program without a switch, and with each."""
     found = [Renderer(kind=KNOWN_NONE, mistakes=(), accepted=(), program=program)]
-    for name, known in listed(program):
-        right = (frozenset({CALLED.get(name, name), *SAME.get(name, ())}),) if known else ()
-        kind = KNOWN_ONE if known else KNOWN_NONE
+    for name, kind in listed(program):
+        right = (frozenset({CALLED.get(name, name), *SAME.get(name, ())}),) if kind != KNOWN_NONE else ()
         found.append(Renderer(kind=kind, mistakes=(name,), accepted=right, program=program))
     return found
 
 
 def drawn_pairs(program: Path, count: int, seed: int) -> list[Renderer]:
     """Return the program with two switches that have a hypothesis, so many pairs drawn at random."""
-    ones = [one for one in switched(program) if one.accepted]
+    ones = [one for one in switched(program) if one.kind == KNOWN_ONE]
     pairs = random.Random(seed).sample(list(combinations(ones, 2)), count)
     return [
         replace(one, kind=TWO, mistakes=one.mistakes + two.mistakes, accepted=one.accepted + two.accepted)
@@ -336,7 +359,7 @@ def drawn_faults(count: int, seed: int) -> list[Renderer]:
 def table(found: Sequence[Outcome]) -> list[Figures]:
     """Return the figures: named right, named wrong and not named, for each kind of renderers that was measured."""
     rows: list[Figures] = []
-    for kind in (KNOWN_ONE, KNOWN_NONE, TWO, PLANTED):
+    for kind in (KNOWN_ONE, KNOWN_FIT, KNOWN_NONE, TWO, PLANTED):
         for written in (STAGED, ALONE):
             those = [one for one in found if one.programs == kind and one.written == written]
             if not those:

@@ -177,6 +177,11 @@ def _blocked(scene: Scene, points: np.ndarray, source: np.ndarray, how: _Meeting
     return found
 
 
+def way_by(into: IntoObject) -> Way:
+    """Return the way of a renderer that brings rays and feelers into object space so."""
+    return _way_of(_Meeting(into=into))
+
+
 def _way_of(how: _Meeting) -> Way:
     """Return the way of a renderer whose rays and feelers meet shapes so."""
     return Way(

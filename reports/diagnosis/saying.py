@@ -26,7 +26,7 @@ def entries(
     # Ways of one mistake are one mistake.
     by_name: dict[tuple[str, ...], Found] = {}
     for one in found:
-        by_name.setdefault(tuple(sorted(one.hypothesis.mistakes)), one)
+        by_name.setdefault((*sorted(one.hypothesis.mistakes), one.hypothesis.way.says or ""), one)
     members = list(by_name.values())
     first = members[0]
     # A factor that is estimated to be pi says nothing beside "leaves out 1/pi".
@@ -35,7 +35,7 @@ def entries(
     explained = [case.case for case in failing if _explains(first, case)]
     predicted = [name for name in explained if name not in searched.fitted]
     telling = {
-        member.hypothesis.mistakes: next(
+        member.hypothesis.sentence: next(
             (case.case for case in others if differ(case, first.hypothesis.way, member.hypothesis.way)), None
         )
         for member in rest
@@ -54,7 +54,7 @@ def entries(
                 "parameters": {**member.hypothesis.parameters},
             }
             for member in rest
-            if name not in member.hypothesis.mistakes
+            if name not in member.hypothesis.mistakes or member.hypothesis.way.says is not None
         ]
         phrase = first.hypothesis.phrase(name)
         found_entries.append(

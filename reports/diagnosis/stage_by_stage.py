@@ -12,9 +12,11 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Fit, Way
 from rayproof.reports.diagnosis.answering import LIGHT
 from rayproof.reports.diagnosis.clock import Clock
+from rayproof.reports.diagnosis.fits import from_stages
 from rayproof.reports.diagnosis.hypotheses import (
     Hypothesis,
     bound,
+    fits,
     in_one_light,
     joined,
     middle,
@@ -46,6 +48,11 @@ def explanations(failing: Sequence[Continued], modes: Sequence[str], clock: Cloc
     whole = [one for one in firsts if _first_unexplained(look, one.way) is None]
     yield from whole
     if whole:
+        return
+    fitted = [one for one in fits(from_stages(shown[::2]), clock) if _explains(one.way, stage, shown[:MEETING])]
+    fitted = [one for one in fitted if not clock.over and _first_unexplained(look, one.way) is None]
+    yield from fitted
+    if fitted:
         return
     if not firsts:  # both spoil this stage, and one of them alone may show in some cases
         firsts = [one for one in known if any(_explains(one.way, stage, [case]) for case in shown[: 2 * MEETING])]

@@ -96,6 +96,11 @@ class Evidence:
             self._kept[key] = way, found
         return self._kept[key][1]
 
+    def forget(self, way: Way) -> None:
+        """Drop what a way answers, which is contradicted."""
+        for key in (id(way), ("unsure", id(way))):
+            self._kept.pop(key, None)
+
     def under(self, way: Way) -> Answered:
         """Return what a way answers, once; raise Unanswerable where it has no answer."""
         if way.shading is not None and way.shading != self.scene.shading:
@@ -142,7 +147,8 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
     right = {stage: evidence.right.answers[stage] for stage in seen}
     judged = ~supposed.edge & ~evidence.never
     found = _tally(evidence, supposed, ours, right, judged)
-    if not found.fits and way.stored is None and found.off <= NEARLY * found.judged:
+    # Where the way answers rightly in all of these pixels, what rounding decides is undecided of the right answer, too.
+    if not found.fits and found.telling and way.stored is None and found.off <= NEARLY * found.judged:
         # It has edges of its own that no neighbouring pixel shows: coinciding faces, or a border in its first row.
         found = _tally(evidence, supposed, ours, right, judged & ~evidence.unsure(way))
     return found

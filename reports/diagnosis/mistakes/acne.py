@@ -12,6 +12,7 @@ from rayproof.reports.diagnosis import MISTAKES, Mistake, Way
 from rayproof.reports.diagnosis.trial import Evidence, deviates
 
 DARKENED = 0.98  # of the wrong pixels so many have no light left
+FEW = 0.005  # of a case's pixels: so many may be wrong otherwise, since the same roundings move hits at grazing angles
 SCATTERED = 0.8  # of these so many have a right pixel of the same shape beside them: of a region its rim alone has
 LEAST = 30  # pixels of a case: of a smaller region nearly all is rim
 
@@ -26,11 +27,13 @@ def scattered(evidence: Evidence) -> bool | None:
         return None
     geometry = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.VISIBILITY)]
     before = {one: evidence.ours[one] for one in evidence.stages if one in geometry}
-    if np.any(deviates(evidence.right, before) & ~evidence.right.edge):
+    few = FEW * evidence.wrong.size
+    if np.count_nonzero(deviates(evidence.right, before) & ~evidence.right.edge) > few:
         return False
     lit = np.any(evidence.right.answers[stage] > 0, axis=-1) & ~evidence.right.edge
     dark = evidence.wrong & lit & np.all(evidence.ours[stage] == 0, axis=-1)
-    if np.count_nonzero(dark) < DARKENED * np.count_nonzero(evidence.wrong):
+    others = np.count_nonzero(evidence.wrong) - np.count_nonzero(dark)
+    if others > max(few, (1 - DARKENED) * np.count_nonzero(evidence.wrong)):
         return False
     if np.count_nonzero(dark) < LEAST:
         return None

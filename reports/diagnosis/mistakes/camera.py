@@ -33,7 +33,8 @@ class Pinhole:
         return found / np.linalg.norm(found, axis=-1, keepdims=True) if self.unit else found
 
 
-def _pinhole(camera: Camera) -> Pinhole:
+def pinhole_of(camera: Camera) -> Pinhole:
+    """Return the right camera."""
     forward = np.subtract(camera.target, camera.eye)
     forward = forward / np.linalg.norm(forward)
     right = np.cross(forward, camera.up)
@@ -61,7 +62,7 @@ class Rays:
 
     def __call__(self, given: Given) -> np.ndarray:
         """Return the rays, (height, width, 3)."""
-        found = _pinhole(given.scene.camera)
+        found = pinhole_of(given.scene.camera)
         for change in self.changes:
             found = change(found)
         return found.rays()

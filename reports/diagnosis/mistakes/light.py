@@ -80,7 +80,7 @@ def _irradiance(name: str, says: str, items: tuple[str, ...], wrong: Wrong, fit:
     MISTAKES.register(name)(Mistake(says=says, items=items, ways=(Way(stages={Stage.IRRADIANCE: wrong}),), fit=fit))
 
 
-def _alone(scene: Scene, right: Answers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def lit_by_one(scene: Scene, right: Answers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the pixels that exactly one light lights, with its distance and its cosine there."""
     visible = right[Stage.VISIBILITY] > 0
     which = np.argmax(visible, axis=-1)
@@ -105,7 +105,7 @@ def brightened(right: Answers, ours: Answers) -> np.ndarray:
 def _exponents(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
     if scene.shading == "simplified":
         return np.zeros(0)
-    one, distance, _ = _alone(scene, right)
+    one, distance, _ = lit_by_one(scene, right)
     with np.errstate(all="ignore"):  # of a pixel that hits nothing, or where the light itself is hit
         length = np.log(distance)
         found = 2 - np.log(brightened(right, ours)) / length
@@ -113,10 +113,26 @@ def _exponents(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
 
 
 def _powers(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
-    one, _, cosine = _alone(scene, right)
+    one, _, cosine = lit_by_one(scene, right)
     with np.errstate(all="ignore"):
         found = 1 + np.log(brightened(right, ours)) / np.log(cosine)
     return found[one & (cosine < 0.9) & np.isfinite(found)]
+
+
+def _reaches(inner: int, outer: int) -> Callable[[Scene, Answers, Answers], np.ndarray]:
+    """Return the samples of the distance [m] at which a window (1 - (r/R)^inner)^outer ends."""
+
+    def samples(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+        if scene.shading == "simplified":
+            return np.zeros(0)
+        alone, distance, _ = lit_by_one(scene, right)
+        with np.errstate(all="ignore"):
+            rest = 1 - brightened(right, ours) ** (1 / outer)
+            found = distance / rest ** (1 / inner)
+        # So near to the light that the window is 1 to a hundredth, rounding says where it ends.
+        return found[alone & (rest > 0.01) & (rest < 0.999) & np.isfinite(found)]
+
+    return samples
 
 
 def _first(scene: Scene) -> Scene:
@@ -195,6 +211,19 @@ _irradiance(
     _sum(lambda squared, cosine, power: squared ** (1 - power / 2)),
     Fit(samples=_exponents, nothing=2.0),
 )
+_WINDOWS = (("(1 - (r/R)^4)^2", 4, 2), ("(1 - (r/R)^2)^2", 2, 2), ("(1 - r/R)^2", 1, 2), ("1 - r/R", 1, 1))
+for _number, (_form, _inner, _outer) in enumerate(_WINDOWS):
+    _irradiance(
+        f"light_range_{_number + 1}",
+        f"lets lights end at R = {{0}} m, by a window {_form} beside the falloff",
+        ("RAD-1",),
+        _sum(
+            lambda squared, cosine, reach, inner=_inner, outer=_outer: (
+                np.clip(1 - (np.sqrt(squared) / reach) ** inner, 0, None) ** outer
+            )
+        ),
+        Fit(samples=_reaches(_inner, _outer), nothing=math.inf),
+    )
 _irradiance(
     "no_cosine",
     "leaves out the cosine between normal and light",

@@ -59,7 +59,7 @@ class Normals:
         """Return the normals, (height, width, 3)."""
         objects, rays = given.answers[Stage.OBJECT], given.answers[Stage.RAY]
         found = np.array(given.right, dtype=np.float64)
-        outwards = _outward(given)
+        outwards = outward_normals(given)
         for index, shape in enumerate(given.scene.shapes):
             here = objects[..., 0] == index
             wrong = outwards[here]
@@ -90,7 +90,7 @@ def _wrong(turned: Turned) -> Wrong:
     return Normals(turned=(turned,))
 
 
-def _outward(given: Given) -> np.ndarray:
+def outward_normals(given: Given) -> np.ndarray:
     """Return the right normals before any is turned towards the viewer: those of one-sided surfaces."""
     if not any(shape.two_sided for shape in given.scene.shapes):
         return given.right
@@ -98,7 +98,7 @@ def _outward(given: Given) -> np.ndarray:
     return Analytic().continue_from(replace(given.scene, shapes=shapes), Stage.NORMAL, given.answers)
 
 
-def _blocked_by_its_own_face(given: Given) -> np.ndarray:
+def blocked_by_its_own_face(given: Given) -> np.ndarray:
     """Return visibility where a feeler that starts on the wrong side of the face that it leaves meets that face.
 
     Along a normal that lies in the face it starts on the face, within rounding, which alone says what it meets: NaN.
@@ -127,13 +127,14 @@ def _seen_as_before(given: Given) -> np.ndarray:
 
 def _register(name: str, says: str, items: tuple[str, ...], *wrongs: Wrong) -> None:
     """Register a mistake that has one image for each of `wrongs`, and for each right formula around it."""
-    seen = {Stage.RADIANCE: _seen_as_before}
-    ways = []
-    for wrong in wrongs:
-        plain = {Stage.NORMAL: wrong}
-        own = plain | {Stage.VISIBILITY: _blocked_by_its_own_face}
-        ways += [Way(stages=stages) for stages in (plain, own, plain | seen, own | seen)]
-    MISTAKES.register(name)(Mistake(says=says, items=items, ways=tuple(ways)))
+    MISTAKES.register(name)(Mistake(says=says, items=items, ways=tuple(way for one in wrongs for way in around(one))))
+
+
+def around(wrong: Wrong, says: str | None = None) -> list[Way]:
+    """Return the ways in which wrong normals show, by the right formulas around them."""
+    plain, seen = {Stage.NORMAL: wrong}, {Stage.RADIANCE: _seen_as_before}
+    own = plain | {Stage.VISIBILITY: blocked_by_its_own_face}
+    return [Way(stages=stages, says=says) for stages in (plain, own, plain | seen, own | seen)]
 
 
 def _of(kind: type[Shape], turned: Turned) -> Turned:

@@ -1,9 +1,11 @@
 """Mistakes of shadows: LIT-1 to LIT-5."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from rayproof.cases.answers import Answers
-from rayproof.cases.scene import Scene
+from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
@@ -12,7 +14,8 @@ from rayproof.reports.judge.tolerance.channels import dot
 
 ORACLE = Analytic()
 NOBODY = 1e6  # the number of a shape that is none: a feeler that starts in the air is on no surface
-NO_LONGER = 1e6  # times as far as a light: as good as a feeler without an end
+OWN = 1e-6  # m: a crossing so near to the point is the surface that it lies on
+CURVED = 1e-3  # m: on a sphere that it grazes, the chord of which float32 may lose the height
 
 
 def _above(given: Given) -> np.ndarray:
@@ -49,6 +52,45 @@ def _beyond(given: Given) -> np.ndarray:
     return found
 
 
+def _behind_the_point(given: Given, *, flat: bool) -> np.ndarray:
+    """Return visibility where shapes on the other side of the point block, too; all of them or none but spheres."""
+    found = np.array(given.right, dtype=np.float64)
+    for column in range(found.shape[-1]):
+        blocked = _met(given, column, lambda own, far: (1 + own / far, np.full_like(far, np.inf)), flat=flat)
+        found[..., column][blocked] = 0.0
+    return found
+
+
+def _within_a_metre(given: Given) -> np.ndarray:
+    """Return visibility where blockers within 1 m of the point count alone, behind the light as well."""
+    found = _never_blocked(given)
+    for column in range(found.shape[-1]):
+        found[..., column][_met(given, column, lambda own, far: (1 - 1 / far, 1 - own / far))] = 0.0
+    return found
+
+
+# From how near the point's own surface is [m] and the light's distance [m] to two places on the line from the light,
+# where 1 is the point.
+Reach = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+def _met(given: Given, column: int, reach: Reach, *, flat: bool = False) -> np.ndarray:
+    """Return the pixels (height, width) of which the line from a light meets a shape between two places."""
+    from rayproof.reference.analytic.surfaces import surface_of
+
+    source = np.asarray(given.scene.lights[column].position, dtype=np.float64)
+    found = np.zeros(given.answers[Stage.OBJECT].shape[:2], dtype=bool)
+    hit = given.answers[Stage.OBJECT][..., 0] >= 0
+    lines = given.answers[Stage.POSITION][hit] - source
+    far = np.sqrt(dot(lines, lines))
+    for index, shape in enumerate(given.scene.shapes):
+        curved = isinstance(shape, Sphere)
+        if not (flat and curved):
+            own = np.where(curved & (given.answers[Stage.OBJECT][hit][:, 0] == index), CURVED, OWN)
+            found[hit] |= np.isfinite(surface_of(shape).first(source, lines, *reach(own, far))[0])
+    return found
+
+
 def lifted(scene: Scene, answers: Answers, offset: float) -> np.ndarray:
     """Return visibility from points an offset [m] above the surface, along the normal."""
     objects = answers[Stage.OBJECT]
@@ -80,7 +122,7 @@ def _lifted(given: Given) -> np.ndarray:
     return lifted(given.scene, given.answers, given.parameter)
 
 
-def _no_horizon(given: Given) -> np.ndarray:
+def no_horizon(given: Given) -> np.ndarray:
     """Return visibility of lights on either side of a surface, by feelers that start on the light's side."""
     columns = []
     for column, light in enumerate(given.scene.lights):
@@ -102,6 +144,23 @@ MISTAKES.register("beyond_the_light")(
         ways=(Way(stages={Stage.VISIBILITY: _beyond}),),
     )
 )
+MISTAKES.register("blockers_behind")(
+    Mistake(
+        says="counts blockers behind the point from which a shadow ray starts, too",
+        items=("LIT-1",),
+        ways=tuple(
+            Way(stages={Stage.VISIBILITY: lambda given, flat=flat: _behind_the_point(given, flat=flat)})
+            for flat in (False, True)
+        ),
+    )
+)
+MISTAKES.register("unit_feelers")(
+    Mistake(
+        says="gives shadow rays length 1 but compares their t with 1, so that blockers farther than 1 m are missed",
+        items=("LIT-1",),
+        ways=(Way(stages={Stage.VISIBILITY: _within_a_metre}),),
+    )
+)
 MISTAKES.register("feeler_offset")(
     Mistake(
         says="starts its shadow rays {0} m above the surface, so that nearer blockers are missed",
@@ -121,7 +180,7 @@ MISTAKES.register("cosine_not_clamped")(
         ways=(
             Way(
                 stages={
-                    Stage.VISIBILITY: _no_horizon,
+                    Stage.VISIBILITY: no_horizon,
                     Stage.IRRADIANCE: Lights((Share(cosine=lambda cosine: cosine),)),
                 }
             ),
@@ -136,7 +195,7 @@ MISTAKES.register("cosine_absolute")(
         ways=(
             Way(
                 stages={
-                    Stage.VISIBILITY: _no_horizon,
+                    Stage.VISIBILITY: no_horizon,
                     Stage.IRRADIANCE: Lights((Share(cosine=np.abs),)),
                 }
             ),

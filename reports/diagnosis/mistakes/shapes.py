@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.scene import Cube, Scene, Shape, Sphere, Square
+from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.nearest import clip_interval
 from rayproof.reference.analytic.surfaces import surface_of
@@ -52,6 +52,14 @@ def _halved(kind: type[Shape]) -> Callable[[Scene], Scene]:
         return _linear(shape, _matrix(shape) @ np.diag([0.5, 0.5, 0.5 if kind is Cube else 1.0]))
 
     return _each(change)
+
+
+def _but_triangles(asked: Callable[[Scene], Scene]) -> Callable[[Scene], Scene]:
+    def change(scene: Scene) -> Scene:
+        pairs = zip(scene.shapes, asked(scene).shapes, strict=True)
+        return replace(scene, shapes=tuple(old if isinstance(old, Triangle | Mesh) else new for old, new in pairs))
+
+    return change
 
 
 def _clipped(clip: str) -> Callable[[Scene], Scene]:
@@ -173,6 +181,7 @@ def _in_order(*, last: bool) -> dict[Stage, Wrong]:
     return {Stage.OBJECT: lambda given: found(given)[0], Stage.DISTANCE: lambda given: found(given)[1]}
 
 
+OF_MATRICES = ("transposed_matrix", "no_translation", "no_matrix")
 for _name, _says, _items, _asked in (
     (
         "transposed_matrix",
@@ -249,7 +258,9 @@ for _name, _says, _items, _asked in (
         _each(lambda shape: replace(shape, two_sided=False)),
     ),
 ):
-    MISTAKES.register(_name)(Mistake(says=_says, items=_items, ways=(Way(asked=_asked),)))
+    # Triangles and meshes may have been brought into the world by another part of the renderer.
+    _ways = (Way(asked=_asked), Way(asked=_but_triangles(_asked))) if _name in OF_MATRICES else (Way(asked=_asked),)
+    MISTAKES.register(_name)(Mistake(says=_says, items=_items, ways=_ways))
 
 MISTAKES.register("behind_the_eye")(
     Mistake(
