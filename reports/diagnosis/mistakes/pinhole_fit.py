@@ -269,7 +269,7 @@ def _by_rays(cases: Sequence[Fitting]) -> Iterator[Free]:
     first = next((one for one in cameras if abs(one.scales[DOWN] - 1) > CLOSE), None)
     both = [(one, two) for one, two in product(across, down) if one == two] or list(product(across, down))
     for one, two in both[:MOST_LAWS]:
-        example = _example(first) if first is not None and one == two else ""
+        example = _example(first.camera, first.scales[DOWN]) if first is not None and one == two else ""
         if still:
             of_shifts = tuple(rounded(float(value)) if abs(value) > 10 * CLOSE else 0.0 for value in shift)
             yield Free(scales=(one, two), shifts=(of_shifts[0], of_shifts[1]), turns=of_turns, example=example)
@@ -277,9 +277,9 @@ def _by_rays(cases: Sequence[Fitting]) -> Iterator[Free]:
             yield Free(scales=(one, two), anchored=True, turns=of_turns, example=example)
 
 
-def _example(one: Fitted) -> str:
-    seen = math.degrees(2 * math.atan(math.tan(one.camera.alpha) * one.scales[DOWN]))
-    return f", such as that of fovy {seen:.4g} for {one.camera.fovy:.4g}"
+def _example(camera: Camera, scale: float) -> str:
+    seen = math.degrees(2 * math.atan(math.tan(camera.alpha) * scale))
+    return f", such as that of fovy {seen:.4g} for {camera.fovy:.4g}"
 
 
 def _by_images(cases: Sequence[Fitting]) -> Iterator[Free]:
@@ -290,7 +290,10 @@ def _by_images(cases: Sequence[Fitting]) -> Iterator[Free]:
     for free in (*_by_laws(), *_by_search(look[:SIMPLE])):
         way = free.way
         if all(case.agrees(way) is not False for case in look) and any(case.agrees(way) for case in look):
-            yield free
+            law = free.scales[DOWN]
+            scale = law.at(look[0].evidence.scene.camera, DOWN)
+            equal = free.scales[ACROSS] == law != ONE
+            yield replace(free, example=_example(look[0].evidence.scene.camera, scale)) if equal else free
 
 
 def _by_laws() -> Iterator[Free]:
