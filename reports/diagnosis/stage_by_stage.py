@@ -49,11 +49,33 @@ def explanations(failing: Sequence[Continued], modes: Sequence[str], clock: Cloc
     yield from whole
     if whole:
         return
-    fitted = [one for one in fits(from_stages(shown[::2]), clock) if _explains(one.way, stage, shown[:MEETING])]
-    fitted = [one for one in fitted if not clock.over and _first_unexplained(look, one.way) is None]
-    yield from fitted
-    if fitted:
-        return
+    # Of rays pairs are cheap to ask, and two known mistakes of a camera are one free camera, too: the names come first.
+    of_two, of_fits = _two(known, firsts, stage, shown, look, clock), _fitted(stage, shown, look, clock)
+    for some in (of_two, of_fits) if stage is Stage.RAY else (of_fits, of_two):
+        found = False
+        for one in some:
+            found = True
+            yield one
+        if found:
+            return
+
+
+def _fitted(stage: Stage, shown: Sequence[Continued], look: Sequence[Continued], clock: Clock) -> Iterator[Hypothesis]:
+    """Yield what is fitted to half of the cases in which a stage is wrong and leaves nothing unexplained."""
+    for one in fits(from_stages(shown[::2]), clock):
+        if _explains(one.way, stage, shown[:MEETING]) and _first_unexplained(look, one.way) is None:
+            yield one
+
+
+def _two(
+    known: Sequence[Hypothesis],
+    firsts: list[Hypothesis],
+    stage: Stage,
+    shown: Sequence[Continued],
+    look: Sequence[Continued],
+    clock: Clock,
+) -> Iterator[Hypothesis]:
+    """Yield two mistakes that leave nothing unexplained; `firsts` are those that explain the first wrong stage."""
     if not firsts:  # both spoil this stage, and one of them alone may show in some cases
         firsts = [one for one in known if any(_explains(one.way, stage, [case]) for case in shown[: 2 * MEETING])]
         firsts.sort(key=lambda one: -sum(case.agrees(one.way, stage) is True for case in shown))
