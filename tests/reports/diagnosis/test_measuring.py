@@ -40,7 +40,7 @@ def switched(program: Path, mistake: str) -> measuring.Renderer:
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("mistake", ["no_pi", "normal_by_model", "gamma_2_2"])
+@pytest.mark.parametrize("mistake", ["no_pi", "normal_by_model", "gamma_2_2", "linear_fov", "srgb_albedo"])
 def test_a_mistake_is_named_by_all_stages_and_by_radiance_alone(program: Path, mistake: str, tmp_path: Path) -> None:
     for one in measuring.outcomes(switched(program, mistake), tmp_path, CASES):
         assert one.failing
@@ -244,6 +244,20 @@ def test_acne_is_scattered_dark_points_and_a_shadow_that_is_missing_light_elsewh
     dimmed = shown(plain, np.zeros(size, dtype=bool))
     vars(dimmed)["ours"] = {Stage.RADIANCE: 0.5 * plain.right.answers[Stage.RADIANCE]}
     assert scattered(dimmed) is False
+
+
+def test_acne_is_seen_where_a_few_other_pixels_are_wrong_and_not_where_many_are() -> None:
+    case = select(["primitives/sphere"])[0]
+    plain = Evidence(case=case.name, scene=case.scene, load=dict, failed=True, oracle=ORACLE, undecided=None)
+    lit = np.any(plain.right.answers[Stage.RADIANCE] > 0, axis=-1) & ~plain.right.edge
+    points = np.random.default_rng(1).random(lit.shape) < 0.05
+    others = np.argwhere(lit & ~points)
+    for count, seen in ((20, True), (100, False)):
+        one = shown(plain, points)
+        rows, columns = others[:count].T
+        one.ours[Stage.RADIANCE][rows, columns] *= 2.0
+
+        assert scattered(one) is seen, "20 of 6912 pixels are few, of 200 wrong ones they are many"
 
 
 def dark_rows(name: str, first: int, last: int) -> Evidence:
