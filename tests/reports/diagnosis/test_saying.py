@@ -3,8 +3,9 @@
 from typing import Any
 
 from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.diagnosing import _changing
 from rayproof.reports.diagnosis.hypotheses import Hypothesis
-from rayproof.reports.diagnosis.saying import entries
+from rayproof.reports.diagnosis.saying import entries, of_images_that_change
 from rayproof.reports.diagnosis.search import Found, Searched
 from rayproof.reports.results.headline import cause_of, causes, headline
 
@@ -67,3 +68,18 @@ def test_a_case_tells_the_causes_that_explain_it_alone() -> None:
 def test_what_an_unknown_hand_wrote_is_no_cause() -> None:
     assert causes({"diagnosis": [None, {"sentence": None}, {"mistake": "x"}]}) == []
     assert cause_of({"diagnosis": "left_handed"}, {"name": "a/b"}) == ""
+
+
+def test_of_images_that_change_beyond_the_limits_no_formula_is_named() -> None:
+    told = {"configuration": "exec", "stage": "radiance", "differing": 9, "verdict": "fail", "beyond": "inf"}
+    cases = [{"name": "a/b", "verdict": "fail", "checks": []}, {"name": "a/c", "checks": [], "repeated": [told]}]
+
+    found = _changing({"cases": cases}, "exec")
+    within = _changing({"cases": [{**cases[1], "repeated": [told | {"beyond": 0.5}]}]}, "exec")
+    assert found is not None
+    cause = of_images_that_change(*found, ["a/b"], of=2)
+
+    assert (cause["items"], cause["cases"]) == (["IMG-1"], ["a/b"])
+    assert "in a/c two differ in 9 pixels of radiance" in cause["sentence"]
+    assert within is None, "what differs by roundings explains no failure"
+    assert _changing({"cases": cases}, "float32") is None
