@@ -279,6 +279,8 @@ def test_rows_are_undrawn_only_if_they_are_the_same_in_another_image_of_that_siz
 
     assert found(floor, wall)
     assert not found(floor), "one image says nothing of where drawing ends by itself"
+    black = [dark_rows(name, 0, 1000) for name in ("primitives/plane", "primitives/square")]
+    assert not found(*black), "no surface is cut: light may be missing as well"
     strip = dark_rows("primitives/plane", 20, 40)
     assert found(strip), "but a strip in its midst does"
     assert searching.search([floor, nearer], pairs=False).found == ()
