@@ -26,6 +26,7 @@ class Placed:
     """Pixels in other places: `source` says for each place of the file, (height, width), which pixel lies there."""
 
     source: Callable[[int, int], np.ndarray]
+    empty: bool = False  # where none was written the file has zeros; else nobody knows what
 
     def __call__(self, right: Answered, _: Answers) -> Answered:
         """Return the answers as they are written."""
@@ -38,9 +39,12 @@ class Placed:
 
         return Answered(
             scene=right.scene,
-            answers={stage: moved(np.asarray(image)) for stage, image in right.answers.items()},
+            answers={
+                stage: np.where(lost[..., np.newaxis], 0.0, moved(np.asarray(image)))
+                for stage, image in right.answers.items()
+            },
             limits={stage: moved(np.asarray(limit)) for stage, limit in right.limits.items()},
-            edge=moved(right.edge) | lost,
+            edge=moved(right.edge) & ~lost | (lost & ~np.bool_(self.empty)),
         )
 
 
@@ -160,11 +164,16 @@ def _read_by_columns(height: int, width: int) -> np.ndarray:
     return place % width * height + place // width
 
 
-def _moved(by: Callable[[int], int]) -> Callable[[int, int], np.ndarray]:
-    """Return the map of images each of whose pixels lies so many places too late; `by` knows the width."""
+def _moved(by: Callable[[int], int], *, around: bool) -> Callable[[int, int], np.ndarray]:
+    """Return the map of images each of whose pixels lies so many places too late; `by` knows the width.
+
+    What leaves the image at one end comes in at the other, if it is moved `around`.
+    """
 
     def source(height: int, width: int) -> np.ndarray:
         found = _places(height, width)[0] - by(width)
+        if around:
+            return found % (height * width)
         return np.where((found >= 0) & (found < height * width), found, NOTHING)
 
     return source
@@ -231,10 +240,14 @@ _register_moved(
     *(_written_by(stride) for stride in STRIDES),
     *(_read_by(stride) for stride in STRIDES),
 )
-_register_moved(
+_register(
     "one_place_off",
     "writes each pixel of its image one place too early or too late",
-    *(_moved(by) for by in (lambda _: 1, lambda _: -1, lambda width: width, lambda width: -width)),
+    *(
+        Placed(source=_moved(by, around=around), empty=not around)
+        for by in (lambda _: 1, lambda _: -1, lambda width: width, lambda width: -width)
+        for around in (False, True)
+    ),
 )
 _register("undrawn", "leaves whole strips or tiles of its images undrawn", Undrawn())
 _register("bytes_swapped", "writes the bytes of its floats in the other order", _swapped_bytes)

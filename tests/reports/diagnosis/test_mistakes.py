@@ -195,3 +195,20 @@ def test_a_mistake_in_one_model_of_light_is_named_though_the_other_is_right(
         named = {one.hypothesis.mistakes: one.hypothesis for one in found}
         assert named[("cosine_squared",)].way.shading == restricted
         assert ("in scenes of inverse_square light alone" in named[("cosine_squared",)].sentence) == bool(restricted)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "way", "named"), [("one_pixel_up", 0, set()), ("one_place_off", 4, {"one_place_off"})]
+)
+def test_an_image_that_is_one_row_off_is_told_from_a_camera_that_is_by_its_first_row(
+    mistake: str, way: int, named: set[str]
+) -> None:
+    shown = []
+    for name in ("primitives/plane", "random_scenes/seed_1"):
+        answers = evidence(name).under(MISTAKES[mistake].ways[way]).answers
+        shown.append(evidence(name, {Stage.RADIANCE: answers[Stage.RADIANCE]}))
+    clock = searching.Clock(60)
+
+    found = searching._damaged(shown, shown, [], clock, clock)
+
+    assert {one for each in found for one in each.hypothesis.mistakes} == named
