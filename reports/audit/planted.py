@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.faults import FAULTS
+from rayproof.reports.audit.mutants.trials import selected
 from rayproof.tracer.formula import is_own
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def in_paths() -> dict[str, list[str]]:
 
 
 def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
-    """Return the faults whose name, or place, matches a glob; none for the liar, which plants nothing.
+    """Return the faults whose name, or place, matches a glob; none for the liar and for mutants, which are asked apart.
 
     A fault of the user's own is a formula, slot=FILE.py:function.
 
@@ -112,6 +113,6 @@ def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
         return (_of_formula(FORMULAS.named(pattern)),)
     everything = (*tracer_faults(), *other_faults())
     found = tuple(one for one in everything if fnmatchcase(one.name, pattern) or one.where == pattern)
-    if not found:
+    if not found and not selected(pattern):
         raise LookupError(f"no planted fault matches {pattern!r}; `rayproof list formulas` lists the tracer's")
     return found

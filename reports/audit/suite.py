@@ -13,6 +13,9 @@ from rayproof.cases.families import all_cases, select
 from rayproof.reports.audit import findings
 from rayproof.reports.audit.faults_against_laws import before_the_laws, told
 from rayproof.reports.audit.graded_task import QUANTITIES
+from rayproof.reports.audit.mutants import PREFIX, Mutant
+from rayproof.reports.audit.mutants.campaign import QUICK_SHARE, Campaign, markdown
+from rayproof.reports.audit.mutants.trials import selected
 from rayproof.reports.audit.orders import (
     CaseOrder,
     CaseReport,
@@ -34,7 +37,7 @@ from rayproof.reports.processes.worker import Reply
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.audit import NAME
 from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.audit_records import AuditRecord, FaultFinding
+from rayproof.reports.results.audit_records import AuditRecord, FaultFinding, MutantsScore
 from rayproof.reports.results.document import NAME as RESULTS
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.llvm import choose_packaged_llvm
@@ -50,6 +53,7 @@ LIAR_EPSILON = 0.05  # m, of eye and feelers: what a liar declares to hide behin
 GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades from 1e-2 to 1e-7, relative
 QUICK_GRADES = GRADES[::2]
 MORE, QUICK_MORE = 12, 3  # further cases a round for what no case has killed at its own stage
+MUTANTS = "mutants.md"  # beside audit.json: the lines of docs/audit.md
 CHUNK = 30  # faults an order: one that kills a worker must not cost too much
 
 
@@ -63,16 +67,21 @@ def run(request: AuditRequest) -> int:
     choose_packaged_llvm()
     start = time.perf_counter()
     console = terminal()
-    faults = planted(request.only)
+    faults, wrong = planted(request.only), selected(request.only)
     console.print(f"PLANTED FAULTS: {len(faults)}, one at a time; what fails here fails on purpose", style="bold red")
     audit = _Audit(request, console)
     try:
         entries = audit.entries(faults)
         graded = audit.graded() if request.only == "*" else []
         lies = audit.lies() if request.only in ("*", LIAR) else []
+        table = audit.mutants(wrong) if wrong else None
     finally:
         audit.close()
-    laws = None if request.quick else before_the_laws(faults, jobs=request.jobs, timeout=request.timeout, say=audit.say)
+    laws = (
+        None
+        if request.quick or request.only.startswith(PREFIX)
+        else before_the_laws(faults, jobs=request.jobs, timeout=request.timeout, say=audit.say)
+    )
     result: AuditRecord = {
         "schema": 1,
         "quick": request.quick,
@@ -80,13 +89,19 @@ def run(request: AuditRequest) -> int:
         "seconds": round(time.perf_counter() - start, 1),
         "survived_at_first": audit.at_first,
         "laws": laws,
+        "mutants": table,
         **findings.score(entries, audit.healthy, graded, audit.errors, lies),
     }
+    if table is not None:
+        result["problems"] += table["problems"]
+        result["good"] = not result["problems"]
     text = json.dumps(result, indent=1, allow_nan=False) + "\n"
     request.out.mkdir(parents=True, exist_ok=True)
     write_text(request.out / NAME, text)
     if request.json is not None:
         write_text(request.json, text)
+    if table is not None:
+        write_text(request.out / MUTANTS, markdown(table))
     show(console, result)
     for line in told(laws):
         console.print(line, soft_wrap=True, markup=False)
@@ -196,6 +211,18 @@ class _Audit:
                 self._submit(LiarOrder(case=case, epsilon=epsilon), done)
         self._drain()
         return sorted(reports, key=lambda report: report.case)
+
+    def mutants(self, some: Sequence[Mutant]) -> MutantsScore:
+        """Return what became of mutants; with --quick of a sample of them."""
+        quick = self._request.quick
+        campaign = Campaign(
+            mutants=some[::QUICK_SHARE] if quick else some,
+            quick=quick,
+            submit=self._submit,
+            drain=self._drain,
+            say=self.say,
+        )
+        return campaign.run()
 
     def _unsettled(self, faults: Sequence[PlantedFault]) -> list[PlantedFault]:
         """Return the faults that no case has killed at their own stage yet, and that are not proven to be right."""
