@@ -59,7 +59,11 @@ class Bench:
         if Stage.OBJECT not in self.candidate.answers:
             about = around, oracle, scene, truth, close, classes.depth
             return self.ground.once(("behind", *key), lambda: with_what_is_behind(*about))
-        return with_twins(around, oracle, scene, truth, self.candidate.answers, classes.depth)
+        # Candidates that see the same objects, and the witnesses that they meet, have the same.
+        seen, ours = self.ground.author(self.candidate, Stage.OBJECT), self.candidate.answers
+        return self.ground.once(
+            ("twins", *key, seen), lambda: with_twins(around, oracle, scene, truth, ours, classes.depth)
+        )
 
     def _excused(
         self, stage: Stage, ratio: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool

@@ -74,7 +74,9 @@ def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours
     differ = any_of(ours[Stage.OBJECT] != truth[Stage.OBJECT])
     if not np.any(differ[around.rows, around.columns]):
         return around
-    given = {Stage.RAY: truth[Stage.RAY], Stage.OBJECT: ours[Stage.OBJECT]}
+    asked = np.zeros(differ.shape, dtype=bool)
+    asked[around.rows, around.columns] = differ[around.rows, around.columns]
+    given = {Stage.RAY: truth[Stage.RAY], Stage.OBJECT: np.where(asked[..., np.newaxis], ours[Stage.OBJECT], -1.0)}
     for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
         given[stage] = oracle.continue_from(scene, stage, given)
     with np.errstate(invalid="ignore"):
