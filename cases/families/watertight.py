@@ -30,7 +30,7 @@ AXES = np.array(((2.0, -1.0, 2.0), (2.0, 2.0, -1.0), (-1.0, 2.0, 2.0)))
 ACROSS, UPWARD = (3.0, 1.0), (-1.0, 4.0)
 ORIGIN, FAR_AWAY = (0.0, 0.0, 0.0), (60000.0, -70000.0, 40000.0)  # m
 # Of a fan's hub [px]: pixels in the middle of its spokes, counter-clockwise, each the next but one a quarter turn on.
-MIDDLES = ((6, 1), (3, 5), (-1, 6), (-5, 3), (-6, -1), (-3, -5), (1, -6), (5, -3))
+MIDDLES = ((4, 1), (2, 3), (-1, 4), (-3, 2), (-4, -1), (-2, -3), (1, -4), (3, -2))
 
 Points = np.ndarray  # (n, 2) px from the middle of the image, rightwards and upwards
 Corners = np.ndarray  # (n, 3) m
@@ -128,7 +128,7 @@ def fan(hub: tuple[float, float], count: int, thirds: float) -> Mesh:
         start, end = math.atan2(this[1], this[0]), math.atan2(following[1], following[0])
         for part in range(1, between):
             turn = start + (end - start) % math.tau * part / between
-            rim.append(np.round(12 * 64 * np.array((math.cos(turn), math.sin(turn)))) / 64)
+            rim.append(np.round(8 * 64 * np.array((math.cos(turn), math.sin(turn)))) / 64)
     points = np.array([(0.0, 0.0), *rim]) + hub
     depths = thirds * np.array([1.0] + [1 + 2 / 64] * count)
     around = 1 + np.arange(count)
@@ -137,28 +137,17 @@ def fan(hub: tuple[float, float], count: int, thirds: float) -> Mesh:
     return Mesh(albedo=albedo, vertices=seen_at(ORIGIN, points, depths), faces=faces)
 
 
-def steps() -> Mesh:
-    """Return a closed stepped pyramid with its corners on whole metres; its top of 6 m x 6 m is z = 0."""
-
-    def height(x: int, y: int) -> int:
-        ring = max(x + 1, -x, y + 1, -y)
-        return -5 if ring > 5 else -max(0, ring - 3)
-
+def slab(half: int) -> Mesh:
+    """Return a closed box of 2 `half` m a side and 1 m in height below z = 0, divided at whole metres."""
     squares = []
-    for x in range(-5, 5):
-        for y in range(-5, 5):
-            top, left, right, near, away = height(x, y), x, x + 1, y, y + 1
-            squares.append(((left, near, top), (right, near, top), (right, away, top), (left, away, top)))
-            squares.append(((left, near, -5), (left, away, -5), (right, away, -5), (right, near, -5)))
-            # Each side from its lower left corner to its lower right one, seen from outside.
-            sides = (
-                (height(x + 1, y), (right, near), (right, away)),
-                (height(x - 1, y), (left, away), (left, near)),
-                (height(x, y + 1), (right, away), (left, away)),
-                (height(x, y - 1), (left, near), (right, near)),
-            )
-            for foot, start, end in sides:
-                squares += [((*start, z), (*end, z), (*end, z + 1), (*start, z + 1)) for z in range(foot, top)]
+    for u in range(-half, half):
+        for v in range(-half, half):
+            squares.append(((u, v, 0), (u + 1, v, 0), (u + 1, v + 1, 0), (u, v + 1, 0)))
+            squares.append(((u, v, -1), (u, v + 1, -1), (u + 1, v + 1, -1), (u + 1, v, -1)))
+        # The four sides, each from its lower left corner, seen from outside.
+        feet = (((u, -half), (u + 1, -half)), ((half, u), (half, u + 1)), ((u + 1, half), (u, half)))
+        for start, end in (*feet, ((-half, u + 1), (-half, u))):
+            squares.append(((*start, -1), (*end, -1), (*end, 0), (*start, 0)))
     vertices, numbers = np.unique(np.array(squares, dtype=float).reshape(-1, 3), axis=0, return_inverse=True)
     corners = numbers.reshape(-1, 4)
     return Mesh(albedo=ALBEDO, vertices=vertices, faces=np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]]))
@@ -216,8 +205,8 @@ def _case(
 
 @CASE_FAMILIES.register("watertight")
 def watertight() -> Iterator[Case]:
-    """Yield nets near and far, fans, a square of two triangles, a net before a light, and a stepped pyramid."""
-    width, height = 64, 48
+    """Yield nets near and far, fans, a square of two triangles, a net before a light, and a closed box."""
+    width, height = 32, 24
     for place, eye, thirds in (("", ORIGIN, 1.0), ("_far_away", FAR_AWAY, 4096.0)):
         view = camera(eye, width=width, height=height, far=32 * thirds)
         where = "at the origin" if eye == ORIGIN else "1e5 m from the origin"
@@ -229,28 +218,28 @@ def watertight() -> Iterator[Case]:
                 view,
                 (mesh, wall(eye, 6 * thirds)),
                 beside(eye, thirds, 300.0),
-                2500,
+                650,
             )
-    hubs = (((-31.5, 15.5), 4), ((0.5, 15.5), 16), ((32.5, 15.5), 64), ((-15.5, -16.5), 256), ((16.5, -16.5), 1024))
+    hubs = (((-17.5, 9.5), 4), ((0.5, 9.5), 16), ((18.5, 9.5), 64), ((-8.5, -8.5), 256), ((9.5, -8.5), 1024))
     yield _case(
         "fans",
         "Fans of 4 to 1024 triangles, seen through their hubs and the middles of their edges.",
-        camera(ORIGIN, width=96, height=64, far=32.0),
+        camera(ORIGIN, width=56, height=38, far=32.0),
         (*(fan(hub, count, 1.0) for hub, count in hubs), wall(ORIGIN, 6.0)),
         beside(ORIGIN, 1.0, 300.0),
-        5000,
+        1900,
     )
-    frame = np.array(((-20, -20), (20, -20), (20, 20), (-20, 20)), dtype=float)
+    frame = np.array(((-14, -14), (14, -14), (14, 14), (-14, 14)), dtype=float)
     square = Mesh(albedo=ALBEDO, vertices=seen_at(ORIGIN, frame, np.ones(1)), faces=np.array(((0, 1, 2), (0, 2, 3))))
     yield _case(
         "diagonal",
-        "A square of two triangles whose diagonal runs through forty pixels' centres.",
-        camera(ORIGIN, width=48, height=48, far=32.0),
+        "A square of two triangles whose diagonal runs through 28 pixels' centres.",
+        camera(ORIGIN, width=32, height=32, far=32.0),
         (square, wall(ORIGIN, 6.0)),
         beside(ORIGIN, 1.0, 300.0),
-        2000,
+        900,
     )
-    view, lamp, half = looking_down(4.0, width=40, lines=32, up=(0.0, 1.0, 0.0)), (1.0, -0.5, 16.0), 12
+    view, lamp, half = looking_down(4.0, width=32, lines=24, up=(0.0, 1.0, 0.0)), (1.0, -0.5, 16.0), 9
     size = half * STEP * view.eye[2]
     outline = ShadowOutline(
         shape=0,
@@ -267,14 +256,14 @@ def watertight() -> Iterator[Case]:
         view,
         (Square(albedo=WALL_ALBEDO, to_world=scaling(8.0, 8.0, 1.0)), canopy(view, lamp, half)),
         PointLight(position=lamp, flux=(4000.0, 3600.0, 3200.0)),
-        1200,
+        700,
         outline,
     )
     yield _case(
         "whole_metres",
-        "A closed mesh with its corners on whole metres, seen along an axis: rays along its edges' planes.",
-        looking_down(10.0, width=65, lines=49, up=(-4.0, 3.0, 0.0)),
-        (steps(),),
+        "A closed mesh divided at whole metres, seen along an axis; through a gap its own far side would show.",
+        looking_down(10.0, width=41, lines=31, up=(-4.0, 3.0, 0.0)),
+        (slab(5),),
         PointLight(position=(2.0, 3.0, 12.0), flux=(3000.0, 2700.0, 2400.0)),
-        1400,
+        1100,
     )

@@ -45,22 +45,22 @@ def nearness(case: Case) -> np.ndarray:
 @pytest.mark.parametrize(
     ("name", "at_edges", "at_vertices"),
     [
-        ("vertices", 236, 236),
-        ("vertices_far_away", 236, 236),
-        ("middles", 236, 0),
-        ("middles_far_away", 236, 0),
-        ("fans", 97, 5),
-        ("diagonal", 40, 0),
-        ("whole_metres", 120, 1),
+        ("vertices", 58, 58),
+        ("vertices_far_away", 58, 58),
+        ("middles", 58, 0),
+        ("middles_far_away", 58, 0),
+        ("fans", 41, 5),
+        ("diagonal", 28, 0),
+        ("whole_metres", 100, 1),
     ],
 )
 def test_rays_meet_inner_edges_and_vertices_to_a_trillionth_and_few_others_do(name, at_edges, at_vertices):
-    near = nearness(CASES[name])
+    near, view = nearness(CASES[name]), CASES[name].scene.camera
 
     assert (near[:, 0] < 1e-12).sum() >= at_edges
     assert (near < 1e-12).all(axis=1).sum() >= at_vertices
     # In float32 only they are undecided, however the others lie.
-    assert (near[:, 0] < 1e-4).sum() <= 0.1 * len(near)
+    assert (near[:, 0] < 1e-4).sum() <= 0.1 * view.width * view.height
 
 
 def test_feelers_meet_the_vertices_before_the_light():
@@ -74,7 +74,7 @@ def test_feelers_meet_the_vertices_before_the_light():
     feelers = (shaded - light) / np.linalg.norm(shaded - light, axis=1, keepdims=True)
     sines = np.linalg.norm(np.cross(feelers[:, np.newaxis], units[np.newaxis]), axis=2).min(axis=1)
 
-    assert len(shaded) == 24 * 24
+    assert len(shaded) == 18 * 18
     assert sines.max() < 1e-14
 
 
