@@ -118,8 +118,8 @@ def beside(eye: Vector, thirds: float, flux: float) -> PointLight:
     return PointLight(position=place.tolist(), flux=(flux * thirds**2, 0.9 * flux * thirds**2, 0.8 * flux * thirds**2))
 
 
-def fan(hub: tuple[float, float], count: int, thirds: float) -> Mesh:
-    """Return a flat cone of so many triangles around a hub at an image point, which four or eight spokes leave."""
+def fan(hub: tuple[float, float], count: int) -> tuple[Points, np.ndarray]:
+    """Return image points and triangles of a fan of so many around a hub, the first point."""
     middles = MIDDLES[:: 2 if count < len(MIDDLES) else 1]
     between = count // len(middles)
     rim = []
@@ -129,12 +129,21 @@ def fan(hub: tuple[float, float], count: int, thirds: float) -> Mesh:
         for part in range(1, between):
             turn = start + (end - start) % math.tau * part / between
             rim.append(np.round(8 * 64 * np.array((math.cos(turn), math.sin(turn)))) / 64)
-    points = np.array([(0.0, 0.0), *rim]) + hub
-    depths = thirds * np.array([1.0] + [1 + 2 / 64] * count)
     around = 1 + np.arange(count)
-    faces = np.column_stack([np.zeros(count, int), around, 1 + around % count])
-    albedo = (0.5 + 0.04 * math.log2(count), 0.6, 0.9 - 0.04 * math.log2(count))
-    return Mesh(albedo=albedo, vertices=seen_at(ORIGIN, points, depths), faces=faces)
+    return np.array([(0.0, 0.0), *rim]) + hub, np.column_stack([np.zeros(count, int), around, 1 + around % count])
+
+
+def fans(hubs: tuple[tuple[tuple[float, float], int], ...], thirds: float) -> Mesh:
+    """Return flat cones around hubs, each of so many triangles, as one mesh."""
+    points, faces, depths, first = [], [], [], 0
+    for hub, count in hubs:
+        corners, triangles = fan(hub, count)
+        points.append(corners)
+        faces.append(first + triangles)
+        depths += [thirds] + [thirds * (1 + 2 / 64)] * count
+        first += len(corners)
+    vertices = seen_at(ORIGIN, np.concatenate(points), np.array(depths))
+    return Mesh(albedo=ALBEDO, vertices=vertices, faces=np.concatenate(faces))
 
 
 def slab(half: int) -> Mesh:
@@ -225,7 +234,7 @@ def watertight() -> Iterator[Case]:
         "fans",
         "Fans of 4 to 1024 triangles, seen through their hubs and the middles of their edges.",
         camera(ORIGIN, width=56, height=38, far=32.0),
-        (*(fan(hub, count, 1.0) for hub, count in hubs), wall(ORIGIN, 6.0)),
+        (fans(hubs, 1.0), wall(ORIGIN, 6.0)),
         beside(ORIGIN, 1.0, 300.0),
         1900,
     )

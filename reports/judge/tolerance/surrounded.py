@@ -76,14 +76,17 @@ def neighbours(
 
 
 def faces_near(terms: Terms, where: np.ndarray) -> list[Neighbours]:
-    """Return the faces near the pixels of `where` (height, width) that are outlines, up to the normal."""
-    key = ("faces near", terms.rounding, terms.edge_epsilon)
-    known = terms.ground.once(key, lambda: _Known(asked=np.zeros_like(where)))
+    """Return the faces near the pixels of `where` (height, width) that are outlines, up to the normal.
+
+    Within the next power of two of the edges' reach, so that pairs of parties that round alike look at the same.
+    """
+    reach = radius_of(np.where(terms.twins, 0.0, terms.classes.reach))
+    reach = np.exp2(np.ceil(np.log2(reach)))
+    known = terms.ground.once(("faces near", reach.tobytes()), lambda: _Known(asked=np.zeros_like(where)))
     where = where & terms.classes.outline
     new = where & ~known.asked
     if new.any():
         known.asked |= new
-        reach = np.where(terms.twins, 0.0, terms.classes.reach)
         known.found.append(neighbours(terms.ground.oracle, terms.scene, SEEN, new, reach))
     return [part for part in (each.of(where) for each in known.found) if len(part.places)]
 
@@ -121,8 +124,11 @@ def may_be_dark(terms: Terms, stage: Stage, where: np.ndarray) -> np.ndarray:
     pixel = terms.conditioning.distance * terms.conditioning.pixel_angle
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = terms.classes.reach + np.where(_epsilon(terms) > 0, 2 * _epsilon(terms) / pixel, 0.0)
-    # Nothing is looked at beyond the neighbouring pixel's centre.
-    asked = where & (reach <= 0.5)
+    # Nothing is looked at beyond the neighbouring pixel's centre, nor twice where the mesh ends sooner.
+    enclosed = [around.enclosed for around in faces_near(terms, where)]
+    asked = where & (reach <= 0.5) & np.logical_or.reduce([np.zeros_like(where), *enclosed])
+    if not asked.any():
+        return where
     key = ("all lit", terms.rules, asked.tobytes())
     return where & ~terms.ground.once(key, lambda: _all_lit(terms, asked, reach))[..., LIGHT.index(stage)]
 
