@@ -149,14 +149,14 @@ def _code() -> list[str]:
 
 
 def _digest_in(path: Path) -> str | None:
-    """Return what a PNG file says that it was drawn from, or None."""
-    from PIL import Image
-
+    """Return what a PNG file of ours says that it was drawn from, or None."""
     try:
-        with Image.open(path) as picture:
-            return picture.info.get(DIGEST)
-    except (OSError, ValueError, SyntaxError):
+        with path.open("rb") as file:
+            # The text stands before the picture; Pillow takes a twentieth of a second to be imported.
+            told = re.search(DIGEST.encode() + rb"\0([0-9a-f]{64})", file.read(4096))
+    except OSError:
         return None
+    return None if told is None else told[1].decode()
 
 
 def _draw_in_child(jobs: Sequence[Mapping[str, Any] | None], seconds: float) -> tuple[set[str], str | None]:
