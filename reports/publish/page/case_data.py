@@ -85,19 +85,27 @@ class ViewData(TypedDict):
     stage: str | None  # that is blamed
 
 
-def view_of(scene: dict[str, Any], case: CaseRecord) -> ViewData:
-    """Return what the page makes the 3-D view of a case of; a mesh of very many triangles is thinned."""
+def view_of(scene: dict[str, Any], case: CaseRecord) -> ViewData | None:
+    """Return what the page makes the 3-D view of a case of, or None where its meshes are none."""
     ours, theirs = compared(case)
-    shapes = [_thinned(shape) for shape in scene["shapes"]]
+    try:
+        shapes = [_drawn(shape) if shape.get("type") == "mesh" else shape for shape in scene["shapes"]]
+    except (ValueError, TypeError, LookupError, OverflowError):  # the scene file of a stranger's folder
+        return None
     return {"scene": {**scene, "shapes": shapes}, "ours": ours, "theirs": theirs, "stage": case.get("stage")}
 
 
-def _thinned(shape: dict[str, Any]) -> dict[str, Any]:
-    faces = shape.get("faces") or []
-    if len(faces) <= look().triangles:
-        return shape
-    corners = thinned(np.asarray(shape["vertices"], np.float32)[np.asarray(faces)], look().triangles).reshape(-1, 3)
-    return {**shape, "vertices": corners.tolist(), "faces": np.arange(len(corners)).reshape(-1, 3).tolist()}
+def _drawn(mesh: dict[str, Any]) -> dict[str, Any]:
+    """Return a mesh as it is drawn: thinned where it has very many triangles, and in few digits."""
+    with np.errstate(over="ignore"):  # infinite is refused below
+        vertices, faces = np.asarray(mesh["vertices"], np.float32), np.asarray(mesh["faces"], np.int64)
+    if vertices.shape != (len(vertices), 3) or faces.shape != (len(faces), 3) or not np.isfinite(vertices).all():
+        raise ValueError("a mesh has rows of three numbers")
+    if len(faces) > look().triangles:
+        vertices = thinned(vertices[faces], look().triangles).reshape(-1, 3)
+        faces = np.arange(len(vertices)).reshape(-1, 3)
+    # The shortest text of a float32 has half the digits of the same number's in float64.
+    return {**mesh, "vertices": vertices.astype("U").astype(np.float64).tolist(), "faces": faces.tolist()}
 
 
 def call_of(folder: Path, case: CaseRecord) -> str | None:

@@ -18,6 +18,7 @@ from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, S
 from rayproof.cases.scene_json import load_scene, scene_from_json, scene_to_json
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.page.case_data import view_of as shown_of
 from rayproof.reports.publish.page.viewer_page import SCRIPTS, digests_in_one, page, page_in_one, vendored
 from rayproof.reports.publish.scene3d import stills
 from rayproof.reports.publish.scene3d.parts import chosen_hits, look, shares_of, view_of
@@ -137,6 +138,17 @@ def test_the_worst_pixels_are_among_the_points() -> None:
 
     assert hits is not None
     assert (row, column) in set(zip(hits.rows.tolist(), hits.columns.tolist(), strict=True))
+
+
+@pytest.mark.parametrize(
+    "broken", [{"vertices": "x"}, {"faces": None}, {"faces": [[0, 1]]}, {"vertices": [[1e999] * 3] * 2}]
+)
+def test_a_mesh_that_is_none_costs_its_view_and_not_the_report(broken: dict[str, Any]) -> None:
+    mesh = {"type": "mesh", "vertices": [[0.1, 0, 0]] * 3, "faces": [[0, 1, 2]]}
+    case: Any = {"renders": [], "stage": None}
+
+    assert shown_of({"camera": {}, "shapes": [mesh]}, case)["scene"]["shapes"][0]["vertices"][0] == [0.1, 0, 0]
+    assert shown_of({"camera": {}, "shapes": [mesh | broken]}, case) is None
 
 
 def test_the_viewer_holds_every_script_and_no_address() -> None:
