@@ -55,8 +55,8 @@
     const renderer = renderWindow.getRenderers().at(-1);
     const layers = viewer.layers(renderer, parts);
     const camera = renderer.getActiveCamera();
-    // A frame higher than wide needs a step back, or it cuts both sides off.
-    camera.dolly(Math.min(1, scene.clientWidth / scene.clientHeight));
+    // A frame that is narrower than the still needs a step back, or it cuts both sides off.
+    camera.dolly(Math.min(1, (scene.clientWidth / scene.clientHeight) / (look.still[0] / look.still[1])));
     const first = { position: camera.getPosition(), focalPoint: camera.getFocalPoint(), viewUp: camera.getViewUp() };
     const render = () => { renderer.resetCameraClippingRange(); renderWindow.render(); };
     const points = layers.actor("points");
