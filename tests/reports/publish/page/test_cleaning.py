@@ -10,6 +10,7 @@ import pytest
 
 from rayproof.reports.cli import main
 from rayproof.reports.publish.page.cleaning import clean_pixels
+from rayproof.reports.results.document import save_results
 from rayproof.reports.results.float_codec import inflated, pack
 from rayproof.reports.results.image_script import handed_over, read_pixels, script, write_pixels
 from tests.reports.publish.sample import SCENE, answers, make_folder
@@ -80,7 +81,7 @@ def test_a_stranger_s_folder_runs_nothing_of_its_own(tmp_path: Path, capsys: pyt
     results = make_folder(tmp_path)
     (tmp_path / "images" / "evil.js").write_text(ATTACK)
     results["cases"][0] |= {"pixels": "images/evil.js", "view": "images/evil.js"}
-    (tmp_path / "results.json").write_text(json.dumps(results))
+    save_results(tmp_path, results)
 
     assert main(["report", str(tmp_path)]) == 0
 
