@@ -1,6 +1,5 @@
 """The shipped C++ ray tracer passes where it is put under test, and its twin with one planted bug is found out."""
 
-import json
 import shutil
 import subprocess
 from dataclasses import replace
@@ -18,6 +17,7 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.document import load_results
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import within_reach
 from rayproof.reports.subjects import PROGRAM, Subject
@@ -201,7 +201,7 @@ def test_a_run_ends_as_the_renderer_deserves(
     ended = main(["run", "transforms/square_sheared", "--subject", title, "--out", str(tmp_path)])
 
     printed = capsys.readouterr().out
-    results = json.loads((tmp_path / "results.json").read_text())
+    results = load_results(tmp_path)
     (case,) = results["cases"]
     assert ended == code, printed
     assert results["subject"] == title
