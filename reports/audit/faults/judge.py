@@ -28,7 +28,7 @@ from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.panel import adjudicate, known_defects, outlier
 from rayproof.reports.judge.panel.conventions import Tested
 from rayproof.reports.judge.panel.matrix import Matrix
-from rayproof.reports.judge.tolerance import calibration, edge_sides, limits, pair_limits, pixel_classes
+from rayproof.reports.judge.tolerance import calibration, edge_sides, limits, pair_limits, pixel_classes, surrounded
 from rayproof.reports.judge.tolerance.edge_light import Held
 from rayproof.reports.judge.tolerance.limits import Roundoff
 from rayproof.reports.judge.tolerance.output_resolution import Coarseness
@@ -263,10 +263,21 @@ def edges_excused() -> Iterator[None]:
     """
     right = edge_sides.excused
 
-    def wrong(stage: Any, ours: Any, around: Any, limit: Any, shape: Any, **options: Any) -> Any:
-        return np.ones(shape, dtype=bool)
+    def wrong(stage: Any, ours: Any, around: Any, limit: Any, objects: Any, **options: Any) -> Any:
+        return np.ones(objects.shape, dtype=bool)
 
     with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/holes_excused", where="judge", stage=None)
+@contextmanager
+def holes_excused() -> Iterator[None]:
+    """Let every edge be dark.
+
+    A hole between the faces of a mesh passes by radiance alone.
+    """
+    with replaced(surrounded.may_be_dark, lambda _terms, _stage, where: where):
         yield
 
 

@@ -1,15 +1,18 @@
-"""Sentinels at edges: an outline through pixel centres, where either side is right and nothing else is.
+"""Sentinels at edges: outlines and inner edges through pixel centres, where either side is right and nothing else is.
 
 A level square stands before a plane; its border runs exactly through the centres of a frame of pixels. What a pixel
 there shows may be the square or the plane, but no third value, however wide the edge class is.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
 
 from rayproof.cases.answers import Answers
 from rayproof.cases.case import Case
 from rayproof.cases.placement import frontal_fovy
-from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Square
+from rayproof.cases.scene import Camera, Mesh, Plane, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.self_test.known_answer import Sentinel, rounded, spoilt_at
@@ -17,7 +20,12 @@ from rayproof.reports.results.outcomes import Outcome
 
 PIXEL, HEIGHT = 0.125, 4.0  # m: a pixel's side on the square, and the eye's height above it
 SIDE = 0.875  # m; its half is an odd number of half pixels, so that the border meets pixel centres
+INNER = (7, 8)  # row, column of a pixel on the diagonal
 BORDER = (4, 8)  # row, column of a pixel on the border: its centre is at x = 0.0625, y = 0.4375
+
+# The same square as a mesh of two triangles.
+CORNERS = np.array(((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))) * SIDE / 2
+HALVES = Mesh(albedo=(0.7, 0.5, 0.3), vertices=CORNERS, faces=np.array(((0, 1, 2), (0, 2, 3))))
 
 
 def edge_scene(side: float) -> Scene:
@@ -70,5 +78,17 @@ def edge_sentinels(oracle: FullOracle) -> Iterator[Sentinel]:
     for value in (1e30, 1.001 * float(good[Stage.RADIANCE][(*BORDER, 0)])):
         bare: Answers = {Stage.RADIANCE: spoilt_at(good[Stage.RADIANCE], BORDER, value)}
         yield sentinel(f"radiance alone, {value:.3g} at an edge", bare, Outcome.FAIL, Stage.RADIANCE)
+    halves = replace(EDGE_CASE, scene=replace(EDGE_CASE.scene, shapes=(HALVES, EDGE_CASE.scene.shapes[1])))
+    whole = oracle.render(halves.scene, stages)
+    image = rounded(whole)[Stage.RADIANCE].copy()
+    image[INNER] = 0.0
+    yield Sentinel(
+        name="a hole between two faces of a mesh, radiance alone",
+        ours={Stage.RADIANCE: image},
+        theirs=whole,
+        outcome=Outcome.FAIL,
+        stage=Stage.RADIANCE,
+        case=halves,
+    )
     missed = good | {Stage.OBJECT: spoilt_at(good[Stage.OBJECT], BORDER, -1.0)}
     yield sentinel("nothing at an edge", missed, Outcome.FAIL, Stage.OBJECT)
