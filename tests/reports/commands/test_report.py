@@ -9,6 +9,7 @@ import pytest
 
 from rayproof.reports.cli import main
 from rayproof.reports.commands import report as command
+from rayproof.reports.results.document import load_results, save_results
 from tests.reports.publish.sample import make_folder
 
 
@@ -37,7 +38,7 @@ def test_two_runs_are_compared_in_the_terminal_and_as_json(
 ) -> None:
     results = make_folder(tmp_path)
     results["cases"][0]["verdict"] = "fail"
-    (tmp_path / "results.json").write_text(json.dumps(results))
+    save_results(tmp_path, results)
 
     assert main(["report", str(run), str(tmp_path), "--json", str(tmp_path / "both.json")]) == 0
 
@@ -81,7 +82,7 @@ def test_checks_are_written_as_columns(run: Path, tmp_path: Path, capsys: pytest
 
     assert main(["report", str(run), "--parquet", str(tmp_path / "checks.parquet")]) == 0
 
-    cases = json.loads((run / "results.json").read_text())["cases"]
+    cases = load_results(run)["cases"]
     rows = arrow.read_table(tmp_path / "checks.parquet").to_pylist()
     told = [(case["name"], check["stage"], check["verdict"]) for case in cases for check in case["checks"]]
     assert [(row["case"], row["stage"], row["verdict"]) for row in rows] == told
