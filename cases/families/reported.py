@@ -25,7 +25,7 @@ LIGHT = PointLight(position=(2.3, -2.6, 4.1), flux=(420.0, 380.0, 330.0))
 VIEW = camera_around((0.0, 0.0, -0.2), distance=5, azimuth=-61, elevation=38, width=56, height=42, fovy=38)
 NESTED = 64  # shapes in each other
 IDENTICAL = 1000  # triangles in one place
-CELLS = 40  # a side of a sheet of small triangles
+CELLS = 24  # a side of a sheet of small triangles
 SMALL = 2e-4  # m, a small triangle's side
 MIDDLE: Vector = (0.5, -0.25, 1.0)  # m, of the rooms that are seen and lit from their middle
 ROOM = 4.0  # m, a side and a diameter
@@ -126,10 +126,10 @@ def nested_icosahedra() -> Case:
 def identical_triangles() -> Case:
     """Return a mesh of one triangle again and again. https://github.com/hoverinc/ray-tracing-renderer/pull/81 ."""
     corners = np.array(((-0.6, -0.4, -0.3), (0.7, -0.3, 0.1), (0.0, 0.6, 0.4)))
-    camera = replace(VIEW, width=28, height=21)  # each pixel of the triangle asks a thousand faces for its sides
+    camera = replace(VIEW, width=24, height=18)  # each pixel of the triangle asks a thousand faces for its sides
     mesh = Mesh(albedo=ALBEDO, vertices=corners, faces=np.tile((0, 1, 2), (IDENTICAL, 1)), two_sided=True)
     scene = Scene(camera=camera, shapes=(FLOOR, mesh), lights=(LIGHT,))
-    return _case("identical_triangles", "A tree that cannot split: all middles are one.", scene, 480, most_edge=0.2)
+    return _case("identical_triangles", "A tree that cannot split: all middles are one.", scene, 340, most_edge=0.2)
 
 
 def unreferenced_vertices() -> Case:
@@ -236,7 +236,7 @@ def _sphere(name: str, radius: float, distance: float, fovy: float, least_interi
         near=0.01 * distance,
         far=1e7,
     )
-    place, power = (distance / 2, distance / 3, middle + distance), distance**2
+    place, power = (0.3 * distance, -0.3 * distance, middle + distance), distance**2
     light = PointLight(position=place, flux=(12 * power, 10 * power, 9 * power))
     scene = Scene(camera=camera, shapes=(Sphere(albedo=ALBEDO, radius=radius),), lights=(light,))
     stresses = f"A sphere of radius {radius:g} m from {distance:g} m away."
