@@ -311,17 +311,25 @@ struct Shape {
         }
     }
 
-    // Möller and Trumbore by Cramer's rule.
+    // Woop, Benthin and Wald (2013): no ray slips between two triangles, unless a compiler fuses product and difference.
     template <class Found> void triangles(const Ray& ray, Found found) const {
+        const double x = std::abs(ray.direction.x), y = std::abs(ray.direction.y), z = std::abs(ray.direction.z);
+        auto turned = [&](Vec v) { return x >= y && x >= z ? Vec{v.y, v.z, v.x} : y >= z ? Vec{v.z, v.x, v.y} : v; };
+        const Vec d = turned(ray.direction);
+        auto sheared = [&](Vec p) {
+            const Vec v = turned(p - ray.origin);
+            return Vec{v.x - d.x / d.z * v.z, v.y - d.y / d.z * v.z, v.z / d.z};
+        };
         for (std::size_t i = 0; i < faces.size(); ++i) {
             const auto& [p, q, r] = faces[i];
-            const Vec E1 = q - p, E2 = r - p, T = ray.origin - p, h = cross(ray.direction, E2), k = cross(T, E1);
-            const double det = dot(h, E1);
+            const Vec A = sheared(p), B = sheared(q), C = sheared(r);
+            const double u = C.x * B.y - C.y * B.x, v = A.x * C.y - A.y * C.x, w = B.x * A.y - B.y * A.x, det = u + v + w;
             if (det == 0) continue;
             if (is(triangle_culled) && dot(ray.direction, normals[i]) > 0) continue;
-            const double u = dot(h, T) / det, v = dot(k, ray.direction) / det, t = dot(k, E2) / det;
-            const bool inside = u >= 0 && v >= 0 && (is(triangle_no_sum) ? u <= 1 && v <= 1 : u + v <= 1);
-            if (inside && ray.holds(t)) found(t, int(i), normals[i], locals[i]);
+            bool outside = (u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0);
+            if (is(triangle_no_sum)) outside = v / det < 0 || v / det > 1 || w / det < 0 || w / det > 1;
+            const double t = (u * A.z + v * B.z + w * C.z) / det;
+            if (!outside && ray.holds(t)) found(t, int(i), normals[i], locals[i]);
         }
     }
 };
