@@ -309,7 +309,9 @@ def _by_laws() -> Iterator[Free]:
 
 # One number of a camera that is sought in an image: the camera of the number, and the numbers that are tried first.
 Family = tuple[Callable[[float], Free], np.ndarray]
-SCALES, PIXELS, ANGLES = np.geomspace(0.3, 3.2, STEPS), np.linspace(-4, 4, STEPS), np.linspace(-0.5, 0.5, STEPS)
+SCALES, PIXELS = np.geomspace(0.3, 3.2, STEPS), np.linspace(-4, 4, STEPS)
+_ONE_WAY = np.geomspace(0.004, 0.5, STEPS // 2)  # rad: turns by less move an image by less than a pixel
+ANGLES = np.concatenate([-_ONE_WAY[::-1], [0.0], _ONE_WAY])
 TANGENTS = np.tan(np.radians(np.linspace(4, 60, STEPS)))
 FAMILIES: tuple[Family, ...] = (
     (lambda value: _scaled(value, value), SCALES),
