@@ -13,6 +13,7 @@ from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way
 from rayproof.reports.diagnosis.fits import Fitting, rounded
 
 RULES = ("nearest", "first", "last", "farthest")
+MOST_DISTANCES = 9  # that are tried
 LEAST_HIDDEN = 30  # pixels whose hits are missing, from which a greatest distance is estimated
 
 
@@ -94,13 +95,12 @@ def _fitted(cases: Sequence[Fitting]) -> Iterator[Way]:
         for of_faces in RULES:
             if (of_faces, of_shapes) not in known:
                 yield Counting(of_faces=of_faces, of_shapes=of_shapes).way
-    below = _greatest_distance(cases)
-    if below is not None:
+    for below in _greatest_distances(cases):
         yield Counting(below=below).way
 
 
-def _greatest_distance(cases: Sequence[Fitting]) -> float | None:
-    """Return a distance [m] below which hits count and beyond which they do not; None where there is no such."""
+def _greatest_distances(cases: Sequence[Fitting]) -> list[float]:
+    """Return distances [m] below which hits may count and beyond which they do not, those of few digits."""
     seen, missed = 0.0, []
     for case in cases:
         stage = Stage.OBJECT if case.staged else Stage.RADIANCE
@@ -116,15 +116,16 @@ def _greatest_distance(cases: Sequence[Fitting]) -> float | None:
         missed.append(distance[there & gone & ~same])
     hidden = np.concatenate(missed) if missed else np.zeros(0)
     if len(hidden) < LEAST_HIDDEN or not seen < hidden.min():
-        return None
-    # The number of fewest digits between the farthest hit that is seen and the nearest that is not.
+        return []
+    # Between the farthest hit that is seen and the nearest that is not any distance explains these cases.
     low, high = seen, float(hidden.min())
     for digits in range(6):
         step = 10.0 ** (np.floor(np.log10(high)) - digits)
-        number = float(np.floor(high / step) * step)
-        if low < number:
-            return rounded(number)
-    return (low + high) / 2
+        numbers = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
+        numbers = numbers[(numbers > low) & (numbers <= high)]
+        if len(numbers):
+            return [rounded(float(number)) for number in numbers[:MOST_DISTANCES]]
+    return [(low + high) / 2]
 
 
 MISTAKES.register("another_hit")(
