@@ -14,8 +14,7 @@ from rayproof.reports.judge.tolerance.channels import dot
 
 ORACLE = Analytic()
 NOBODY = 1e6  # the number of a shape that is none: a feeler that starts in the air is on no surface
-OWN = 1e-6  # m: a crossing so near to the point is the surface that it lies on
-CURVED = 1e-3  # m: on a sphere that it grazes, the chord of which float32 may lose the height
+OWN = 1e-6  # of a point's coordinates: so far off its surface it may be in float32, with some roundings and a slant
 
 
 def _above(given: Given) -> np.ndarray:
@@ -83,10 +82,15 @@ def _met(given: Given, column: int, reach: Reach, *, flat: bool = False) -> np.n
     hit = given.answers[Stage.OBJECT][..., 0] >= 0
     lines = given.answers[Stage.POSITION][hit] - source
     far = np.sqrt(dot(lines, lines))
+    points = given.answers[Stage.POSITION][hit]
+    off = OWN * np.maximum(1.0, np.sqrt(dot(points, points)))
     for index, shape in enumerate(given.scene.shapes):
         curved = isinstance(shape, Sphere)
         if not (flat and curved):
-            own = np.where(curved & (given.answers[Stage.OBJECT][hit][:, 0] == index), CURVED, OWN)
+            own = off
+            if curved:  # a line that grazes the point's own sphere has a chord of that height
+                size = shape.radius * np.linalg.norm(np.asarray(shape.to_world)[:3, :3], ord=2)
+                own = np.where(given.answers[Stage.OBJECT][hit][:, 0] == index, np.sqrt(2 * size * off), off)
             found[hit] |= np.isfinite(surface_of(shape).first(source, lines, *reach(own, far))[0])
     return found
 
