@@ -6,7 +6,7 @@ could not elsewhere.
 """
 
 from collections.abc import Callable, Iterator
-from math import asin, cos, sin
+from math import asin, atan2, cos, hypot, sin
 
 import numpy as np
 
@@ -207,13 +207,16 @@ def low_light() -> Scene:
 
 
 def rim() -> Scene:
-    """Return a sphere's outline through a telescope: chords whose halves are a hundredth of the radius and less."""
-    eye, slope = 4.0, 0.25  # the tangent touches where sin = r / distance
-    angle = asin(slope)
+    """Return a sphere's outline through a telescope: chords whose halves are a hundredth of the radius and less.
+
+    The centre is half a step of 16 bits away from numbers that have no more, to opposite sides.
+    """
+    center = (2.000031, 3.46414, 0.0)
+    right = atan2(center[1], center[0]) - asin(1 / hypot(center[0], center[1]))  # where a ray touches
     return Scene(
-        camera=_camera((0.0, -eye, 0.0), (sin(angle) * 4, cos(angle) * 4 - eye, 0.0), fovy=0.012, near=0.1, far=50.0),
-        shapes=(Sphere(albedo=(0.8, 0.5, 0.3)),),
-        lights=(_light((6.0, -3.0, 2.0), 3.0, 6.0),),
+        camera=_camera((0.0, 0.0, 0.0), (4 * cos(right), 4 * sin(right), 0.0), fovy=0.012, near=0.1, far=50.0),
+        shapes=(Sphere(albedo=(0.8, 0.5, 0.3), center=center),),
+        lights=(_light((6.0, 0.5, 2.0), 3.0, 6.0),),
     )
 
 
@@ -263,7 +266,7 @@ SCENES: dict[str, tuple[Callable[[], Scene], str, int, float]] = {
     "hall": (hall, "The inside of a cube of 1e7 m: parallel tests in object space.", 2000, 0.05),
     "on_axis": (on_axis, "A sphere and boxes seen along an axis: bounding boxes that are too small.", 600, 0.02),
     "low_light": (low_light, "A light 4e-5 rad above the horizon.", 2000, 0.02),
-    "rim": (rim, "A sphere's outline through a telescope: the discriminant.", 1000, 0.06),
+    "rim": (rim, "A sphere's outline through a telescope: the discriminant, and the centre's digits.", 1000, 0.06),
     "uneven": (uneven, "Large numbers with all their digits: rounding and clamping of fields.", 250, 0.02),
 }
 

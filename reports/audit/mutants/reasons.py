@@ -51,7 +51,6 @@ _SIXTEEN = "rounding to 16 bits moves a value by 7.6e-6 at most, and what is see
 _EDGE = "an edge that moves by so little changes edge pixels alone, where radiance may have the value of either side"
 SURVIVES: dict[str, str] = {
     "mutant/camera.up/16_bits": _SIXTEEN,
-    "mutant/sphere.center/16_bits": _SIXTEEN,
     "mutant/feeler.end_b*/relative_1e-6": (
         "no case has a blocker within 1e-6 of a feeler's length from a light: a feeler from the point meets it "
         "at 1 - 1e-6, and gamma(16) is as much"
