@@ -5,7 +5,6 @@ from functools import cached_property
 from typing import Any
 
 from rayproof.cases.declarations import DeclaredRegistry
-from rayproof.cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.tracer.camera import CAMERA
 from rayproof.tracer.clipping import CLIPPING
 from rayproof.tracer.feelers import FEELERS
@@ -14,23 +13,6 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.normals import NORMALS
 from rayproof.tracer.shading import SHADING
 from rayproof.tracer.transforms import TRANSFORMS
-
-# Whose formulas only scenes with these shapes ask for.
-SHAPES_OF: dict[str, tuple[type[Shape], ...]] = {
-    "sphere": (Sphere,),
-    "sphere_normal": (Sphere,),
-    "cube": (Cube,),
-    "cube_normal": (Cube,),
-    "plane": (Plane,),
-    "square": (Square,),
-    "triangle": (Triangle, Mesh),
-}
-PLACED = ("to_object", "world_normal")  # of no use where object space is world space
-LIT = ("feelers", "shading")  # folders whose formulas only scenes with lights ask for
-# Of two models of light only the scene's own is asked for.
-SHADING_OF = {"falloff": "inverse_square", "lambert": "inverse_square", "radiance": "inverse_square"} | {
-    "simplified": "simplified", "radiance_simplified": "simplified"
-}  # fmt: skip
 
 REGISTRIES: tuple[DeclaredRegistry[Callable[..., Any]], ...] = (
     CAMERA,
@@ -123,24 +105,6 @@ class Catalogue(Mapping[str, Formula]):
         """Return all formulas of a slot: the default first, planted faults last."""
         found = (formula for formula in self._formulas.values() if formula.slot == slot)
         return tuple(sorted(found, key=lambda formula: (not formula.default, formula.kind == "fault", formula.name)))
-
-    def asked(self, scene: Scene) -> tuple[str, ...]:
-        """Return the slots that tracing a scene may ask for, in the order of the light path: rather one too many."""
-        shapes = {type(shape) for shape in scene.shapes}
-        placed = any(shape.to_world != IDENTITY for shape in scene.shapes)
-
-        def may_ask(slot: str) -> bool:
-            if slot in SHAPES_OF:
-                return not shapes.isdisjoint(SHAPES_OF[slot])
-            if slot in PLACED:
-                return placed
-            if slot.startswith("clip_"):
-                return slot == f"clip_{scene.clip}"
-            if not scene.lights and self[f"{slot}/{self.slots[slot]}"].folder in LIT:
-                return False
-            return SHADING_OF.get(slot, scene.shading) == scene.shading
-
-        return tuple(slot for slot in self.slots if may_ask(slot))
 
 
 FORMULAS = Catalogue()

@@ -27,7 +27,6 @@ def run(
     *selectors: str,
     out: Path = Path("report"),
     resume: bool = False,
-    changed: bool = False,
     shard: str | None = None,
     require: Repeated = (),
     jobs: int | None = None,
@@ -75,10 +74,6 @@ def run(
         Folder for results and report.
     resume
         Go on with the run that OUT holds; finished cases are not done again.
-    changed
-        Take up what the run that OUT holds found of each case on which nothing has changed since: not its scene, not a
-        formula that it asks for, nothing else of the code, no package, no reference. Such a case is not rendered. With
-        a program under test all are.
     shard
         Do one part of the cases only, such as 3/8: the third of eight, by a digest of each case's name. `rayproof
         merge` puts the parts' folders together.
@@ -263,7 +258,6 @@ def run(
             scenes=stream,
             out=out,
             resume=resume,
-            changed=changed,
             shard=piece,
             require=required,
             subject=tested,

@@ -44,7 +44,6 @@ def headline(results: RunRecord) -> str:
         shared += f" A time limit stopped {name} in {len(cases)} case{'' if len(cases) == 1 else 's'}."
     for name, cases in _abstained(results).items():
         shared += f" {name} had no say in {len(cases)} case{'' if len(cases) == 1 else 's'}."
-    shared += _taken_up(results)
     shared += f" {legible(results['gate']['sentence'])}" if "gate" in results else ""
     if worst_first == [Outcome.PASS]:
         every = "each passes" if of_the_whole(results) else "all pass"
@@ -66,14 +65,6 @@ def headline(results: RunRecord) -> str:
 def of_the_whole(results: RunRecord) -> list[str]:
     """Return in sentences what fails a run beside its cases: factors that all share, images that change."""
     return [*results.get("wrong_factors", []), *results.get("changing", [])]
-
-
-def _taken_up(results: RunRecord) -> str:
-    """Return in a sentence how many cases were not rendered in this run, or nothing where all were."""
-    told = results.get("changed")
-    if not told or not told["taken_up"]:
-        return ""
-    return f" {told['taken_up']} cases were not rendered: nothing on which they depend has changed."
 
 
 def causes(results: RunRecord) -> list[str]:

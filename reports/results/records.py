@@ -397,8 +397,6 @@ class CaseFacts(TypedDict, total=False):
     remembered: bool
     worker: str
     attempts: Count
-    rendered: bool
-    depends: dict[str, str]
     key: str
     seconds: Seconds
     judge_seconds: Seconds
@@ -567,14 +565,6 @@ class ReviewRecord(TypedDict, total=False):
     why: str
 
 
-class ChangedRecord(TypedDict):
-    """Of a run that redoes only what changed: how many cases were taken up, and why others were not."""
-
-    taken_up: Count
-    rendered: Count
-    because: dict[str, Count]
-
-
 class ImagesKeptRecord(TypedDict):
     """Of how many cases a run kept images, and of how many that passed it kept none."""
 
@@ -672,8 +662,6 @@ class RunFacts(TypedDict, total=False):
     review: list[ReviewRecord]
     findings: list[FindingRecord]
     derivations: list[str]
-    sources: dict[str, str]
-    changed: ChangedRecord
 
 
 class RunRecord(RunFacts, total=False):

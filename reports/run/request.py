@@ -40,7 +40,6 @@ class RunRequest:
     worker_memory: float = float("inf")  # bytes of a worker process
     configurations: tuple[str, ...]
     json: Path | None  # where to copy results.json
-    changed: bool = False  # take up what the earlier run in `out` found of cases on which nothing has changed
     subject: Subject = THE_TRACER  # who is under test
     cached: bool = True  # take references' renders from the cache
     history: Path | None = None  # where to keep what was found, for `rayproof history`

@@ -158,9 +158,6 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
     document["seconds"] = max(float(shard.document.get("seconds") or 0) for shard in shards)
     whole = len(shards) == first.about["of"] and all(shard.document.get("finished") for shard in shards)
     document["finished"] = whole
-    document.pop("changed", None)
-    every = [entry for shard in shards for entry in shard.document.get("sources", {}).items()]
-    document["sources"] = dict(sorted(every))
     document["shards"] = [
         {"number": shard.about["number"], "of": shard.about["of"], "cases": len(shard.document["cases"])}
         for shard in shards

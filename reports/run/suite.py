@@ -27,8 +27,6 @@ from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
 from rayproof.reports.results.records import CaseRecord, RunRecord
-from rayproof.reports.run.demands import demands
-from rayproof.reports.run.dependencies import Dependencies, Earlier
 from rayproof.reports.run.guards import stand_guards
 from rayproof.reports.run.journal import EARLIER
 from rayproof.reports.run.llvm import choose_packaged_llvm
@@ -96,9 +94,7 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
         shard = told(request, planned, heard.names)
         planned = part(planned, request.shard)
     request.out.mkdir(parents=True, exist_ok=True)
-    dependencies = Dependencies(demands(request, heard.names), subject)
-    earlier = Earlier(request.out, dependencies, heard.names) if request.changed else None
-    if not (request.resume or request.changed):
+    if not request.resume:
         clear(request.out)
     remove_drafts(request.out)
     faults = _faults(planned) if subject.is_tracer else []
@@ -111,17 +107,12 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     workers = workers or pool_of(subject, jobs=request.jobs, timeout=request.timeout)
     if isinstance(workers, Pool):
         workers.sleeping, workers.relief, workers.memory = sleeping(), RELIEF, request.worker_memory
-    records, interrupted, stopped = render_and_judge(
-        request, planned, heard.names, console, store, workers, dependencies, earlier
-    )
+    records, interrupted, stopped = render_and_judge(request, planned, heard.names, console, store, workers)
     found = totals.of(records)
     results = results_document(planned, records, found, heard, faults, started, subject)
     results["finished"] = not interrupted and stopped is None
     if request.artifacts is not None:
         results["artifacts"] = request.artifacts
-    results["sources"] = dependencies.sources()
-    if earlier is not None:
-        results["changed"] = earlier.record(planned=len(records))
     if not isinstance(workers, Pool):
         results["engine"] = workers.record()
     if shard is not None:
@@ -356,12 +347,6 @@ def _publish(request: RunRequest, results: RunRecord, why: str | None, console: 
     before = sum(bool(case.get("remembered")) for case in briefs(results["cases"]))
     if before:
         console.print(f"{before} cases were answered as before, to the last bit, and not judged again", soft_wrap=True)
-    if "changed" in results:
-        told = results["changed"]
-        said = f"{told['taken_up']} cases were not rendered, since nothing on which they depend has changed; "
-        console.print(f"{said}{told['rendered']} were", soft_wrap=True)
-        for reason, count in list(told["because"].items())[:MOST_OF_A_GATE]:
-            console.print(f"  {count} for {reason}", soft_wrap=True, markup=False)
     if "gate" in results:
         told = results["gate"]
         from rayproof.reports.gate.gating import SHUTTING

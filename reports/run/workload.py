@@ -15,7 +15,6 @@ from rayproof.reports.results.case_table import Cases
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Terms
 from rayproof.reports.run.demands import demands
-from rayproof.reports.run.dependencies import Dependencies, Earlier
 from rayproof.reports.run.journal import Journal
 from rayproof.reports.run.plan import PlannedCase, record_key
 from rayproof.reports.run.progress import CaseProgress
@@ -36,7 +35,6 @@ class Recording:
 
     request: RunRequest
     keys: Mapping[str, str]  # by the cases' names
-    dependencies: Dependencies
     journal: Journal
     progress: CaseProgress
     calls: "FirstCalls"
@@ -47,18 +45,15 @@ class Recording:
         key = self.keys[one.case.name]
         self.done.add(one.case.name)
         record["key"] = key
-        record["rendered"] = True
-        if self.dependencies.known:
-            record["depends"] = self.dependencies.of(one)
         record["reproduce"] = self._reproduce(one)
         self.journal.append(key, record)
         self.progress.finished(record, again=False)
         self.calls.finished(record)
 
-    def taken_up(self, one: PlannedCase, earlier: Earlier | None) -> bool:
-        """Take up what the journal, or an earlier run, knows of a case; say whether it does."""
+    def taken_up(self, one: PlannedCase) -> bool:
+        """Take up what the journal knows of a case; say whether it does."""
         key = self.keys[one.case.name]
-        known = self.journal.finished(key) if earlier is None else unchanged(one, earlier, self.journal, key)
+        known = self.journal.finished(key)
         if known is None:
             return False
         self.done.add(one.case.name)
@@ -80,25 +75,23 @@ def render_and_judge(
     console: Console,
     store: Store | None,
     workers: "Pool | Dispatch",
-    dependencies: Dependencies,
-    earlier: Earlier | None,
 ) -> tuple[Cases, bool, str | None]:
     """Return the records in the plan's order, whether the user interrupted, and in words why the rest was not done.
 
     `workers` are the processes of this machine, or those of a cluster. Where the first calls of a program under test
-    all fail alike, the rest is not made. What `earlier` found of cases on which nothing has changed is taken up.
+    all fail alike, the rest is not made.
     """
     asked = demands(request, references)
     keys = {one.case.name: record_key(one, asked).digest for one in planned}
     interrupted, gone = False, None
     calls = FirstCalls(len(planned) if request.subject.name == PROGRAM else 0)
     with (
-        Journal(request.out, resume=request.resume or earlier is not None) as journal,
+        Journal(request.out, resume=request.resume) as journal,
         CaseProgress(console, total=len(planned)) as progress,
     ):
-        recording = Recording(request, keys, dependencies, journal, progress, calls)
+        recording = Recording(request, keys, journal, progress, calls)
         try:
-            todo = array("Q", (number for number, one in enumerate(planned) if not recording.taken_up(one, earlier)))
+            todo = array("Q", (number for number, one in enumerate(planned) if not recording.taken_up(one)))
             pending = (planned[number] for number in todo)
             if isinstance(workers, Pool):
                 terms = Terms(
@@ -135,16 +128,6 @@ def render_and_judge(
         said = f"the first {FIRST} calls fail alike: {calls.hopeless}; `{called()} call` makes one of them by hand"
         return found, interrupted, said
     return found, interrupted, None
-
-
-def unchanged(planned: PlannedCase, earlier: Earlier, journal: Journal, key: str) -> CaseRecord | None:
-    """Return the record of a case on which nothing has changed, now under `key`; None if it must be done."""
-    record = earlier.unchanged(planned, journal.finished)
-    if record is None:
-        return None
-    record["rendered"], record["key"] = False, key
-    journal.append(key, record)
-    return record
 
 
 class FirstCalls:

@@ -7,18 +7,19 @@ that is drawn anew. What is judged of such images is true of one of them. A rend
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rayproof.cases.answers import Answers
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.comparison.measurement import jsonable
-from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.renderers import Candidate, as_witness
-from rayproof.reports.judge.tolerance.scene_context import Ground
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RepeatedRecord
+
+if TYPE_CHECKING:
+    from rayproof.reports.judge.tolerance.scene_context import Ground
 
 
 def changes(first: Answers, again: Answers) -> dict[Stage, np.ndarray]:
@@ -49,7 +50,7 @@ def _same_matrices(one: Any, other: Any) -> bool:
     return all(np.array_equal(one[part], other[part], equal_nan=True) for part in one)
 
 
-def repeated(case: str, first: Candidate, again: Candidate, base: Ground | None, *, varies: bool) -> RepeatedRecord:
+def repeated(case: str, first: Candidate, again: Candidate, base: "Ground | None", *, varies: bool) -> RepeatedRecord:
     """Return what came of asking a candidate again; `varies` says that it declares to answer otherwise each time.
 
     `base` is what the case was judged on; without one nothing is said of how far two answers differ.
@@ -87,7 +88,7 @@ def repeated(case: str, first: Candidate, again: Candidate, base: Ground | None,
     return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
 
 
-def _beyond(first: Candidate, again: Candidate, base: Ground | None) -> tuple[float, str]:
+def _beyond(first: Candidate, again: Candidate, base: "Ground | None") -> tuple[float, str]:
     """Return the largest difference of two answers over what two right ones may differ by, and at which stage."""
     mine, theirs = first.answers or {}, again.answers or {}
     if mine.keys() != theirs.keys():
@@ -96,6 +97,8 @@ def _beyond(first: Candidate, again: Candidate, base: Ground | None) -> tuple[fl
         return 0.0, ""
     worst, said = 0.0, ""
     # By another name, since the ground remembers whose answers it has measured.
+    from rayproof.reports.judge.comparison.pair import Bench  # where images differ, and with it much of the judge
+
     witness = replace(as_witness(again), name=f"{first.name}, asked again", authors={})
     bench = Bench(ground=base.forgetful(), candidate=replace(first, authors={}), witness=witness)
     for stage in IMAGE_STAGES:

@@ -1,11 +1,14 @@
 """comparison.json, which `rayproof compare --out DIR` leaves in a folder, for the report's page of two formulas."""
 
+from __future__ import annotations
+
 import json
 from pathlib import Path
-from typing import Any, TypedDict, TypeGuard
+from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
-from rayproof.reports.studies.compare.records import FamilyRecord, FormulaComparison
-from rayproof.reports.studies.compare.statistics import Interval
+if TYPE_CHECKING:
+    from rayproof.reports.studies.compare.records import FamilyRecord, FormulaComparison
+    from rayproof.reports.studies.compare.statistics import Interval
 
 NAME = "comparison.json"
 

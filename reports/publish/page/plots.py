@@ -3,10 +3,12 @@
 Plotly comes beside them once, where there is anything to plot; the pages load all of it when they are opened.
 """
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypedDict, TypeGuard
+from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
 from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.viewer_page import vendored
@@ -15,15 +17,18 @@ from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.image_script import script
 from rayproof.reports.results.json_numbers import number
 from rayproof.reports.results.records import RunRecord
-from rayproof.reports.studies.bench.records import (
-    BenchRecord,
-    ChangeRecord,
-    ContenderRecord,
-    MachineRecord,
-    SceneRecord,
-)
-from rayproof.reports.studies.stability.records import ClimbRecord, LadderAbout, LadderRecord, SurveyAbout
-from rayproof.reports.studies.tradeoff.points import TradeoffRecord
+from rayproof.reports.studies.stability.records import LadderAbout
+
+if TYPE_CHECKING:
+    from rayproof.reports.studies.bench.records import (
+        BenchRecord,
+        ChangeRecord,
+        ContenderRecord,
+        MachineRecord,
+        SceneRecord,
+    )
+    from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, SurveyAbout
+    from rayproof.reports.studies.tradeoff.points import TradeoffRecord
 
 FOLDER = "plots"
 LIBRARY = "plotly-basic.min.js"
