@@ -12,7 +12,7 @@ import numpy as np
 
 from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import gamma
-from rayproof.cases.scene import Scene, SceneError
+from rayproof.cases.scene import Cube, Scene, SceneError
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Answered, Given, Way
 from rayproof.reports.judge.comparison.measurement import ratios
@@ -250,7 +250,24 @@ def _answered(scene: Scene, answers: Answers, plain: Answers) -> Answered:
                     limit = limit * np.where(np.isfinite(factor), np.maximum(1.0, factor), 1.0)
                 bound[stage] = limit + LEAST * np.where(np.isfinite(size), size, 0.0)
         bound = {stage: np.where(np.isnan(limit), 0.0, limit) for stage, limit in bound.items()}
-    return Answered(scene=scene, answers=answers, limits=bound, edge=_edges(answers))
+    return Answered(scene=scene, answers=answers, limits=bound, edge=_edges(answers) | between_faces(scene, answers))
+
+
+def between_faces(scene: Scene, answers: Answers) -> np.ndarray:
+    """Return the pixels (height, width) that hit a cube so near to an edge that rounding says which face's normal."""
+    objects, positions = answers[Stage.OBJECT][..., 0], answers[Stage.POSITION]
+    found = np.zeros(objects.shape, dtype=bool)
+    for index, shape in enumerate(scene.shapes):
+        here = objects == index
+        if not isinstance(shape, Cube) or not here.any():
+            continue
+        matrix = np.asarray(shape.to_world, dtype=np.float64)
+        back = np.linalg.inv(matrix[:3, :3])
+        points = positions[here]
+        lesser, greatest = np.sort(np.abs((points - matrix[:3, 3]) @ back.T), axis=-1)[:, 1:].T
+        size = np.linalg.norm(points, axis=-1) + float(np.linalg.norm(scene.camera.eye)) + np.abs(matrix[:3]).sum()
+        found[here] = greatest - lesser <= gamma(TURNED, precision=PRECISION) * size * np.linalg.norm(back, ord=2)
+    return found
 
 
 def _by_a_light_on_a_surface(scene: Scene, answers: Answers, right: Answers) -> np.ndarray:

@@ -20,6 +20,7 @@ from rayproof.reports.diagnosis.answering import (
     TURNS,
     Answered,
     Unanswerable,
+    between_faces,
     equally_far,
     follows,
     own_limits,
@@ -166,6 +167,8 @@ class Continued:
     def _tally(self, way: Way, stage: Stage, value: np.ndarray, other: np.ndarray) -> Tally:
         """Count the pixels that agree with a value, and of these those that tell it from another."""
         judged = ~self.evidence.never & ~np.any(np.isnan(value), axis=-1)
+        if stage is Stage.NORMAL:
+            judged &= ~between_faces(self.evidence.scene, self.own)
         limit = self._supposed.limits[stage]
         with np.errstate(all="ignore"):
             if stage in LIGHT:
