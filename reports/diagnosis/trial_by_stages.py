@@ -192,7 +192,8 @@ class Continued:
         key = "rounding", stage is Stage.VISIBILITY, None if scene is self.evidence.scene else id(way)
         if key not in self._kept:
             if stage is Stage.VISIBILITY:
-                found = seen_from_a_surface(scene, self.own)
+                # A feeler from the edge of two faces starts above or below the other one, as the point was rounded.
+                found = seen_from_a_surface(scene, self.own) | self._by_rounding(way, Stage.OBJECT)
             else:
                 found = equally_far(scene, self.own[Stage.RAY])
                 met, oracle = self.value(NOTHING, Stage.OBJECT), self.evidence.oracle
