@@ -105,6 +105,12 @@ def run(request: AuditRequest) -> int:
     show(console, result)
     for line in told(laws):
         console.print(line, soft_wrap=True, markup=False)
+    if table is not None:
+        console.print(
+            f"Mutants: of {table['of']} that are not equivalent {table['killed_by_radiance']} killed by radiance, "
+            f"{table['killed_by_stages']} by all stages; {table['equivalent']} more are equivalent.",
+            soft_wrap=True,
+        )
     if (request.out / RESULTS).is_file():
         publish_all(request.out)
     console.print(f"{request.out / NAME}", soft_wrap=True)
