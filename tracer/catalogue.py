@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from rayproof.cases.declarations import DeclaredRegistry
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.tracer.camera import CAMERA
 from rayproof.tracer.clipping import CLIPPING
 from rayproof.tracer.feelers import FEELERS
@@ -13,6 +14,18 @@ from rayproof.tracer.intersections import INTERSECTIONS
 from rayproof.tracer.normals import NORMALS
 from rayproof.tracer.shading import SHADING
 from rayproof.tracer.transforms import TRANSFORMS
+
+# Whose formulas only scenes with these shapes ask for.
+SHAPES_OF: dict[str, tuple[type[Shape], ...]] = {
+    "sphere": (Sphere,),
+    "sphere_normal": (Sphere,),
+    "cube": (Cube,),
+    "cube_normal": (Cube,),
+    "plane": (Plane,),
+    "square": (Square,),
+    "triangle": (Triangle, Mesh),
+}
+PLACED = ("to_object", "world_normal")  # of no use where object space is world space
 
 REGISTRIES: tuple[DeclaredRegistry[Callable[..., Any]], ...] = (
     CAMERA,

@@ -15,6 +15,7 @@ from rayproof.reports.results.records import (
     CheckGroupRecord,
     CheckRecord,
     MeasurementRecord,
+    RenderRecord,
     RunRecord,
     WrittenCaseRecord,
     WrittenCheckRecord,
@@ -27,6 +28,9 @@ COUNTS = (
     "interior", "over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss",
     "nan", "inf", "flagged",
 )  # fmt: skip
+RENDERED = (("error", None), ("cached", False))  # usual of a render, and left out
+# Of a stage's matrix: left out where it is that of the first stage.
+SHARED: tuple[Literal["baseline", "renderers"], ...] = ("baseline", "renderers")
 NUMBERS = ("worst_ratio", "worst_error", "limit", "ulp")  # likewise
 # Of the pixels that a check examined: left out where it is 0. `strict` is what is left of `pixels`, which are those of
 # the image where they are not there.
@@ -48,8 +52,15 @@ def compact(record: CaseRecord, places: dict[str, int]) -> WrittenCaseRecord:
             group["stages"][stage] = _without_the_usual(check, _pixels(record), None if place == usual else place)
         written["checks"] = list(groups.values())
         written["because"] = because
+    if "renders" in record:
+        renders = ([pair for pair in render.items() if pair not in RENDERED] for render in record["renders"])
+        written["renders"] = [cast("RenderRecord", dict(pairs)) for pairs in renders]
     if panel := record.get("adjudication"):
-        written["adjudication"] = {stage: _agreeing(matrix) for stage, matrix in panel.items()}
+        first = next(iter(panel.values()))
+        written["adjudication"] = {
+            stage: _unlike(first, _agreeing(matrix)) if matrix is not first else _agreeing(matrix)
+            for stage, matrix in panel.items()
+        }
     return written
 
 
@@ -66,8 +77,16 @@ def expand(results: RunRecord) -> None:
         because = cast("dict[str, Any]", case).pop("because", None) or {}
         if "checks" in case:
             case["checks"] = list(_checks(case, because, table))
-        for matrix in (case.get("adjudication") or {}).values():
+        for render in case.get("renders", []):
+            for name, value in RENDERED:
+                cast("dict[str, Any]", render).setdefault(name, value)
+        panel = case.get("adjudication") or {}
+        first = next(iter(panel.values()), None)
+        for matrix in panel.values():
             _square(matrix)
+            for name in SHARED:
+                if first is not None and name in first and name not in matrix:
+                    cast("dict[str, Any]", matrix)[name] = first[name]
 
 
 def _checks(case: CaseRecord, because: Mapping[str, Any], table: list[str]) -> Iterator[CheckRecord]:
@@ -144,13 +163,13 @@ def _pixels(case: Mapping[str, Any]) -> int:
 
 def _terse(measured: MeasurementRecord) -> MeasurementRecord:
     left = measured.copy()
+    if left.get("worst_inside") == left.get("worst_ratio"):
+        left.pop("worst_inside", None)
     for name in (*COUNTS, *NUMBERS):
         if left.get(name) == 0:
             del left[name]
     if left.get("pixel") == [0, 0]:
         del left["pixel"]
-    if left.get("worst_inside") == left.get("worst_ratio"):
-        left.pop("worst_inside", None)
     return left
 
 
@@ -161,6 +180,12 @@ def _complete(measured: MeasurementRecord) -> None:
         measured.setdefault(name, 0.0)
     measured.setdefault("pixel", [0, 0])
     measured.setdefault("worst_inside", measured.get("worst_ratio"))
+
+
+def _unlike(first: AdjudicationRecord, matrix: AdjudicationRecord) -> AdjudicationRecord:
+    """Return a stage's matrix without what the first stage's says as well."""
+    same = {name for name in SHARED if name in matrix and matrix[name] == first.get(name)}
+    return cast("AdjudicationRecord", {name: value for name, value in matrix.items() if name not in same})
 
 
 def _agreeing(matrix: AdjudicationRecord) -> AdjudicationRecord:

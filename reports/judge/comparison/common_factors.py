@@ -46,6 +46,11 @@ class Factor:
     wide: bool  # of pixels alone whose limits are wide
 
     @property
+    def group(self) -> tuple[int, tuple[int, ...], int | None, bool]:
+        """Return what tells its group from others of the same case."""
+        return self.shape, self.lights, self.fitted, self.wide
+
+    @property
     def ratio(self) -> float:
         """Return how far it is off over its limit."""
         off = abs(self.value - 1)
@@ -96,10 +101,16 @@ class Bias:
         return float(np.median(values)) if values else None
 
     def as_json(self) -> BiasRecord:
-        """Return plain JSON data: a row for each group, with a place for each channel."""
+        """Return plain JSON data: a row for each group, with a place for each channel.
+
+        Where all groups are within their limits, the one that is nearest to its limit stands for them.
+        """
         rows: dict[tuple, FactorGroupRecord] = {}
+        nearest = None if self.worst is None or self.ratio > 1 else self.worst.group
         for factor in self.factors:
-            key = factor.shape, factor.lights, factor.fitted, factor.wide
+            key = factor.group
+            if nearest not in (None, key):
+                continue
             row = rows.setdefault(
                 key,
                 FactorGroupRecord(

@@ -55,18 +55,18 @@ class Measurement:
         return cast(
             "MeasurementRecord",
             {
-                name: value if type(value) is int else jsonable(shortened(value))
+                name: value if type(value) is int else jsonable(shortened(value, 3 if name == "ulp" else DIGITS))
                 for name, value in vars(self).items()
                 if name != "kinds"
             },
         )
 
 
-def shortened(value: Any) -> Any:
+def shortened(value: Any, digits: int = DIGITS) -> Any:
     """Return a number, or each of several, by the digits that a record keeps; anything else as it is."""
     if isinstance(value, tuple):
-        return tuple(map(shortened, value))
-    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+        return tuple(shortened(each, digits) for each in value)
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 def jsonable(value: Any) -> Any:

@@ -169,7 +169,7 @@ def _case(
             _spoil(image, wrong)
         path = f"images/{safe}/{renderer}.exr"
         write_answers(folder / path, image, 2)
-        case["renders"].append({"renderer": renderer, "seconds": 0.12, "image": path, "error": None})
+        case["renders"].append({"renderer": renderer, "seconds": 0.12, "image": path, "error": None, "cached": False})
     case["masks"] = _masks(size["width"], size["height"])
     case["adjudication"] = {"normal": _panel(stage == "normal")}
     for configuration in ("float32", "float64"):

@@ -37,7 +37,9 @@
     const checks = ungrouped(record.checks || [], because, pixels).map((check) => ({ reason: "", ratio: check.end_to_end?.worst_ratio || 0, ...check,
       because: typeof check.because === "number" ? derivations[check.because] || "" : check.because,
       end_to_end: completed(check.end_to_end), continued: completed(continued(check)) }));
-    const adjudication = record.adjudication && Object.fromEntries(Object.entries(record.adjudication).map(([stage, matrix]) => [stage, square(matrix)]));
-    return { ...record, ...(adjudication ? { adjudication } : {}), checks };
+    const adjudication = record.adjudication && Object.fromEntries(Object.entries(record.adjudication).map(([stage, matrix], _, [[, first]]) => [stage, square({
+      ...("baseline" in first ? { baseline: first.baseline } : {}), ...("renderers" in first ? { renderers: first.renderers } : {}), ...matrix })]));
+    const renders = record.renders && record.renders.map((render) => ({ error: null, cached: false, ...render }));
+    return { ...record, ...(renders ? { renders } : {}), ...(adjudication ? { adjudication } : {}), checks };
   };
 })(window.rayproof);

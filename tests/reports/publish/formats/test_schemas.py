@@ -17,6 +17,7 @@ import jsonschema
 import pytest
 
 from rayproof.reports.publish import publish_all
+from rayproof.reports.results.document import save_results
 from tests.reports.publish.sample import make_folder
 
 SCHEMAS = Path(__file__).parent / "schemas"
@@ -85,7 +86,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
                 "matched": failing,
                 "cases": failing,
             }
-            (folder / "results.json").write_text(json.dumps(results))
+            save_results(folder, results)
         publish_all(folder)
         found.append(folder)
     return found

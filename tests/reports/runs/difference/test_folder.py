@@ -34,10 +34,10 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     broken |= {"verdict": "fail", "stage": "radiance"}
     for check in broken["checks"]:
         if check["stage"] == "radiance":
-            check["verdict"], check["end_to_end"]["worst_ratio"] = "fail", 12.5
+            check["verdict"], check["ratio"], check["end_to_end"]["worst_ratio"] = "fail", 12.5, 12.5
     mended |= {"verdict": "pass"}
     for check in mended["checks"]:
-        check["verdict"], check["end_to_end"]["worst_ratio"] = "pass", 0.21
+        check["verdict"], check["ratio"], check["end_to_end"]["worst_ratio"] = "pass", 0.21, 0.21
     for render in slow["renders"]:
         render["seconds"] *= 3
     results[1]["cases"][-1]["name"] = "plane/other"

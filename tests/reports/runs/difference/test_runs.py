@@ -1,12 +1,12 @@
 """Two finished runs: changed verdicts are named, moved errors counted in digits."""
 
 import copy
-import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from rayproof.reports.results.document import save_results
 from rayproof.reports.runs.difference.record import comparison
 from rayproof.reports.runs.difference.runs import compare_runs
 from tests.reports.commands.conftest import Rayproof
@@ -24,7 +24,7 @@ def before(tmp_path: Path) -> Results:
 
 def write(folder: Path, results: Results) -> Path:
     folder.mkdir(exist_ok=True)
-    (folder / "results.json").write_text(json.dumps(results))
+    save_results(folder, results)
     return folder
 
 
