@@ -45,7 +45,6 @@ LONGEST = (
     "reports/studies/stability/test_targets.py",
     "reports/diagnosis/test_measuring.py",
     "reports/diagnosis/test_mistakes.py",
-    "reports/run/test_dependencies.py",
     "examples/test_renderers.py",
     "reports/run/test_interrupting.py",
     "reports/publish/test_case_page.py",

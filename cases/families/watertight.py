@@ -256,7 +256,7 @@ def watertight() -> Iterator[Case]:
         form="square",
         center=(0.0, 0.0),
         size=size,
-        margin=1e-3,
+        margin=9e-4,
         because="the net ends on the pyramid over this square whose top is the light",
     )
     yield _case(

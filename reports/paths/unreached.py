@@ -41,7 +41,6 @@ FUNCTIONS: Mapping[str, str] = {
     "device/versions.py:versions": JUDGE,
     "device/llvm.py:packaged_library": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
     "device/llvm.py:select": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
-    "catalogue.py:Catalogue.asked": JUDGE,
     "render.py:continue_from": DIAGNOSIS,
     "stages/trace.py:continued": DIAGNOSIS,
 }

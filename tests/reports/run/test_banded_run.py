@@ -83,9 +83,13 @@ def in_bands(planned: PlannedCase, folder: Path, light: float = 1.0) -> dict[str
 
 def same(whole: Any, bands: Any, path: str = "") -> None:
     """Compare records but for what is told of bands otherwise."""
+    if isinstance(whole, dict) and "worst_ratio" in whole and whole["worst_ratio"] == bands["worst_ratio"]:
+        # Of two pixels that are off by the same six digits of a limit the whole image and the bands may name either.
+        either = {"pixel", "worst_error", "limit", "ours", "theirs", "ulp"}
+        whole, bands = ({key: value for key, value in one.items() if key not in either} for one in (whole, bands))
     if isinstance(whole, dict):
         # Metrics that inform are of whole images; factors are tested band by band, conventions where they may explain.
-        left = {"bias", "conventions", "ssim", "psnr", "nrmse", "relative_mse", "range", "because"}
+        left = {"bias", "conventions", "ssim", "psnr", "nrmse", "relative_mse", "range", "because", "reason"}
         assert set(whole) - left == set(bands) - left, path
         for key in set(whole) - left:
             same(whole[key], bands[key], f"{path}/{key}")
@@ -106,7 +110,7 @@ def test_bands_are_judged_as_the_whole_image_is(case: Case, folder: Path, light:
     whole, bands = judged(planned, folder / "whole", light), in_bands(planned, folder / "bands", light)
 
     assert whole["verdict"] == ("pass" if light == 1.0 else "fail")
-    for key in ("verdict", "stage", "item", "reason", "checks", "adjudication", "width", "height", "scene", "covers"):
+    for key in ("verdict", "stage", "item", "checks", "adjudication", "width", "height", "scene", "covers"):
         same(whole[key], bands[key], key)
     assert (folder / "bands" / bands["scene"]).read_bytes() == (folder / "whole" / whole["scene"]).read_bytes()
 
