@@ -14,7 +14,7 @@ from rayproof.reports.results.records import MeasurementRecord
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
 VECTORS = (*DIRECTIONS, Stage.POSITION)
-DIGITS = 6  # of a measured number, in records: an error is known to two or three of them
+DIGITS = 5  # of a measured number, in records: an error is known to two or three of them
 
 
 @dataclass(frozen=True, kw_only=True)

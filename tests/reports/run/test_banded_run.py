@@ -84,7 +84,7 @@ def in_bands(planned: PlannedCase, folder: Path, light: float = 1.0) -> dict[str
 def same(whole: Any, bands: Any, path: str = "") -> None:
     """Compare records but for what is told of bands otherwise."""
     if isinstance(whole, dict) and "worst_ratio" in whole and whole["worst_ratio"] == bands["worst_ratio"]:
-        # Of two pixels that are off by the same six digits of a limit the whole image and the bands may name either.
+        # Of two pixels that are off by the same five digits of a limit the whole image and the bands may name either.
         either = {"pixel", "worst_error", "limit", "ours", "theirs", "ulp"}
         whole, bands = ({key: value for key, value in one.items() if key not in either} for one in (whole, bands))
     if isinstance(whole, dict):
