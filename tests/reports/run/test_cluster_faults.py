@@ -108,6 +108,12 @@ def calls(folder: Path) -> Counter[str]:
     return Counter(log.read_text().split() if log.exists() else ())
 
 
+def called_again(folder: Path) -> set[str]:
+    """Return the scenes for which the program was called more often than planned: the first one twice, others once."""
+    first = str(min(map(float, calls(folder)), default=0.0))
+    return {scene for scene, count in calls(folder).items() if count > (2 if str(float(scene)) == first else 1)}
+
+
 @pytest.mark.process
 def test_a_worker_that_is_stopped_past_its_lifetime_and_returns_is_not_heard_twice(tmp_path: Path) -> None:
     paths = scenes(tmp_path, 15)
@@ -117,12 +123,12 @@ def test_a_worker_that_is_stopped_past_its_lifetime_and_returns_is_not_heard_twi
         stopped = eventually(lambda: stopped_while_calling(process))
         assert stopped
         # Its first case is called again, by the other worker, once it was given up: only then does it go on.
-        assert eventually(lambda: max(calls(tmp_path).values(), default=0) > 1)
+        assert eventually(lambda: called_again(tmp_path))
         stopped.resume()
         printed, complaint = process.communicate(timeout=200)
 
     assert process.returncode == 1, printed + complaint
-    assert sum(count > 1 for count in calls(tmp_path).values()) == 3, "it went on with its batch, and answered"
+    assert len(called_again(tmp_path)) == 3, "it went on with its batch, and answered"
     cases = found(tmp_path / "out")
     assert [one["name"] for one in cases] == [f"file/{path.stem}" for path in paths]
     assert {one["verdict"] for one in cases} == {"fail"}
@@ -175,7 +181,7 @@ def test_a_scheduler_that_goes_costs_what_was_under_way_and_no_more(tmp_path: Pa
     assert (again.returncode, complaint) == (1, "")
     assert len(found(tmp_path / "out")) == len(paths)
     done = calls(tmp_path) - before
-    assert sum(done.values()) == len(paths) - len(first), "what was finished is not done again"
+    assert len(done) == len(paths) - len(first), "what was finished is not done again"
     assert 0 < sum((before & done).values()) <= 2 * largest, "of what was begun, the batches on their way to the worker"
 
 
