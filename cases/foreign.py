@@ -23,6 +23,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
 
+from rayproof import HOLDER
+
 START = "import sys; sys.path.insert(0, sys.argv[1]); from rayproof.cases.foreign import serve; serve(*sys.argv[2:])"
 PATIENCE = 60.0  # s of wall clock beyond the processor time granted: the machine may be busy, a process stopped
 LONGEST = 64 * 2**10  # bytes of facts
@@ -41,9 +43,8 @@ class _Child:
         self.content = tempfile.TemporaryFile()  # noqa: SIM115  both are closed by `end`
         self.answer = tempfile.TemporaryFile()  # noqa: SIM115
         files = (self.content.fileno(), self.answer.fileno())
-        root = str(Path(__file__).parents[2])  # the folder that holds the package `rayproof`
         self.process = subprocess.Popen(
-            [sys.executable, "-I", "-c", START, root, module, *map(str, files)],
+            [sys.executable, "-I", "-c", START, str(HOLDER), module, *map(str, files)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -148,3 +149,29 @@ def test_the_gate_of_a_foreign_project_goes_red_in_each_of_its_ways(project: tup
         (folder / f"{way}.json").write_text(json.dumps(known | {"expected": entries}))
         code, found = shut_by(f"{way}.json")
         assert (code, way in found) == (1, True), way
+
+
+def test_a_checkout_without_symbolic_links_judges_a_case(tmp_path: Path) -> None:
+    # File systems and archives without links lose them; only the type checker and import-linter need them.
+    package = tmp_path / "python" / "rayproof"
+    package.mkdir(parents=True)
+    shutil.copy(CHECKOUT / "python" / "rayproof" / "__init__.py", package)
+    shutil.copy(CHECKOUT / "pyproject.toml", tmp_path)
+    for folder in FOLDERS:
+        shutil.copytree(CHECKOUT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    script = (
+        "import rayproof, rayproof.tracer; "
+        'result = rayproof.run(["primitives/plane"], configurations=["float32"], quiet=True); '
+        "result.raise_if_failed(); print(*rayproof.tracer.__path__)"
+    )
+
+    ended = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "python")},
+        capture_output=True,
+        text=True,
+    )
+
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    assert ended.stdout.split()[0] == str(tmp_path / "tracer")

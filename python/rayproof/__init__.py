@@ -13,6 +13,7 @@ docs/python.md describes each of the names; `reports/api` holds them.
 """
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -23,6 +24,11 @@ if TYPE_CHECKING:
     from rayproof.reports.api.running import run
 
 __all__ = ["compare", "judge", "load", "oracle", "render", "run", "select_cases", "view3d"]
+HOLDER = Path(__file__).resolve().parents[1]  # the folder that Python finds this package in
+# The folder that holds cases, reference, reports and tracer. In a checkout that is its top, so that no symbolic link is
+# needed: the links beside this file serve the type checker and import-linter. An installed wheel holds the four itself.
+ROOT = HOLDER.parent if (HOLDER.parent / "pyproject.toml").is_file() else Path(__file__).resolve().parent
+__path__[:] = [str(ROOT)]
 # Name -> the module below `reports/api` that has it. Keys of the cache cover what modules name: no dotted names here.
 _PLACES = {
     "compare": "comparing",

@@ -14,10 +14,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import IO
 
+from rayproof import HOLDER
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import save_scene
-from rayproof.reports import HOLDER
 from rayproof.reports.api.outcome import Run, loaded
 from rayproof.reports.api.serving import Renderer, Served
 from rayproof.reports.results.document import has_results
@@ -122,7 +122,7 @@ def _selectors(cases: Sequence[str | Path | Case | Scene] | str | None, place: P
 def _waited_for(words: Sequence[str], served: Served | None, *, quiet: bool) -> tuple[int, str]:
     """Run the command to its end, answering its calls of our function; return its exit code and its last complaint."""
     child = subprocess.Popen(
-        [sys.executable, "-c", START, HOLDER, "run", *words],
+        [sys.executable, "-c", START, str(HOLDER), "run", *words],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

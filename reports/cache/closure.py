@@ -13,7 +13,8 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]  # of the package `rayproof`
+from rayproof import HOLDER, ROOT
+
 _FROM = re.compile(r"^[ \t]*from[ \t]+(rayproof(?:\.\w+)*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*import[ \t]+(rayproof(?:\.\w+)*)", re.MULTILINE)
 _FOR_TYPES = re.compile(r"^if TYPE_CHECKING:\n(?:[ \t]+[^\n]*\n|\n)*", re.MULTILINE)
@@ -64,7 +65,8 @@ def _inside(module: str, packages: Iterable[str]) -> bool:
 @cache
 def _file(module: str) -> Path | None:
     """Return the file of a module or package, or None."""
-    path = f"{ROOT.parent}/{module.replace('.', '/')}"  # text: there are thousands, and paths are slow to put together
+    inside = module.removeprefix("rayproof.")
+    path = f"{HOLDER if inside == module else ROOT}/{inside.replace('.', '/')}"  # text, as paths are slow
     for file in (f"{path}.py", f"{path}/__init__.py"):
         if os.path.isfile(file):  # noqa: PTH113  as said
             return Path(file)
@@ -80,7 +82,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], tuple[Path, ...]]:
         names |= {package, *(f"{package}.{word}" for word in _WORD.findall(imported))}
     listed = _REGISTRY.findall(text)
     if "pkgutil" in text and _LISTS_ITSELF.search(text):
-        listed.append(".".join(file.parent.relative_to(ROOT.parent).parts))
+        listed.append(".".join(["rayproof", *file.parent.relative_to(ROOT).parts]))
     for package in listed:
         names.update(_below(package))
     beside = [f"{file.parent}/{name}" for name in set(_FILE.findall(text))]
@@ -89,7 +91,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], tuple[Path, ...]]:
 
 def _below(package: str) -> Iterable[str]:
     """Yield all modules of a package, by their dotted names."""
-    folder = ROOT.parent.joinpath(*package.split("."))
+    folder = ROOT.joinpath(*package.split(".")[1:])
     for path in folder.rglob("*.py"):
-        parts = path.relative_to(ROOT.parent).with_suffix("").parts
+        parts = ("rayproof", *path.relative_to(ROOT).with_suffix("").parts)
         yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts)

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from rayproof import ROOT
 from rayproof.cases.scene import Mesh
-from rayproof.reports.cache.closure import ROOT, closure
+from rayproof.reports.cache.closure import closure
 
 # Whose numbers are in an answer or a verdict.
 PACKAGES = (

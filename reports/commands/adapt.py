@@ -3,11 +3,12 @@
 from pathlib import Path
 from typing import Literal
 
+from rayproof import ROOT
 from rayproof.reports.called import called
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
-STARTERS = Path(__file__).parents[1] / "subjects" / "starters"
+STARTERS = ROOT / "reports" / "subjects" / "starters"
 # The program, what belongs beside it, how it is built, and how it is called.
 LANGUAGES = {
     "python": ("adapter.py", (), None, "python3 {file}"),

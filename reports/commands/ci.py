@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from rayproof import ROOT
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
-WORKFLOWS = Path(__file__).parents[1] / "workflows"
+WORKFLOWS = ROOT / "reports" / "workflows"
 # Service -> the file that is filled in, where that service looks for it.
 SERVICES = {
     "github": ("github.yml", Path(".github/workflows/rayproof.yml")),

@@ -1,12 +1,12 @@
 """`rayproof help TERM`: what a word means that rayproof uses."""
 
 import re
-from pathlib import Path
 
+from rayproof import ROOT
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError
 
-TERMS = Path(__file__).parents[1] / "terms.md"
+TERMS = ROOT / "reports" / "terms.md"
 ENTRY = re.compile(r"^\*\*(.+?)\*\* - (.+)$", re.MULTILINE)
 
 

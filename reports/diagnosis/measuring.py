@@ -23,6 +23,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from rayproof import ROOT
 from rayproof.cases.answers import Answers
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases
@@ -36,7 +37,7 @@ from rayproof.reports.results.exr import read_answers
 from rayproof.reports.subjects.request import hand_over
 from rayproof.tracer.device.llvm import select
 
-SOURCE = Path(__file__).resolve().parents[2] / "examples" / "renderers" / "mistaken.cpp"
+SOURCE = ROOT / "examples" / "renderers" / "mistaken.cpp"
 EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it
 KNOWN, FITTED = "H", "F"  # what the program calls a mistake that has a hypothesis, and one that a fit finds
 # What the program calls otherwise than the hypothesis that it should be told by.

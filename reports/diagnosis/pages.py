@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rayproof import ROOT
 from rayproof.cases.case import BLAMABLE
 from rayproof.cases.families import select
 from rayproof.cases.scene import Scene
@@ -17,7 +18,7 @@ from rayproof.reports.diagnosis.answering import Answered, Unanswerable, answer,
 from rayproof.reports.diagnosis.hypotheses import bound
 from rayproof.reports.results.item_titles import TITLES
 
-SPECIFICATION = Path(__file__).resolve().parents[2] / "docs" / "specification.md"
+SPECIFICATION = ROOT / "docs" / "specification.md"
 # Scenes that between them show most mistakes, the richest first.
 SHOWN_BY = (
     "random_scenes/seed_1", "random_scenes/seed_2", "several_lights/simplified", "normals/turned_to_the_viewer",

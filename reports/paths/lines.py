@@ -20,9 +20,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from rayproof import ROOT
 from rayproof.reports.paths.unreached import FUNCTIONS, LINES
 
-TRACER = Path(__file__).parents[2] / "tracer"
+TRACER = ROOT / "tracer"
 FORMULAS = ("camera", "clipping", "feelers", "intersections", "normals", "shading", "transforms")
 DECLARED, FROM_USERS = "paths.py", "formula.py"
 # Beside the cases that are chosen for routes: what one of them alone reaches.

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from rayproof.reports import HOLDER
+from rayproof import HOLDER
 from rayproof.reports.processes.channel import Channel, channels
 from rayproof.reports.processes.parent_death import end_with_parent
 from rayproof.reports.processes.scratch import Scratch
@@ -121,7 +121,7 @@ def started(kind: str, target: Callable[[str, Any], None], within: Path | None =
         printed = tempfile.TemporaryFile(dir=scratch.folder)  # noqa: SIM115  closed by `clean_up`
         with deaf():
             process = subprocess.Popen(
-                [sys.executable, "-c", START, HOLDER, str(theirs.fileno()), str(os.getpid())],
+                [sys.executable, "-c", START, str(HOLDER), str(theirs.fileno()), str(os.getpid())],
                 stdin=subprocess.DEVNULL,
                 stdout=printed,
                 stderr=printed,

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
+from rayproof import ROOT
 from rayproof.cases.case import Case
 from rayproof.cases.random import numbers
 from rayproof.cases.random.draws import Draws
@@ -21,7 +22,7 @@ from rayproof.reports.subjects.choosing import chosen
 
 FAULT_EACH, PROGRAM_EACH = 10, 5  # scenes; the liar comes with the fault
 LIAR = "liar"
-SOURCE = Path(__file__).resolve().parents[2] / "examples" / "renderers" / "lecture.cpp"
+SOURCE = ROOT / "examples" / "renderers" / "lecture.cpp"
 BUILDING = 300.0  # s that a compiler may take
 RENDERING, MEMORY = 120.0, 2**33  # s and bytes that the example may take for a scene
 

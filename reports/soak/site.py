@@ -13,8 +13,8 @@ from pathlib import Path
 
 import psutil
 
+from rayproof import HOLDER
 from rayproof.cases.scene_json import save_scene
-from rayproof.reports import HOLDER
 from rayproof.reports.cache import signing, store
 from rayproof.reports.processes.process_tree import adopt_orphans, descendants
 from rayproof.reports.results.records import CaseRecord, RunRecord
@@ -119,7 +119,7 @@ class Site:
         self.cache = folder / "cache"
         self.environment = {
             **os.environ,
-            "PYTHONPATH": os.pathsep.join(filter(None, [HOLDER, os.environ.get("PYTHONPATH")])),
+            "PYTHONPATH": os.pathsep.join(filter(None, [str(HOLDER), os.environ.get("PYTHONPATH")])),
             "TMPDIR": str(folder / "tmp"),
             store.VARIABLE: str(self.cache),
             signing.VARIABLE: os.urandom(16).hex(),

@@ -20,7 +20,7 @@ from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from rayproof.reports import HOLDER
+from rayproof import HOLDER
 from rayproof.reports.results.case_table import amend, amending, briefs, named
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.images import inside

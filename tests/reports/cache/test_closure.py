@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from rayproof import ROOT
 from rayproof.reports.cache import guards, judgements, references
-from rayproof.reports.cache.closure import ROOT, closure
+from rayproof.reports.cache.closure import closure
 from rayproof.reports.run import plan
 
 FOR_TYPES = "TYPE_CHECKING"  # under this nothing is imported
@@ -24,7 +25,7 @@ def imported(path: Path) -> set[Path]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             assert node.level == 0, f"{path}: a relative import, which nobody reads"
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    ours = [ROOT.parent.joinpath(*name.split(".")) for name in names if name.split(".")[0] == "rayproof"]
+    ours = [ROOT.joinpath(*name.split(".")[1:]) for name in names if name.split(".")[0] == "rayproof"]
     files = [file for place in ours for file in (place.with_suffix(".py"), place / "__init__.py")]
     return {file for file in files if file.is_file()}
 

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from rayproof import ROOT
 from rayproof.reports.cache import guards
-from rayproof.reports.cache.closure import ROOT, closure
+from rayproof.reports.cache.closure import closure
 from rayproof.reports.cache.guards import ask_once
 from rayproof.reports.cache.store import Store
 
