@@ -1,13 +1,16 @@
-"""A registry: a decorator puts a thing in under a name, an explained lookup takes it out.
+"""Two kinds of registries: things found by name, with facts about each.
 
-One folder is one extension point. Its `__init__.py` makes the registry and states the contract; every module
-below the folder is imported at the first look-up, so that a new file needs no second place to be listed in. A
-module that fails to import stops the run, because a formula that silently vanished would be a formula not tested.
+One folder is one extension point, and its `__init__.py` holds the registry and states the contract.
+* `Table` lists its things as name -> module:attribute with facts. Names and facts are known without any import, and a
+  module is imported when a thing in it is asked for: right for things whose imports take long.
+* `Registry` is filled by decorators; every module below its package is imported at the first look-up.
+In both a module that fails to import stops the run: a formula that silently vanished would be a formula not tested.
 """
 
 import importlib
 import pkgutil
 from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, cast
 
 Thing = TypeVar("Thing")
@@ -76,3 +79,90 @@ class Registry(Generic[Thing]):
         package = importlib.import_module(self.package)
         for module in pkgutil.walk_packages(package.__path__, prefix=f"{self.package}."):
             importlib.import_module(module.name)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a thing is found, "module:attribute", relative to the package of its table."""
+
+    path: str
+
+    def load(self, package: str) -> Any:
+        """Import the module and return its attribute.
+
+        Raises:
+            LookupError: the module has no such attribute.
+
+        """
+        module, _, attribute = self.path.partition(":")
+        holder = importlib.import_module(f"{package}.{module}")
+        if not hasattr(holder, attribute):
+            raise LookupError(f"{package}.{module} has no {attribute!r}")
+        return getattr(holder, attribute)
+
+
+class Entry(Place):
+    """A line of a table: where the thing is found, and facts about it. A fact may be a `Place` itself."""
+
+    facts: Mapping[str, Any]
+
+    def __init__(self, path: str, **facts: Any) -> None:
+        super().__init__(path)
+        object.__setattr__(self, "facts", facts)
+
+
+class _Facts(Mapping[str, Any]):
+    """The facts of an entry; a fact that is a `Place` is loaded when it is asked for."""
+
+    def __init__(self, facts: Mapping[str, Any], package: str) -> None:
+        self._facts, self._package = facts, package
+
+    def __getitem__(self, name: str) -> Any:
+        fact = self._facts[name]
+        return fact.load(self._package) if isinstance(fact, Place) else fact
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._facts)
+
+    def __len__(self) -> int:
+        return len(self._facts)
+
+
+class Table(Registry[Thing]):
+    """Named things of one kind, each a line of one table.
+
+    PUBLISHERS: Table[Publisher] = Table(
+        "publisher",
+        package="rayproof.reports.publish",
+        entries={"junit": Entry("formats.junit:junit"), "html": Entry("page.page:html", pages=True)},
+    )
+    """
+
+    def __init__(self, kind: str, *, package: str, entries: Mapping[str, Entry]) -> None:
+        super().__init__(kind, package=package)
+        self._entries = entries
+        self._about = {name: _Facts(entry.facts, package) for name, entry in entries.items()}
+
+    def __getitem__(self, name: str) -> Thing:
+        """Return the thing called `name`, imported now; raise LookupError that lists what is known."""
+        if name not in self._things and name in self._entries:
+            self._things[name] = self._entries[name].load(self.package)
+        return super().__getitem__(name)
+
+    def register(self, name: str, **about: Any) -> Callable[[Registered], Registered]:
+        """Return a decorator that adds a thing which the table does not list: one of a test or a user."""
+        if name in self._entries:
+            raise ValueError(f"{self.kind} {name!r} is registered twice")
+        return super().register(name, **about)
+
+    def module(self, name: str) -> str:
+        """Return the dotted name of the module that holds `name`; raise LookupError if nothing is called so."""
+        if name in self._entries:
+            return f"{self.package}.{self._entries[name].path.partition(':')[0]}"
+        return self[name].__module__
+
+    def load(self) -> None:
+        """Import nothing: the table says what there is."""
+
+    def _names(self) -> Collection[str]:
+        return {*self._entries, *self._things}
