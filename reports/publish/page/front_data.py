@@ -68,7 +68,7 @@ class CaseRow(TypedDict):
 
 
 class PackedList(TypedDict):
-    """A long list of cases as deflated columns (html/columns.js)."""
+    """A long list of cases as deflated columns (html/cases.js)."""
 
     count: int
     shard: int
@@ -265,7 +265,7 @@ class Columns:
 
     @property
     def packed(self) -> PackedList:
-        """Return the columns as the page reads them (html/columns.js); nothing can be added after that."""
+        """Return the columns as the page reads them (html/cases.js); nothing can be added after that."""
         return {
             "count": self._count,
             "shard": SHARD,

@@ -22,9 +22,8 @@ from rayproof.reports.results.prediction import Prediction
 
 # In the order in which they build on each other; the same files as the report's, and the page's own.
 SCRIPTS = (
-    "elements", "numbers", "address", "settings", "predict", "decode",
-    "colors", "paint", "convolve", "ssim", "perceived", "flip", "errors", "edges", "histogram",
-    "transform", "keys", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view", "read_images", "images",
+    "elements", "address", "predict", "decode", "colors", "paint", "metrics", "pane", "viewer", "stage_view",
+    "read_images", "images",
 )  # fmt: skip
 STYLES = ("style", "viewer", "images")
 LARGEST = 2**26  # pixels of an image, as `reports.run.size` allows of a scene's

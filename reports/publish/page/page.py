@@ -38,12 +38,9 @@ from rayproof.reports.results.records import CaseRecord, FindingRecord, RunRecor
 
 # In the order in which they build on each other.
 SCRIPTS = (
-    "elements", "numbers", "verdicts", "address", "settings", "predict", "decode", "inlined", "expand", "load",
-    "colors", "paint", "convolve", "ssim", "perceived", "flip", "errors", "edges", "histogram",
-    "transform", "keys", "command", "navigation", "front", "plot", "ladders", "stability", "tradeoff", "intervals",
-    "bench", "audit", "references", "series", "history", "coverage", "comparison", "contest",
-    "filtering", "columns", "virtual", "cases", "pane", "pointing", "viewer", "colorbar", "toolbar", "stage_view",
-    "inspector", "checks", "adjudication", "scene_surfaces", "scene_parts", "scene", "case", "start",
+    "elements", "address", "predict", "decode", "inlined", "expand", "load", "colors", "paint", "metrics", "front",
+    "plot", "stability", "bench", "audit", "checks", "history", "cases", "pane", "viewer", "stage_view", "scene",
+    "case", "start",
 )  # fmt: skip
 
 STYLES = ("style", "cases", "viewer", "scene", "pages", "history", "comparison")

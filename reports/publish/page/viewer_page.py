@@ -16,7 +16,7 @@ from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.records import RunRecord
 
 # In the order in which they build on each other: the report's own, then the viewer's.
-SHARED, SCRIPTS = ("elements", "colors"), ("drawing", "pixel", "start")
+SHARED, SCRIPTS = ("elements", "colors"), ("view3d",)
 LIBRARY = "vtk-viewer.js"
 
 

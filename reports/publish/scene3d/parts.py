@@ -1,7 +1,7 @@
 """What a scene shows in 3-D: named parts in layers, plain arrays in units of the scene's size around its middle.
 
 Browsers draw in float32, so coordinates are taken relative to what is looked at before they are rounded. The page of
-the report makes the same parts of the same numbers when a view is opened (page/html/scene_parts.js), and look.json
+the report makes the same parts of the same numbers when a view is opened (page/html/scene.js), and look.json
 tells both how many of everything there are and how it looks.
 """
 

@@ -1,8 +1,152 @@
-// The matrix of cases and renderers, worst first; filters and order live in the address.
+// Which cases are listed and in what order; all of it from the address.
 (function (rayproof) {
   "use strict";
-  const e = rayproof.element;
+  rayproof.filters = ["verdict", "family", "id", "stage", "q"];
 
+  rayproof.matches = function (row, filter) {
+    if (filter.verdict && row.verdict !== filter.verdict) return false;
+    if (filter.family && row.family !== filter.family) return false;
+    if (filter.id && !(row.covers || []).includes(filter.id)) return false;
+    if (filter.stage && !row.stages.includes(filter.stage) && row.stage !== filter.stage) return false;
+    const words = (filter.q || "").toLowerCase().split(/\s+/).filter(Boolean);
+    if (!words.length) return true;
+    // Of a long run reasons and what cases are for are known once their rows were in view.
+    const text = [row.name, row.reason, row.stresses, row.blame, ...(row.covers || [])].join(" ").toLowerCase();
+    return words.every((word) => text.includes(word));
+  };
+
+  const size = (value) => {
+    const number = rayproof.number(value);
+    return number === null ? -1 : Number.isNaN(number) ? Infinity : number;
+  };
+  const KEYS = {
+    verdict: (row) => rayproof.verdicts.indexOf(row.verdict),
+    name: (row) => row.name,
+    blame: (row) => row.blame || "\uffff",
+    ratio: (row) => size(row.ratio),
+    time: (row) => size(row.seconds),
+  };
+  // What is sorted from the largest at the first click: the worst is looked for first.
+  rayproof.descends = (key) => key !== "name" && key !== "blame";
+
+  // `order` is "" (worst first, as the rows come), a key, or "-key"; a key beyond these is a column of the matrix.
+  rayproof.sorted = function (rows, order) {
+    if (!order) return rows;
+    const back = order.startsWith("-");
+    const name = back ? order.slice(1) : order;
+    const column = name.startsWith("by ") ? name.slice(3) : null;
+    const key = column !== null ? (row) => rank(row.cells?.[column]) : Object.hasOwn(KEYS, name) ? KEYS[name] : null;
+    if (!key) return rows;
+    const compare = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
+    return [...rows].sort((a, b) => (back ? -1 : 1) * compare(key(a), key(b)));
+  };
+
+  // A cell's verdict, then its error over limit.
+  const rank = (cell) => (cell ? rayproof.verdicts.indexOf(cell[0]) * 1e6 + Math.min(1e5, size(cell[3])) : -1);
+
+  // The cases of a long run: columns in the page, and the rest of a row in a script of a shard, loaded when it is wanted.
+  const parsed = async (text) => JSON.parse(await rayproof.inflateText(text));
+  const all = async (packed) => Object.fromEntries(await Promise.all(Object.entries(packed).map(async ([key, text]) => [key, await parsed(text)])));
+  const file = (place) => (number) => `data/${String(Math.floor(number / place)).padStart(3, "0")}`;
+
+  // -> Promise of the rows, worst first, each with what the list is filtered and sorted by
+  rayproof.rows = async function (results) {
+    if (results.cases) return results.cases;
+    const { count, shard, values: tables, columns: texts, thumbnails } = results.list;
+    const [values, columns] = await Promise.all([all(tables), all(texts)]);
+    const folder = file(shard);
+    const rows = [];
+    for (let i = 0; i < count; i += 1) {
+      const row = { name: columns.name[i], ratio: columns.ratio[i], seconds: columns.seconds[i], file: `${folder(i)}/${String(i + 1).padStart(4, "0")}.js`, place: i };
+      for (const key in values) row[key] = values[key][columns[key][i]];
+      if (thumbnails[i]) row.thumbnail = thumbnails[i];
+      rows.push(row);
+    }
+    const loading = new Map();
+    // -> Promise, done when the rest of a row is there, and of all in its shard
+    rayproof.complete = function (row) {
+      if (row.cells) return null;
+      const at = Math.floor(row.place / shard) * shard;
+      if (!loading.has(at)) {
+        loading.set(at, rayproof.request(`${folder(at)}/rows.js`).then(parsed).then((rest) => rest.forEach((one, i) => Object.assign(rows[at + i], one))));
+        loading.get(at).catch(() => loading.delete(at));
+      }
+      return loading.get(at);
+    };
+    return rows;
+  };
+
+  rayproof.complete = () => null;
+
+  // A table body of any length: only the rows near the window exist. All rows have one height, which the style sets.
+  const e = rayproof.element;
+  const BEYOND = 20; // rows drawn beyond either end of the window
+
+  // make(item, index) -> <tr>. -> {body, show(items), laid(), reveal(index)}
+  rayproof.virtualBody = function (make, columns) {
+    const body = e("tbody");
+    const spacer = () => e("tr", { class: "spacer", "aria-hidden": "true" }, e("td", { colspan: columns }));
+    const above = spacer(), below = spacer();
+    let items = [], made = new Map(), range = "", height = 0, frame = 0;
+
+    function measure() {
+      const row = body.querySelector("tr:not(.spacer)");
+      height = row ? row.getBoundingClientRect().height || height : height;
+    }
+
+    function draw() {
+      const size = height || 40;
+      const top = body.isConnected ? body.getBoundingClientRect().top : 0;
+      const first = Math.max(0, Math.min(items.length - 1, Math.floor(-top / size)) - BEYOND);
+      const last = Math.min(items.length, Math.max(0, Math.ceil((window.innerHeight - top) / size)) + BEYOND);
+      const key = `${first} ${last} ${size}`;
+      if (key === range) return;
+      range = key;
+      const kept = new Map();
+      for (let i = first; i < Math.max(last, first); i += 1) {
+        const row = made.get(i) || make(items[i], i);
+        row.setAttribute("aria-rowindex", i + 2);
+        kept.set(i, row);
+      }
+      above.firstChild.style.height = `${first * size}px`;
+      below.firstChild.style.height = `${Math.max(0, items.length - Math.max(last, first)) * size}px`;
+      above.hidden = first === 0;
+      below.hidden = last >= items.length;
+      const wanted = [above, ...kept.values(), below];
+      // Rows that stay are not touched: the one in focus keeps it.
+      for (const [i, row] of made) if (!kept.has(i)) row.remove();
+      wanted.forEach((row, i) => { if (body.children[i] !== row) body.insertBefore(row, body.children[i] || null); });
+      made = kept;
+    }
+
+    const scrolled = () => {
+      if (!body.isConnected) return;
+      cancelAnimationFrame(frame);
+      frame = requestAnimationFrame(draw);
+    };
+    window.addEventListener("scroll", scrolled, { passive: true });
+    window.addEventListener("resize", () => { if (body.isConnected) { measure(); range = ""; draw(); } });
+
+    const laid = () => { measure(); range = ""; draw(); };
+    return {
+      body, laid,
+      show: (list) => {
+        items = list;
+        made = new Map();
+        range = "";
+        body.replaceChildren();
+        draw();
+        if (body.isConnected) laid();
+      },
+      reveal: (index) => {
+        if (!made.has(index)) window.scrollBy(0, body.getBoundingClientRect().top + index * height - window.innerHeight / 2);
+        draw();
+        return made.get(index);
+      },
+    };
+  };
+
+  // The matrix of cases and renderers, worst first; filters and order live in the address.
   rayproof.caseList = function (results) {
     const count = e("span", { class: "muted", role: "status" });
     const controls = e("div", { class: "controls" });

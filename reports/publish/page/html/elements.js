@@ -1,7 +1,6 @@
 // Building the page. Text only ever becomes a text node, so no name or message can turn into markup.
 (function (rayproof) {
   "use strict";
-
   // element("p", {class: "note", onclick: f}, "text", child, [children], null) -> HTMLElement
   rayproof.element = function (tag, attributes, ...children) {
     const node = document.createElement(tag);
@@ -49,4 +48,122 @@
     node.value = current;
     return e("label", { class: "control" }, e("span", {}, label), node);
   };
+
+  // Numbers as text. results.json writes what JSON cannot carry as "inf", "-inf" and "nan".
+  rayproof.number = function (value) {
+    if (typeof value === "number") return value;
+    return { inf: Infinity, "-inf": -Infinity, nan: NaN }[value] ?? null;
+  };
+
+  function special(value) {
+    if (Number.isNaN(value)) return "NaN";
+    if (value === Infinity) return "inf";
+    if (value === -Infinity) return "-inf";
+    return Object.is(value, -0) ? "-0" : null;
+  }
+
+  // Few digits, for tables.
+  rayproof.short = function (value, digits = 3) {
+    value = rayproof.number(value);
+    if (value === null) return "";
+    const text = special(value);
+    if (text !== null) return text;
+    if (value === 0) return "0";
+    const size = Math.abs(value);
+    return size >= 1e5 || size < 1e-3 ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
+  };
+
+  // As few digits as give back exactly this float32 (nine always do).
+  rayproof.exact = function (value) {
+    const text = special(value);
+    if (text !== null) return text;
+    for (let digits = 1; digits < 9; digits += 1) {
+      const candidate = Number(value.toPrecision(digits));
+      if (Math.fround(candidate) === value) return String(candidate);
+    }
+    return String(Number(value.toPrecision(9)));
+  };
+
+  rayproof.seconds = function (value) {
+    value = rayproof.number(value);
+    if (value === null) return "";
+    return value < 10 ? `${value.toFixed(2)} s` : value < 120 ? `${value.toFixed(0)} s` : `${(value / 60).toFixed(1)} min`;
+  };
+
+  // Error over limit as a bar on a log scale from 1/1000 to 10, the limit marked; and the number.
+  rayproof.ratioBar = function (value) {
+    const e = rayproof.element;
+    value = rayproof.number(value);
+    if (value === null) return e("span", { class: "muted" }, "\u2013");
+    const share = Number.isNaN(value) ? 1 : Math.min(1, Math.max(0, (Math.log10(Math.max(value, 1e-3)) + 3) / 4));
+    const over = !(value <= 1);
+    const fill = e("i", { class: over ? "over" : value > 0.8 ? "close" : "" });
+    fill.style.width = `${100 * share}%`;
+    const title = "worst error over its limit; log scale from 0.001 to 10, the mark is the limit";
+    return e("span", { class: "ratio", title }, e("span", { class: "bar" }, fill), rayproof.short(value));
+  };
+
+  // The eight verdicts: a shape and a word beside every colour, best first as in reports/results/outcomes.py.
+  const VERDICTS = {
+    pass: ["\u2713", "pass"],
+    warn: ["\u25B2", "warn"],
+    undecided: ["\u25D0", "undecided"],
+    unsupported: ["\u25CB", "unsupported"],
+    missing: ["?", "missing"],
+    reference_suspect: ["\u25C6", "reference suspect"],
+    error: ["\u25A0", "error"],
+    fail: ["\u2715", "fail"],
+  };
+  const ORDER = Object.keys(VERDICTS);
+  rayproof.verdicts = ORDER;
+
+  rayproof.glyph = (verdict) => (VERDICTS[verdict] || ["?"])[0];
+  rayproof.word = (verdict) => (VERDICTS[verdict] || [null, String(verdict)])[1];
+  rayproof.tone = (verdict) => `v-${ORDER.includes(verdict) ? verdict : "missing"}`;
+  // What is undecided says nothing: the others decide, if there are any.
+  rayproof.worst = function (verdicts) {
+    const decided = verdicts.filter((verdict) => verdict !== "undecided");
+    return ORDER[Math.max(-1, ...(decided.length ? decided : verdicts).map((verdict) => ORDER.indexOf(verdict)))] || null;
+  };
+
+  rayproof.pill = function (verdict) {
+    const e = rayproof.element;
+    return e("span", { class: `pill ${rayproof.tone(verdict)}` },
+      e("span", { "aria-hidden": "true", class: "glyph" }, rayproof.glyph(verdict)), rayproof.word(verdict));
+  };
+
+  // One renderer's word on one case: [worst verdict, checks that have it, all checks, worst ratio, stages unsupported].
+  rayproof.cell = function (cell, renderer) {
+    const e = rayproof.element;
+    if (!cell) return e("span", { class: "cell none", title: `${renderer}: not asked` }, "\u00B7");
+    const [verdict, count, total, ratio, unsupported] = cell;
+    const partial = unsupported && verdict !== "unsupported" ? "*" : "";
+    const title = `${renderer}: ${count} of ${total} checks ${rayproof.word(verdict)}`
+      + (ratio === null ? "" : `, worst error ${rayproof.short(ratio)} of its limit`) + (unsupported ? `, ${unsupported} stages unsupported` : "");
+    return e("span", { class: `cell ${rayproof.tone(verdict)}`, title },
+      e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(verdict)), e("span", { class: "offscreen" }, rayproof.word(verdict)), ` ${verdict === "unsupported" ? unsupported : count}${partial}`);
+  };
+
+  // A command line to copy.
+  const e = rayproof.element;
+
+  rayproof.command = function (text) {
+    const button = e("button", { class: "quiet", onclick: () => copy(text, button) }, "copy");
+    return e("div", { class: "command" }, e("code", {}, text), button);
+  };
+
+  async function copy(text, button) {
+    try {
+      await navigator.clipboard.writeText(text);
+    } catch {
+      // Not allowed, or no clipboard on this page: the old way.
+      const area = e("textarea", { class: "offscreen", value: text });
+      document.body.append(area);
+      area.select();
+      document.execCommand("copy");
+      area.remove();
+    }
+    rayproof.replace(button, "copied");
+    setTimeout(() => rayproof.replace(button, "copy"), 1500);
+  }
 })(window.rayproof = window.rayproof || {});

@@ -32,7 +32,7 @@
   }
 
   // A row of the page; drawn when it comes near the screen.
-  function row(name, series, verdict) {
+  function historyRow(name, series, verdict) {
     const plots = e("div", { class: "twin" });
     const seen = new IntersectionObserver((entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
@@ -56,7 +56,7 @@
       .sort(([a, one], [b, other]) => rank(a) - rank(b) || lastStep(other) - lastStep(one) || ratio(other) - ratio(one) || (a < b ? -1 : 1));
   }
 
-  async function view(results) {
+  async function historyView(results) {
     const rows = order(results, await load(results));
     const verdicts = new Map(results.cases.map((item) => [item.name, item.verdict]));
     const body = e("div"), count = e("span", { class: "muted", role: "status" });
@@ -65,7 +65,7 @@
       const words = (rayproof.address().q || "").toLowerCase().split(/\s+/).filter(Boolean);
       const found = rows.filter(([name]) => words.every((word) => name.toLowerCase().includes(word)));
       rayproof.replace(count, `${found.length} of ${rows.length} cases: what became worse first, then the latest steps`);
-      rayproof.replace(body, found.map(([name, series]) => row(name, series, verdicts.get(name))));
+      rayproof.replace(body, found.map(([name, series]) => historyRow(name, series, verdicts.get(name))));
     }
     const search = e("input", { type: "search", "aria-label": "search cases", placeholder: "name \u2026", value: rayproof.address().q || "",
       oninput: () => { rayproof.amend({ q: search.value }); show(); } });
@@ -91,5 +91,107 @@
     return node;
   };
 
-  rayproof.addPage("history", { title: "History", has: (results) => Boolean(results.history), view: (results) => rayproof.later(view(results)) });
+  rayproof.addPage("history", { title: "History", has: (results) => Boolean(results.history), view: (results) => rayproof.later(historyView(results)) });
+
+  // Two runs side by side: what changed on the front page, worst first, and every check before and after on a case's.
+  const th = (title) => e("th", { scope: "col" }, title);
+
+  // By how much an error over its limit grew: an arrow beside the number.
+  function factor(value) {
+    value = rayproof.number(value);
+    if (value === null) return "";
+    if (value === 1) return e("span", { class: "muted" }, "=");
+    const up = !(value < 1);
+    return e("span", { class: up ? "mark v-fail" : "mark v-pass" }, `${up ? "\u25B2" : "\u25BC"} \u00D7${rayproof.short(value, 2)}`);
+  }
+
+  const change = (before, after) => (before === after ? rayproof.pill(after) : [rayproof.pill(before), " \u2192 ", rayproof.pill(after)]);
+
+  function worst(check) {
+    if (!check) return e("span", { class: "muted" }, "no errors to compare");
+    if (rayproof.number(check.factor) === 1) return e("span", { class: "muted" }, "no error changed");
+    return [e("strong", {}, check.stage), e("span", { class: "muted" }, ` ${check.configuration} against ${check.reference}: `),
+      `${rayproof.short(check.before[1], 2)} \u2192 ${rayproof.short(check.after[1], 2)} `, factor(check.factor)];
+  }
+
+  function time({ seconds: [before, after, quotient], stands_out: loud }) {
+    return quotient === null ? "" : [`${rayproof.seconds(before)} \u2192 ${rayproof.seconds(after)}`, " ", loud ? factor(quotient) : null];
+  }
+
+  function comparedRow(results, item) {
+    return e("tr", {}, e("td", {}, change(item.before, item.after)),
+      e("th", { scope: "row", class: "name" }, e("a", { href: rayproof.link({ case: item.case, stage: item.stage }) }, e("bdi", {}, item.case))),
+      e("td", {}, worst(item.worst)),
+      e("td", { class: "figure" }, item.pixels === null ? e("span", { class: "muted" }, "not kept") : item.pixels === 0 ? e("span", { class: "muted" }, "identical") : item.pixels),
+      e("td", { class: "figure" }, time(item)));
+  }
+
+  const listed = (title, names, link) => (names.length ? e("p", {}, e("strong", {}, `${title} (${names.length}): `), names.slice(0, 40).flatMap(([name, verdict], i) => [i ? ", " : "",
+    link ? e("a", { href: rayproof.link({ case: name }) }, e("bdi", {}, name)) : e("bdi", {}, name), " ", rayproof.pill(verdict)]), names.length > 40 ? " \u2026" : "") : null);
+
+  // On the front page: the table of what changed.
+  rayproof.comparison = function (results) {
+    const found = results.comparison;
+    if (!found) return null;
+    const side = (one) => [e("strong", {}, e("bdi", {}, one.name)), e("span", { class: "muted" }, ` ${[one.started ? String(one.started).slice(0, 16).replace("T", " ") : "", one.verdict].filter(Boolean).join(", ")}`)];
+    const body = e("tbody"), more = e("p");
+    let shown = 0;
+    function next() {
+      const part = found.rows.slice(shown, shown + 50);
+      rayproof.append(body, part.map((item) => comparedRow(results, item)));
+      shown += part.length;
+      rayproof.replace(more, shown < found.rows.length ? e("button", { class: "quiet", onclick: next }, `show more of ${found.rows.length}`) : null);
+    }
+    next();
+    return e("section", { class: "panel comparison", "aria-label": "What changed" }, e("h2", {}, "What changed"),
+      e("p", {}, "from ", side(found.base), " to ", side(found.candidate), e("span", { class: "muted" }, "; this page is the latter's")),
+      e("p", {}, found.sentence),
+      found.rows.length ? rayproof.scroll("table of changes", e("table", {}, e("thead", {}, e("tr", {}, ["verdict", "case", "largest change of error / limit", "pixels that differ", "time"].map(th))), body)) : null, more,
+      listed("appeared", found.appeared, true), listed("vanished", found.vanished, false));
+  };
+
+  // On a case's page: every check of both runs.
+  rayproof.compared = function (results, data) {
+    const found = data.compared;
+    if (!results.comparison || !found) return null;
+    const { base, candidate } = results.comparison;
+    const side = (word) => (word ? [rayproof.pill(word[0]), " ", rayproof.short(word[1], 2)] : e("span", { class: "muted" }, "not made"));
+    const line = (check) => e("tr", {}, e("th", { scope: "row" }, check.stage), e("td", {}, check.configuration), e("td", {}, check.reference),
+      e("td", {}, side(check.before)), e("td", {}, side(check.after)), e("td", { class: "figure" }, factor(check.factor)));
+    const apart = found.checks.filter((check) => rayproof.number(check.factor) !== 1 || check.before?.[0] !== check.after?.[0]);
+    const images = found.pixels === null ? "images of both were not kept" : found.pixels ? `${found.pixels} pixels differ` : "the images are identical, bit for bit";
+    return e("section", { class: "panel", "aria-label": "Before and after" }, e("h3", {}, "Before and after ", e("span", { class: "muted" }, `${apart.length} of ${found.checks.length} checks changed; ${images}`)),
+      apart.length ? e("details", { open: apart.length <= 12 }, e("summary", {}, "error / limit of every check that changed"), rayproof.scroll("table of changed checks", e("table", {},
+        e("thead", {}, e("tr", {}, ["stage", "configuration", "reference", base.name, candidate.name, "change"].map(th))), e("tbody", {}, apart.slice(0, 400).map(line))))) : null);
+  };
+
+  // Two formulas on the same rays: digits gained and time ratio of every family, with their intervals.
+  const TONES = { better: "pass", worse: "fail", "a trade": "warn" };
+  const tone = (outcome) => TONES[outcome] || "unsupported";
+  function contestView(results) {
+    const { contest } = results;
+    const digits = rayproof.intervals(contest.families.map((one) => one.digits_interval), 0);
+    const times = rayproof.intervals(contest.families.map((one) => one.time_interval), 1, { log: true });
+    const known = new Set(results.cases.map((row) => row.family));
+    const line = (one) => {
+      const [gained, ratio] = [rayproof.number(one.digits_gained), rayproof.number(one.time_ratio)];
+      const wrong = one.wrong.length ? `${one.wrong[0]} \u2192 ${one.wrong[1]} of ${one.pixels}` : "";
+      return e("tr", {}, e("td", {}, e("span", { class: `glyph mark ${rayproof.tone(tone(one.outcome))}`, "aria-hidden": "true" }, rayproof.glyph(tone(one.outcome))), " ", one.outcome),
+        e("th", { scope: "row" }, known.has(one.family) ? e("a", { href: rayproof.link({ family: one.family }) }, one.family) : one.family, one.stress ? e("span", { class: "muted" }, " stress") : null),
+        e("td", { class: "figure" }, digits(gained, one.digits_interval, gained === null ? "" : `${gained > 0 ? "+" : ""}${gained.toFixed(2)} ${rayproof.between(one.digits_interval, 2)}`)),
+        e("td", { class: "figure" }, wrong),
+        e("td", { class: "figure" }, times(ratio, one.time_interval, ratio === null ? "" : `\u00D7${ratio.toFixed(3)} ${rayproof.between(one.time_interval, 3)}`)),
+        e("td", { class: "figure" }, (one.nanoseconds_per_ray || []).map((value) => rayproof.short(value)).join(" \u2192 ")));
+    };
+    return e("div", {}, e("section", { class: `verdict ${rayproof.tone(tone(contest.outcome))}` }, e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(tone(contest.outcome))),
+      e("div", {}, e("h1", {}, `${contest.base} \u2192 ${contest.candidate}: ${contest.outcome}`), e("p", {}, contest.verdict),
+        e("p", { class: "muted" }, `control, ${contest.base} against itself: ${contest.control}`))),
+    e("section", { class: "panel contest", "aria-label": "Families" }, rayproof.scroll("table of families", e("table", {},
+      e("thead", {}, e("tr", {}, ["", "family", "digits gained, more is better", "decided wrongly", "time ratio, less is better", "ns per ray"].map(th))),
+      e("tbody", {}, contest.families.map(line)))),
+    e("p", { class: "muted legend" }, "Intervals of all families hold together at 95 %; the upright line is where both are alike."),
+    rayproof.command(`rayproof compare ${rayproof.quoted(String(contest.base))} ${rayproof.quoted(String(contest.candidate))}`)));
+  }
+
+  rayproof.addPage("contest", { title: "Comparison", has: (results) => Boolean(results.contest), view: contestView });
 })(window.rayproof);

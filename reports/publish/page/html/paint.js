@@ -2,7 +2,6 @@
 // Distances and positions: their range. Indices: a colour each. NaN is magenta, an infinity cyan, a miss's distance grey.
 (function (rayproof) {
   "use strict";
-
   const SIGNED = new Set(["ray", "normal"]);
   const LIGHT = new Set(["irradiance", "exitance", "radiance", "colour"]);
   rayproof.hasExposure = (stage) => LIGHT.has(stage);
@@ -102,5 +101,76 @@
       picture.data.set([color[0], color[1], color[2], 255], 4 * pixel);
     });
     return picture;
+  };
+
+  // The judge's classes of pixels over an image: silhouettes, shadow edges, terminators. A colour and a letter each.
+  // By bit of the mask, as in reports/judge/tolerance/edge_mask.py.
+  const KINDS = [
+    [1, "silhouette", "S", [230, 159, 0]], [2, "shadow edge", "H", [86, 180, 233]],
+    [4, "terminator", "T", [240, 228, 66]], [8, "light on the surface", "L", [204, 121, 167]],
+  ];
+  rayproof.edgeKinds = KINDS.map(([bit, name, letter, color]) => ({ bit, name, letter, color }));
+
+  // -> the kinds of one pixel
+  rayproof.kindsAt = (mask, width, x, y) => (mask ? rayproof.edgeKinds.filter(({ bit }) => mask[y * width + x] & bit) : []);
+
+  // -> ImageData, see-through where pixels are judged strictly
+  rayproof.paintEdges = function (mask, width, height) {
+    const picture = new ImageData(width, height);
+    mask.forEach((bits, pixel) => {
+      const kind = rayproof.edgeKinds.find(({ bit }) => bits & bit);
+      if (kind) picture.data.set([...kind.color, 215], 4 * pixel);
+    });
+    return picture;
+  };
+
+  rayproof.edgeCounts = (mask) => rayproof.edgeKinds.map((kind) => ({ ...kind, count: mask.reduce((sum, bits) => sum + ((bits & kind.bit) > 0), 0) }))
+    .filter(({ count }) => count);
+
+  // How often which error occurs, on the scale of the colour bar; the limit is a line, what lies beyond it hatched.
+  const e = rayproof.element;
+
+  // -> {bins: [count], zero, below, above, odd: NaN and infinities}
+  rayproof.histogram = function (errors, range, log, count = 48) {
+    const bins = new Array(count).fill(0);
+    let zero = 0, below = 0, above = 0, odd = 0;
+    for (const value of errors.values) {
+      if (!Number.isFinite(value)) odd += 1;
+      else if (value === 0 && log) zero += 1;
+      else {
+        const place = rayproof.position(value, range, log);
+        if (place < 0) below += 1;
+        else if (place > 1) above += 1;
+        else bins[Math.min(count - 1, Math.floor(place * count))] += 1;
+      }
+    }
+    return { bins, zero, below, above, odd };
+  };
+
+  const WIDTH = 480, HEIGHT = 90;
+  const { svg } = rayproof;
+
+  // `limit` is null where the limit is of another quantity than the metric shown.
+  rayproof.histogramView = function (errors, range, log, limit) {
+    const { bins, zero, below, above, odd } = rayproof.histogram(errors, range, log);
+    const top = Math.log1p(Math.max(1, ...bins));
+    const wide = WIDTH / bins.length;
+    const at = limit === null ? null : rayproof.position(limit, range, log);
+    const shown = at !== null && at >= 0 && at <= 1;
+    const bars = bins.map((number, i) => {
+      const high = (Math.log1p(number) / top) * HEIGHT;
+      const over = at !== null && i / bins.length >= at;
+      return number ? svg("rect", { x: i * wide + 0.5, y: HEIGHT - high, width: wide - 1, height: high, class: over ? "bin over" : "bin" }) : null;
+    });
+    const said = [zero && `${zero} without error`, below && `${below} below the range`, above && `${above} above it`,
+      odd && `${odd} NaN or infinite`].filter(Boolean).join(", ");
+    const beyond = limit === null ? null : errors.values.reduce((sum, value) => sum + !(Math.abs(value) <= limit), 0);
+    const words = beyond === null ? "" : beyond ? `${beyond} pixels beyond the limit at its worst pixel, ${rayproof.short(limit)}`
+      : `no pixel beyond the limit at its worst pixel, ${rayproof.short(limit)}`;
+    return e("figure", { class: "histogram" },
+      svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img",
+        "aria-label": `Histogram of ${errors.metric} errors; ${words || "no limit of this quantity"}` },
+      bars, shown ? svg("line", { x1: at * WIDTH, x2: at * WIDTH, y1: 0, y2: HEIGHT, class: "limit" }) : null),
+      e("figcaption", { class: "muted" }, [`${errors.values.length} pixels, counts on a log scale`, said, words].filter(Boolean).join(" \u00B7 ")));
   };
 })(window.rayproof);

@@ -1,6 +1,45 @@
-// One frame with an image in it: drawn where the shared view says, numbers in the pixels once they are large enough.
+// Where an image lies in its frame: zoom 1 fits it in, (x, y) is the image point in the frame's middle.
 (function (rayproof) {
   "use strict";
+  const MOST = 120; // CSS pixels per image pixel: numbers of nine digits fit in
+
+  // -> {scale: CSS pixels per image pixel, left, top: of the image's corner in the frame}
+  rayproof.placed = function (view, image, frame) {
+    const scale = view.zoom * Math.min(frame.width / image.width, frame.height / image.height);
+    return { scale, left: frame.width / 2 - view.x * scale, top: frame.height / 2 - view.y * scale };
+  };
+
+  // -> the image point under a point of the frame
+  rayproof.under = function (view, image, frame, [px, py]) {
+    const { scale, left, top } = rayproof.placed(view, image, frame);
+    return [(px - left) / scale, (py - top) / scale];
+  };
+
+  // Zoom so that what is under a point of the frame stays there; never smaller than fitting, never past the largest.
+  rayproof.zoomed = function (view, image, frame, factor, [px, py]) {
+    const fit = Math.min(frame.width / image.width, frame.height / image.height);
+    const zoom = Math.min(Math.max(1, MOST / fit), Math.max(1, view.zoom * factor));
+    const [x, y] = rayproof.under(view, image, frame, [px, py]);
+    const scale = zoom * fit;
+    return rayproof.kept({ zoom, x: x - (px - frame.width / 2) / scale, y: y - (py - frame.height / 2) / scale }, image, frame);
+  };
+
+  // The view moved as little as needed for the frame to show nothing but image, or all of it.
+  rayproof.kept = function (view, image, frame) {
+    const { scale } = rayproof.placed(view, image, frame);
+    const clamp = (value, size, room) => {
+      const half = Math.min(size / 2, room / 2 / scale);
+      return Math.min(size - half, Math.max(half, value));
+    };
+    return { zoom: view.zoom, x: clamp(view.x, image.width, frame.width), y: clamp(view.y, image.height, frame.height) };
+  };
+
+  rayproof.fitted = (image) => ({ zoom: 1, x: image.width / 2, y: image.height / 2 });
+
+  // The zoom at which a pixel is `size` CSS pixels wide.
+  rayproof.zoomFor = (size, image, frame) => Math.max(1, size / Math.min(frame.width / image.width, frame.height / image.height));
+
+  // One frame with an image in it: drawn where the shared view says, numbers in the pixels once they are large enough.
   const e = rayproof.element;
   const LEGIBLE = 34; // CSS pixels per pixel from which numbers are drawn
 
@@ -95,5 +134,82 @@
 
     const caption = (name, more) => { rayproof.replace(title, name); rayproof.replace(note, more); };
     return { node, canvas, foot, frame, draw, caption };
+  };
+
+  // Pointing, dragging, the wheel and arrow keys on a pane: one pixel and one view, shared by all panes.
+  const CLICK = 4; // CSS pixels that a hand may shake
+
+  // `shared` is {image, view, pixel, pinned}; change() redraws, point(x, y) tells which pixel is meant.
+  rayproof.pointing = function (pane, shared, { change, point }) {
+    const { canvas } = pane;
+    const fingers = new Map();
+    let start = null;
+
+    const place = (event) => {
+      const box = canvas.getBoundingClientRect();
+      return [event.clientX - box.left, event.clientY - box.top];
+    };
+    const look = (view) => { shared.view = view; change(); };
+    const zoom = (factor, at) => look(rayproof.zoomed(shared.view, shared.image, pane.frame(), factor, at));
+
+    function hover(event) {
+      const [x, y] = rayproof.under(shared.view, shared.image, pane.frame(), place(event)).map(Math.floor);
+      if (x >= 0 && y >= 0 && x < shared.image.width && y < shared.image.height) point(x, y);
+    }
+
+    canvas.addEventListener("pointerdown", (event) => {
+      fingers.set(event.pointerId, place(event));
+      canvas.setPointerCapture(event.pointerId);
+      start = { at: place(event), view: shared.view, moved: fingers.size > 1 };
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const held = fingers.get(event.pointerId);
+      if (!held) {
+        if (!shared.pinned) hover(event);
+        return;
+      }
+      const now = place(event);
+      const other = [...fingers].find(([id]) => id !== event.pointerId);
+      if (other) { // two fingers: pinch
+        const apart = ([ax, ay], [bx, by]) => Math.hypot(ax - bx, ay - by) || 1;
+        const middle = [(now[0] + other[1][0]) / 2, (now[1] + other[1][1]) / 2];
+        zoom(apart(now, other[1]) / apart(held, other[1]), middle);
+      } else if (start && (start.moved || Math.hypot(now[0] - start.at[0], now[1] - start.at[1]) > CLICK)) {
+        start.moved = true;
+        const { scale } = rayproof.placed(start.view, shared.image, pane.frame());
+        look(rayproof.kept({ ...start.view, x: start.view.x - (now[0] - start.at[0]) / scale, y: start.view.y - (now[1] - start.at[1]) / scale },
+          shared.image, pane.frame()));
+      }
+      fingers.set(event.pointerId, now);
+    });
+    const release = (event) => {
+      fingers.delete(event.pointerId);
+      if (start && !start.moved && event.type === "pointerup") {
+        shared.pinned = false;
+        hover(event);
+        shared.pinned = true;
+        change();
+      }
+      if (!fingers.size) start = null;
+    };
+    canvas.addEventListener("pointerup", release);
+    canvas.addEventListener("pointercancel", release);
+    canvas.addEventListener("dblclick", (event) => zoom(2, place(event)));
+    // Only where the pane was chosen: a page must still scroll past an image.
+    canvas.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && document.activeElement !== canvas) return;
+      event.preventDefault();
+      zoom(2 ** (-event.deltaY / (event.deltaMode ? 8 : 240)), place(event));
+    }, { passive: false });
+    canvas.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+      if (!step || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      const [x, y] = shared.pixel || [0, 0];
+      const stride = event.shiftKey ? 10 : 1;
+      const clamp = (value, size) => Math.min(size - 1, Math.max(0, value));
+      shared.pinned = true;
+      point(clamp(x + stride * step[0], shared.image.width), clamp(y + stride * step[1], shared.image.height));
+    });
   };
 })(window.rayproof);
