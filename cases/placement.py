@@ -1,11 +1,15 @@
-"""Where things stand in a case: model matrices composed from named motions, and cameras placed by direction."""
+"""Where things stand in a case: model matrices composed from named motions, cameras placed by direction.
+
+Triangles are baked into world space: once in float64, rounded once to float32, the same for every renderer.
+"""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import atan2, cos, degrees, radians, sin
 
 import numpy as np
 
-from rayproof.cases.scene import Camera, Matrix, Vector
+from rayproof.cases.scene import IDENTITY, Camera, Matrix, Mesh, Shape, Triangle, Vector
 
 
 def _matrix(entries: np.ndarray) -> Matrix:
@@ -95,3 +99,30 @@ def camera_around(
 def frontal_fovy(*, height: int, pixel: float, distance: float) -> float:
     """Return the vertical angle [degrees] at which a plane `distance` [m] ahead has pixels of `pixel` [m] a side."""
     return 2 * degrees(atan2(height * pixel / 2, distance))
+
+
+@lru_cache(maxsize=64)
+def world_triangles(shape: Shape) -> np.ndarray:
+    """Return a triangle's or a mesh's world-space corners [m], float32, shape (faces, 3, 3), read-only.
+
+    A mirroring `to_world` would turn the winding around; the last two corners are swapped then, so that the
+    winding in world space still gives the specification's normal (inverse transpose of the object normal).
+
+    Raises:
+        TypeError: the shape has no triangles.
+
+    """
+    if isinstance(shape, Triangle):
+        corners = np.asarray(shape.vertices, dtype=np.float64)[np.newaxis]
+    elif isinstance(shape, Mesh):
+        corners = shape.vertices.astype(np.float64)[shape.faces]
+    else:
+        raise TypeError(f"{type(shape).__name__} has no triangles")
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    placed = corners if shape.to_world == IDENTITY else corners @ matrix[:3, :3].T + matrix[:3, 3]
+    baked = placed.astype(np.float32)
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        baked = baked[:, [0, 2, 1]]
+    baked = np.ascontiguousarray(baked)
+    baked.setflags(write=False)
+    return baked

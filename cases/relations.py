@@ -12,9 +12,8 @@ from typing import Protocol
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 GEOMETRY = (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
@@ -25,7 +24,7 @@ Maps = Mapping[Stage, Map]
 class Ask(Protocol):
     """The renderer that a law is put to."""
 
-    def __call__(self, scene: Scene) -> Answers:
+    def __call__(self, scene: Scene) -> StageImages:
         """Return every stage that it answers of `scene` and that is to be looked at; radiance alone, it may be."""
         ...
 

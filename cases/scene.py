@@ -6,6 +6,7 @@ placed by `to_world`; object normals outward, along +z, or by counter-clockwise 
 """
 
 import hashlib
+import json
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -26,10 +27,22 @@ IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 
 # cos of the angle below which `up` counts as parallel to the viewing direction: closer than this the basis has
 # lost half the digits of float64, and float32 has none left.
 PARALLEL = 1.0 - 2.0**-27
+SIMILAR = 1e-13  # 1 to within the rounding of the float64 numbers that describe a matrix
+
+LONGEST_SHOWN = 60  # characters of a hostile value that a message repeats
 
 
 class SceneError(ValueError):
     """A scene that the specification calls invalid; the message names the field, the value and its unit."""
+
+
+def shown(value: Any, longest: int = LONGEST_SHOWN) -> str:
+    """Return `value` as JSON on one line: control characters escaped, beyond `longest` characters shortened."""
+    try:
+        text = json.dumps(value, ensure_ascii=True)
+    except (TypeError, ValueError, RecursionError):
+        text = ascii(value)
+    return text if len(text) <= longest else f"{text[: longest - 3]}..."
 
 
 def _plain(name: str, value: Any) -> Any:
@@ -335,3 +348,10 @@ class Scene:
             raise SceneError(f"shading must be one of {', '.join(SHADINGS)}, got {self.shading!r}")
         if self.clip not in CLIPS:
             raise SceneError(f"clip must be one of {', '.join(CLIPS)}, got {self.clip!r}")
+
+
+def is_similarity(matrix: Matrix) -> bool:
+    """Return whether a matrix changes all lengths by one factor."""
+    linear = np.asarray(matrix, dtype=np.float64)[:3, :3]
+    gram = linear.T @ linear
+    return bool(np.abs(gram / (np.trace(gram) / 3) - np.eye(3)).max() <= SIMILAR)

@@ -1,6 +1,6 @@
 """Independent answers: one file (or folder) each, none imports another, none sees the tracer.
 
-To add one: a class that keeps `cases.answers.Reference`, in a new file, under `@REFERENCES.register("name")`.
+To add one: a class that keeps `cases.stages.Reference`, in a new file, under `@REFERENCES.register("name")`.
 `independent=True` says that it shares neither code nor Dr.Jit's compiler with the tracer and so can be a witness;
 `optional=True` that it is a program which may not be installed, `on_request=True` that only `--require` asks it,
 `sleeps=True` that its program sleeps for most of a call, so that several calls run side by side.
@@ -13,7 +13,7 @@ Beyond the protocol a class may have, each looked up by name:
     missing()                    class method; why it cannot run here and how to install it, in a sentence, or None.
                                  Cheap: it looks for a file or a module, and imports and starts nothing
     settings(scene)              a dict of text: the settings that its answer depends on, for report and cache
-    resolution(scene, stage)     a cases.answers.Resolution where its output is coarser than its arithmetic, or None
+    resolution(scene, stage)     a cases.stages.Resolution where its output is coarser than its arithmetic, or None
     notes(scene)                 sentences: where it answers another question than the one asked
     epsilon_at(answers)          m, number or (height, width): what it ignores at a feeler's start
     epsilon_in(scene, answers)   the same, where it depends on more of the scene than was seen
@@ -22,8 +22,8 @@ Beyond the protocol a class may have, each looked up by name:
     light_epsilon                of a feeler's length: blockers nearer to the light than this are not seen
 """
 
-from rayproof.cases.answers import Reference
 from rayproof.cases.declarations import DeclaredRegistry
+from rayproof.cases.stages import Reference
 
 REFERENCES: DeclaredRegistry[type[Reference]] = DeclaredRegistry(
     "reference", package="rayproof.reference", name="REFERENCES"

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.cases.foreign import START
+from rayproof.cases.mesh_sandbox import START
 from rayproof.tracer.device import llvm
 
 llvm.select()

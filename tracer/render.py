@@ -11,9 +11,8 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.kernel_constants import Numbers, Stages
 from rayproof.tracer.device.tiles import Lanes
@@ -40,7 +39,7 @@ def _image(lanes: Lanes, samples: list[tuple[Any, ...]]) -> np.ndarray:
 
 
 def _camera(frame: Frame, corners: list[Any], places: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the camera stage (see `cases.answers`) with (sx, sy) and pixel at their places, (height, width, 4)."""
+    """Return the camera stage (see `cases.stages`) with (sx, sy) and pixel at their places, (height, width, 4)."""
     return {
         **{
             name: _components([getattr(frame, name)[i, j] for i in range(4) for j in range(4)]).reshape(4, 4)
@@ -59,8 +58,8 @@ def render(
     *,
     samples: int = 1,
     chosen: Plan | None = None,
-) -> Answers:
-    """Return the stages asked for (see `cases.answers`), whatever the precision as float64.
+) -> StageImages:
+    """Return the stages asked for (see `cases.stages`), whatever the precision as float64.
 
     With samples > 1, radiance only: the mean over samples x samples points per pixel, the centres of a regular
     subdivision.
@@ -83,7 +82,7 @@ def render(
     trace = Trace.of(scene, configuration, per_side=samples, chosen=chosen, parameters=parameters)
     channels = images(trace, wanted)
     dr.eval(channels)
-    answers: Answers = {stage: _image(trace.view.lanes, channels[stage]) for stage in wanted}
+    answers: StageImages = {stage: _image(trace.view.lanes, channels[stage]) for stage in wanted}
     if samples > 1:
         rows = answers[Stage.RADIANCE].reshape(scene.camera.lines, samples, scene.camera.width, samples, -1)
         answers[Stage.RADIANCE] = rows.mean(axis=(1, 3))
@@ -93,7 +92,7 @@ def render(
     return answers
 
 
-def continue_from(scene: Scene, stage: Stage, given: Answers, configuration: Configuration) -> np.ndarray:
+def continue_from(scene: Scene, stage: Stage, given: StageImages, configuration: Configuration) -> np.ndarray:
     """Return an image stage computed from the `given` earlier ones, (height, width, channels).
 
     `given` holds (height, width, channels) arrays: the earlier stages that it has are taken as they are, the others are

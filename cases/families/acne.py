@@ -6,8 +6,7 @@ eye and with the slant of the light; a strategy that starts too far away loses t
 
 from collections.abc import Iterator
 
-from rayproof.cases.case import Case, PixelValue
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, PixelValue, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
 from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Square

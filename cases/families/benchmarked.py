@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from rayproof.cases.benchmark.scenes import chosen
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.scene import Scene, Sphere
 

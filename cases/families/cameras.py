@@ -6,8 +6,7 @@ forgotten aspect and a mirrored row from the right formula; the two methods must
 
 from collections.abc import Iterator
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
 from rayproof.cases.scene import Camera, Cube, Scene, Shape, Sphere, Square, Vector

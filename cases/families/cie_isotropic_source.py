@@ -8,8 +8,7 @@ Source: CIE 171:2006, Test Cases to Assess the Accuracy of Lighting Computer Pro
 from collections.abc import Iterator
 from math import pi
 
-from rayproof.cases.case import Case, PixelValue
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, PixelValue, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, frontal_fovy, mapped, rotation, scaling, translation
 from rayproof.cases.rounding import gamma

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
 from rayproof.cases.scene import CLIPS, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle

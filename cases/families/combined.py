@@ -18,8 +18,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, mapped, rotation, scaling, shear, translation
 from rayproof.cases.scene import (

@@ -8,8 +8,7 @@ frontally, so that its pixels are equal squares and their sum is a midpoint rule
 from collections.abc import Iterator
 from math import atan, pi, sqrt
 
-from rayproof.cases.case import Case, Flux
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, Flux, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, frontal_fovy, rotation, scaling, translation
 from rayproof.cases.rounding import gamma

@@ -7,8 +7,7 @@ Walsh, Photometry, 3rd ed. (1958), chapter 6).
 from collections.abc import Iterator
 from math import pi
 
-from rayproof.cases.case import Case, UniformValue
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, UniformValue, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
 from rayproof.cases.rounding import gamma

@@ -9,8 +9,7 @@ from math import pi
 
 import numpy as np
 
-from rayproof.cases.case import Case, PixelValue
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, PixelValue, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
 from rayproof.cases.rounding import gamma

@@ -7,8 +7,7 @@ The centre of the image sees the centre of the square, so E = Phi cos / (4 pi r^
 from collections.abc import Iterator
 from math import cos, pi, radians, sin, tan
 
-from rayproof.cases.case import Case, PixelValue
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, PixelValue, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
 from rayproof.cases.rounding import gamma

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
-from rayproof.cases.mesh_file import read_mesh
+from rayproof.cases.mesh_files import read_mesh
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
 from rayproof.cases.scene import Mesh, PointLight, Scene, Square
 

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
 from rayproof.cases.scene import Cube, Plane, Scene, Shape, Sphere, Square

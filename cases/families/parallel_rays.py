@@ -7,8 +7,7 @@ parallel ray outside its slab, however the other slabs are met; a plane, a squar
 from collections.abc import Iterator
 from dataclasses import replace
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, rotation, scaling, translation
 from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Square, Triangle

@@ -11,8 +11,7 @@ from math import pi
 
 import numpy as np
 
-from rayproof.cases.case import Case, Expectation, Flux, UniformValue
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, Expectation, Flux, UniformValue, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
 from rayproof.cases.rounding import gamma

@@ -8,8 +8,7 @@ h r / sqrt(D^2 - r^2): similar triangles (Euclid, Elements VI.4) and the tangent
 from collections.abc import Iterator
 from math import sqrt
 
-from rayproof.cases.case import Case, ShadowOutline
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, ShadowOutline, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
 from rayproof.cases.rounding import gamma

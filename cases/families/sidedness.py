@@ -8,8 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rayproof.cases.case import Case, UniformValue
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, UniformValue, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
 from rayproof.cases.scene import Matrix, Mesh, Plane, PointLight, Scene, Shape, Square, Triangle

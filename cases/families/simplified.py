@@ -8,8 +8,7 @@ from math import cos, radians, sin, tan
 
 import numpy as np
 
-from rayproof.cases.case import Case, PixelValue
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, PixelValue, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
 from rayproof.cases.rounding import gamma

@@ -10,8 +10,7 @@ from math import asin, atan2, cos, hypot, sin
 
 import numpy as np
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, rotation, scaling, translation
 from rayproof.cases.scene import (

@@ -12,8 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, scaling, translation
 from rayproof.cases.scene import Camera, Mesh, PointLight, Scene, Shape, Square

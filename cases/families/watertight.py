@@ -14,8 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rayproof.cases.case import Case, Expectation, ShadowOutline
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, Expectation, ShadowOutline, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, scaling, translation
 from rayproof.cases.scene import Camera, Matrix, Mesh, PointLight, Scene, Shape, Square, Vector

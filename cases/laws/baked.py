@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
 from rayproof.cases.changes import moved_triangles, with_shapes
 from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.relations import Ask, Conditions, Relation, related
 from rayproof.cases.scene import IDENTITY, Mesh, Scene, Shape, Triangle
 from rayproof.cases.stages import Stage

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
 from rayproof.cases.changes import with_camera
 from rayproof.cases.laws import LAWS
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.relations import Ask, Conditions, Relation
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage

@@ -10,8 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.random.draft import plain_draft
 from rayproof.cases.random.draws import Draws
 from rayproof.cases.random.features import FEATURES, Step

@@ -10,8 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.placement import compose, scaling
 from rayproof.cases.random import EDITION, FAMILY, MOST_EDGE, random_scene
 from rayproof.cases.random.draft import upward

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference import REFERENCES
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ class Analytic:
         """Return None: every valid scene and stage is answered."""
         return None
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
         Raises:
@@ -48,7 +47,7 @@ class Analytic:
             raise ValueError(f"samples must be 1, or more for radiance alone, got {samples} for {sorted(stages)}")
         camera = scene.camera
         centers = pixel_centers(camera)
-        answers: Answers = {}
+        answers: StageImages = {}
         if Stage.CAMERA in stages:
             answers[Stage.CAMERA] = camera_answer(camera)
         if samples == 1:
@@ -65,7 +64,7 @@ class Analytic:
             answers[stage] = rows.reshape(camera.lines, camera.width, rows.shape[1])
         return answers
 
-    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> StageImages:
         """Answer image stages at image points (N, 2) = (px, py) [px]; each answer has shape (N, channels).
 
         Raises:
@@ -81,7 +80,7 @@ class Analytic:
         found = chain(scene, np.asarray(points, dtype=np.float64), max(stages, key=IMAGE_STAGES.index))
         return {stage: found[stage] for stage in IMAGE_STAGES if stage in stages}
 
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
 
         `given` holds (height, width, channels) arrays of the stages that this one reads:

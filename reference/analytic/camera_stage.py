@@ -7,7 +7,7 @@ from rayproof.reference.analytic.camera_frame import View, pixel_centers, view_o
 
 
 def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
-    """Return the dictionary of `cases.answers` for `Stage.CAMERA`."""
+    """Return the dictionary of `cases.stages` for `Stage.CAMERA`."""
     view = view_of(camera)
     to_camera, to_world = _view_matrices(view)
     to_clip, from_clip = _projection_matrices(camera)

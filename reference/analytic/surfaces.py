@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
 from rayproof.reference.analytic.planes import Flat

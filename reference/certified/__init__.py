@@ -7,9 +7,8 @@ from typing import TypedDict
 import flint
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
 from rayproof.reference import REFERENCES
 from rayproof.reference.certified.bundles.walk import walked
 from rayproof.reference.certified.camera_stage import camera_answer
@@ -57,7 +56,7 @@ class Certified:
             )
         return None
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
         Raises:
@@ -67,7 +66,7 @@ class Certified:
         if samples < 1 or (samples > 1 and set(stages) != {Stage.RADIANCE}):
             raise ValueError(f"samples must be 1, or more for radiance alone, got {samples} for {sorted(stages)}")
         camera = scene.camera
-        answers: Answers = {}
+        answers: StageImages = {}
         if Stage.CAMERA in stages:
             answers[Stage.CAMERA] = camera_answer(camera)
         offsets = (np.arange(samples) + 0.5) / samples
@@ -78,7 +77,7 @@ class Certified:
             answers[stage] = values.reshape(shape).mean(axis=2) if samples > 1 else values.reshape(*shape[:2], shape[3])
         return answers
 
-    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray, *, exactly: bool = True) -> Answers:
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray, *, exactly: bool = True) -> StageImages:
         """Answer image stages at image points (N, 2) = (px, py) [px]; each answer has shape (N, channels).
 
         Without `exactly` a tie is NaN: where surfaces coincide exact numbers take minutes for an image.
@@ -109,7 +108,7 @@ class Certified:
             if stage in stages
         }
 
-    def pairs(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> tuple[Answers, Answers]:
+    def pairs(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> tuple[StageImages, StageImages]:
         """Answer image stages at image points (N, 2) [px] to 110 bits, as two float64 answers whose sum is meant.
 
         Raises:
@@ -126,7 +125,7 @@ class Certified:
                 low[stage].append([part[1] for part in parts])
         return _tables(scene, high, len(points)), _tables(scene, low, len(points))
 
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
 
         `given` holds (height, width, channels) arrays of the stages that this one reads:
@@ -200,7 +199,7 @@ def _image_stages(stages: Collection[Stage]) -> list[Stage]:
     return chosen
 
 
-def _tables(scene: Scene, rows: dict[Stage, list[list[float]]], count: int) -> Answers:
+def _tables(scene: Scene, rows: dict[Stage, list[list[float]]], count: int) -> StageImages:
     channels = {stage: len(exr_channels(stage, lights=len(scene.lights))) for stage in rows}
     return {stage: np.array(row, dtype=np.float64).reshape(count, channels[stage]) for stage, row in rows.items()}
 

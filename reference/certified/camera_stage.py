@@ -14,7 +14,7 @@ BITS = 512
 
 
 def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
-    """Return the dictionary of `cases.answers` for `Stage.CAMERA`."""
+    """Return the dictionary of `cases.stages` for `Stage.CAMERA`."""
     with precision(BITS) as field:
         return _matrices(view_of(camera, field), field) | _pixels(camera)
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from flint import fmpq
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Mesh, Shape, Sphere, Triangle
 from rayproof.reference.certified.fields import exact
 from rayproof.reference.certified.vectors import Rational, cross, dot, minus

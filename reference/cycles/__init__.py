@@ -4,9 +4,8 @@ from collections.abc import Collection
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.cycles import program
 
@@ -38,7 +37,7 @@ class Cycles:
 
         return {name: str(value) for name, value in tasks.CYCLES.items()}
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
         A picture per light: of several, a sample of Cycles takes one at random.
@@ -59,7 +58,7 @@ class Cycles:
         return {stage: found[stage] for stage in stages}
 
 
-def _hits(scene: Scene, picture: dict[str, np.ndarray]) -> Answers:
+def _hits(scene: Scene, picture: dict[str, np.ndarray]) -> StageImages:
     """Return object, distance, position and normal."""
     from rayproof.reference.cycles import tasks
 

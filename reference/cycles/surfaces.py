@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
-from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
-from rayproof.cases.similarity import is_similarity
+from rayproof.cases.placement import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle, is_similarity
 
 BITS = np.array([[(index >> axis) & 1 for axis in range(3)] for index in range(8)]) - 0.5
 # The faces of a cube and of a square by corners, counter-clockwise seen from outside.

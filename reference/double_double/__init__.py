@@ -6,9 +6,8 @@ from importlib.metadata import version
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.double_double.backends import fast_math_off, types, unavailable
 from rayproof.reference.double_double.camera_stage import camera_answer
@@ -21,8 +20,8 @@ MOST_TRIANGLES = 20_000  # every ray is held against every triangle
 class PairAnswers:
     """Answers of shape (N, channels) as high + low, and per ray the smallest margin of its decisions."""
 
-    high: Answers
-    low: Answers
+    high: StageImages
+    low: StageImages
     margin: np.ndarray  # (N,): below questions.LOW_MARGIN a certified reference should be asked
 
 
@@ -49,7 +48,7 @@ class DoubleDouble:
             return f"{triangles} triangles are too many to hold every ray against; at most {MOST_TRIANGLES}"
         return None
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
         Raises:
@@ -59,7 +58,7 @@ class DoubleDouble:
         if samples < 1 or (samples > 1 and set(stages) != {Stage.RADIANCE}):
             raise ValueError(f"samples must be 1, or more for radiance alone, got {samples} for {sorted(stages)}")
         camera = scene.camera
-        answers: Answers = {}
+        answers: StageImages = {}
         if Stage.CAMERA in stages:
             answers[Stage.CAMERA] = camera_answer(camera)
         offsets = (np.arange(samples) + 0.5) / samples
@@ -70,7 +69,7 @@ class DoubleDouble:
             answers[stage] = values.reshape(shape).mean(axis=2) if samples > 1 else values.reshape(*shape[:2], shape[3])
         return answers
 
-    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> StageImages:
         """Answer image stages at image points (N, 2) = (px, py) [px]; each answer has shape (N, channels).
 
         Raises:
@@ -88,7 +87,7 @@ class DoubleDouble:
         """
         return self._answers(scene, stages, points, pairs=True)
 
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
 
         `given` holds (height, width, channels) arrays of the stages that this one reads:

@@ -7,7 +7,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square
 from rayproof.reference.double_double.constants import Rational
 from rayproof.reference.double_double.pair_arithmetic import Bool, Float

@@ -10,7 +10,7 @@ from rayproof.reference.double_double.constants import cross, dot, fractions, mi
 
 
 def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
-    """Return the dictionary of `cases.answers` for `Stage.CAMERA`."""
+    """Return the dictionary of `cases.stages` for `Stage.CAMERA`."""
     eye = fractions(camera.eye)
     forward = minus(fractions(camera.target), eye)
     right = cross(forward, fractions(camera.up))

@@ -7,9 +7,8 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference import REFERENCES
 
 
@@ -49,14 +48,14 @@ class Embree:
             "feelers": f"from {CLEARANCE:.3g} of the distance to the eye",
         }
 
-    def epsilon_at(self, seen: Answers) -> np.ndarray:
+    def epsilon_at(self, seen: StageImages) -> np.ndarray:
         """Return how near [m] to a hit blockers do not count, (height, width), 0 on a miss."""
         from rayproof.reference.embree.stages import CLEARANCE
 
         distance = seen[Stage.DISTANCE][..., 0]
         return np.where(np.isfinite(distance), CLEARANCE * distance, 0.0)
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages` from ray to visibility.
 
         Raises:

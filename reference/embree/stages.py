@@ -4,9 +4,8 @@ from collections.abc import Collection
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.embree.cameras import directions, interval
 from rayproof.reference.embree.facets import facets
 from rayproof.reference.embree.tracing import World
@@ -21,7 +20,7 @@ def rays(scene: Scene) -> np.ndarray:
     return directions(scene.camera)[0].reshape(scene.camera.lines, scene.camera.width, 3)
 
 
-def answers(scene: Scene, stages: Collection[Stage]) -> Answers:
+def answers(scene: Scene, stages: Collection[Stage]) -> StageImages:
     """Return those stages from object to visibility that are among `stages`, (height, width, channels), float64."""
     direction, depth = directions(scene.camera)
     world = World(facets(scene))

@@ -22,7 +22,7 @@ Ends = Callable[[World, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def camera_answer(world: World, camera: Camera, ends: Ends) -> dict[str, np.ndarray]:
-    """Return the matrices, the frustum's corners [m] and the pixels' coordinates, as `cases.answers` orders them."""
+    """Return the matrices, the frustum's corners [m] and the pixels' coordinates, as `cases.stages` orders them."""
     to_world, to_film = world.sensor.world_transform(), world.sensor.projection_transform()
     # The film coordinates that Mitsuba is handed, in the precision that it takes.
     film = pixel_centers(camera).astype(np.float32).astype(np.float64)

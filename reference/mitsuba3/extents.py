@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 
 CUBE_CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))

@@ -7,9 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Plane, Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.mitsuba3 import variants
 from rayproof.reference.mitsuba3.epsilons import SHADOW_EPSILON, offsets
@@ -52,7 +51,7 @@ class _Mitsuba:
 
         return variants.unavailable(self.variant) or refusal(scene, stage)
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
         Stages up to exitance come from single rays through the pixel centres, radiance from Mitsuba's integrator.
@@ -66,7 +65,7 @@ class _Mitsuba:
         mi, camera = variants.load(self.variant), scene.camera
         near, far = camera.near, camera.far
         traced = set(stages) - {Stage.RADIANCE} if samples == 1 else set()
-        found: Answers = {}
+        found: StageImages = {}
         world = None
         if traced or scene.clip != "depth":
             world = build(mi, scene, near=near, far=far)
@@ -96,7 +95,7 @@ class _Mitsuba:
         """
         return self.epsilon_at(self.render(scene, [Stage.OBJECT, Stage.POSITION]))
 
-    def epsilon_at(self, seen: Answers) -> np.ndarray:
+    def epsilon_at(self, seen: StageImages) -> np.ndarray:
         """Return the same from answers that have object and position already."""
         return np.where(seen[Stage.OBJECT][..., 0] >= 0, offsets(seen[Stage.POSITION]), 0.0)
 
@@ -134,7 +133,7 @@ class MitsubaLlvm(_Mitsuba):
     variant = "llvm_ad_rgb"
     traced_by = "vectorized"
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages` as the other variant does, with kernels that scenes share."""
         hold_a_high_number(variants.load(self.variant))
         return super().render(scene, stages, samples=samples)

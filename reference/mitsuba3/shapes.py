@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
-from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
-from rayproof.cases.similarity import is_similarity
+from rayproof.cases.placement import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle, is_similarity
 from rayproof.reference.mitsuba3.planes import disc_to_world
 
 

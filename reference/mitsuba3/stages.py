@@ -4,16 +4,15 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Mesh, PointLight, Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.mitsuba3.tracing import Feelers, Hits
 from rayproof.reference.mitsuba3.worlds import World
 
 Feel = Callable[[World, Hits, PointLight, np.ndarray], Feelers]
 
 
-def answers(scene: Scene, world: World, hits: Hits, feel: Feel, stages: Collection[Stage]) -> Answers:
+def answers(scene: Scene, world: World, hits: Hits, feel: Feel, stages: Collection[Stage]) -> StageImages:
     """Return every stage from ray to exitance that is among `stages`, (height, width, channels), float64."""
     hit = hits.shape >= 0
     distance = np.linalg.norm(hits.position - np.asarray(scene.camera.eye), axis=1)

@@ -4,10 +4,9 @@ from collections.abc import Collection
 
 import numpy as np
 
-from rayproof.cases.answers import Answers, Resolution
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.povray import program
 from rayproof.reference.povray.program import DEPTH_TOLERANCE, LIT_SCALE, SHADOW_TOLERANCE
@@ -62,7 +61,7 @@ class PovRay:
             because="16-bit pictures at exposures that grow fourfold, and colours in float32",
         )
 
-    def epsilon_at(self, seen: Answers) -> float:
+    def epsilon_at(self, seen: StageImages) -> float:
         """Return how near [m] to a feeler's ends POV-Ray's pictures ignore what blocks it."""
         return SHADOW_TOLERANCE / LIT_SCALE
 
@@ -76,14 +75,14 @@ class PovRay:
             f"In POV-Ray's pictures blockers within {near} of a feeler's ends do not count.",
         ]
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel."""
         found = self._probed(scene, lit=bool(set(stages) & set(LIT)))
         if Stage.RADIANCE in stages:
             found[Stage.RADIANCE] = _radiance(scene, found, samples)
         return {stage: found[stage] for stage in stages}
 
-    def _probed(self, scene: Scene, *, lit: bool) -> Answers:
+    def _probed(self, scene: Scene, *, lit: bool) -> StageImages:
         """Return every stage before radiance; those of light only if `lit`."""
         from rayproof.reference.povray import pictures, probing
         from rayproof.reference.povray.stages import stages_of
@@ -97,7 +96,7 @@ class PovRay:
         return {stage: values.reshape(camera.height, camera.width, values.shape[1]) for stage, values in rows.items()}
 
 
-def _radiance(scene: Scene, found: Answers, samples: int) -> np.ndarray:
+def _radiance(scene: Scene, found: StageImages, samples: int) -> np.ndarray:
     """Return radiance; the exposures are chosen by what trace() found at the pixel centres."""
     from rayproof.reference.povray import pictures
 

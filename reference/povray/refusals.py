@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.povray.program import DEPTH_TOLERANCE, SHADOW_TOLERANCE, missing

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 
 Texture = Callable[[int], str]  # face index -> SDL

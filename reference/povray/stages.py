@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.povray.probing import Probe
 
 
-def stages_of(scene: Scene, probe: Probe, objects: np.ndarray, *, lit: bool) -> Answers:
+def stages_of(scene: Scene, probe: Probe, objects: np.ndarray, *, lit: bool) -> StageImages:
     """Return every stage before radiance, ray by ray; those of light only if `lit`.
 
     `objects` (n, 2) are the shape and face that the picture shows. A pixel at an outline that only one of picture and
@@ -22,7 +21,7 @@ def stages_of(scene: Scene, probe: Probe, objects: np.ndarray, *, lit: bool) -> 
     away = np.einsum("ij,ij->i", outward, probe.direction) > 0
     normal = np.where((two_sided & away)[:, np.newaxis], -outward, outward)
     distance = np.linalg.norm(position - np.asarray(scene.camera.eye), axis=1)
-    rows: Answers = {
+    rows: StageImages = {
         Stage.RAY: probe.direction,
         Stage.OBJECT: objects,
         Stage.DISTANCE: np.where(hit, distance, np.inf)[:, np.newaxis],
@@ -32,7 +31,7 @@ def stages_of(scene: Scene, probe: Probe, objects: np.ndarray, *, lit: bool) -> 
     return rows | _lit(scene, probe.free, rows) if lit else rows
 
 
-def _lit(scene: Scene, free: np.ndarray, given: Answers) -> Answers:
+def _lit(scene: Scene, free: np.ndarray, given: StageImages) -> StageImages:
     """Return visibility, irradiance and exitance from `free` (n, lights) and the stages before them."""
     shape, position, normal = given[Stage.OBJECT][:, 0].astype(int), given[Stage.POSITION], given[Stage.NORMAL]
     visible = np.zeros((len(shape), len(scene.lights)))

@@ -2,10 +2,9 @@
 
 from collections.abc import Collection
 
-from rayproof.cases.answers import Answers, Resolution
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Plane, Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.radiance import programs
 
@@ -66,7 +65,7 @@ class Radiance:
             because=f"rtrace multiplies colours in float32, {roundings} roundings from a light to the eye",
         )
 
-    def epsilon_in(self, scene: Scene, answers: Answers) -> float:
+    def epsilon_in(self, scene: Scene, answers: StageImages) -> float:
         """Return how far [m] off its edge a blocker may count, which exceeds what is overlooked at a feeler's start.
 
         A point counts as on a polygon's edge where two coordinates, or two products of coordinates, differ by FTINY:
@@ -97,7 +96,7 @@ class Radiance:
             found.append(f"Every light is a sphere of radius {radius:.2g} m; what is nearer to it does not block it.")
         return found
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
         Raises:

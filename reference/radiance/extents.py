@@ -11,7 +11,7 @@ from math import frexp, inf
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 
 FTINY = 1e-6  # in rtrace's units

@@ -2,8 +2,7 @@
 
 from functools import lru_cache
 
-from rayproof.cases.scene import Plane, Scene, Sphere
-from rayproof.cases.similarity import is_similarity
+from rayproof.cases.scene import Plane, Scene, Sphere, is_similarity
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.radiance.extents import FTINY, box, extent, height, reach, scale
 

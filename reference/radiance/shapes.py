@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.reference.radiance.extents import CUBE_CORNERS, SQUARE_CORNERS, height, placed, reach
 

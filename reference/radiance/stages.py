@@ -4,16 +4,15 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.radiance.cameras import centers, interval, parts, through
 from rayproof.reference.radiance.tracing import Hits, Rays, World
 
 LIT = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE)
 
 
-def single(scene: Scene, world: World, stages: Collection[Stage]) -> Answers:
+def single(scene: Scene, world: World, stages: Collection[Stage]) -> StageImages:
     """Return the stages from ray to exitance that are among `stages`, (height, width, channels), float64."""
     hits = world.hits(_rays(scene, *centers(scene.camera)))
     normal = _shading_normals(scene, hits)

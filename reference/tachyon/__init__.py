@@ -4,10 +4,9 @@ from collections.abc import Collection
 
 import numpy as np
 
-from rayproof.cases.answers import Answers, Resolution
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.tachyon import program
 
@@ -57,7 +56,7 @@ class Tachyon:
             because="16-bit pictures at exposures that grow fourfold, and colours in float32",
         )
 
-    def epsilon_at(self, seen: Answers) -> float:
+    def epsilon_at(self, seen: StageImages) -> float:
         """Return how near [m] to a feeler's start Tachyon ignores what blocks it."""
         return self.ray_epsilon
 
@@ -65,12 +64,12 @@ class Tachyon:
         """Return in sentences where Tachyon's answer is to another question than the one asked."""
         return ["Irradiance is pi times the radiance of the scene painted white."] if scene.lights else []
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel."""
         from rayproof.reference.tachyon import light, paints
         from rayproof.reference.tachyon.models import model
 
-        camera, found = scene.camera, Answers()
+        camera, found = scene.camera, StageImages()
         if {Stage.OBJECT, Stage.EXITANCE} & set(stages):
             found[Stage.OBJECT] = paints.faces(
                 program.picture(model(scene, paints.numbered), camera.width, camera.height)

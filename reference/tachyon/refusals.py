@@ -4,8 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rayproof.cases.scene import Scene, Sphere
-from rayproof.cases.similarity import is_similarity
+from rayproof.cases.scene import Scene, Sphere, is_similarity
 from rayproof.cases.stages import Stage
 from rayproof.reference.tachyon.clips import cut
 from rayproof.reference.tachyon.program import EPSILON, missing

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 
 # Outward triangles of the cube and the square by their corners' bits of x, y, z (0: -0.5, 1: +0.5).

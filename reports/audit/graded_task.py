@@ -10,9 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene, Sphere
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.audit.case_task import candidate, judge, witness
 from rayproof.reports.audit.oracle import PatientOracle
 from rayproof.reports.audit.orders import GradedOrder, GradedReport
@@ -106,7 +105,7 @@ def _tilted(scene: Scene, usual: Candidate, amount: float, oracle: PatientOracle
     length = np.linalg.norm(aside, axis=-1, keepdims=True)
     aside = np.divide(aside, length, out=np.zeros_like(aside), where=length > 0)
     turned = math.cos(amount) * normals + math.sin(amount) * aside
-    answers: Answers = usual.answers | {Stage.NORMAL: turned.astype(kind).astype(np.float64)}
+    answers: StageImages = usual.answers | {Stage.NORMAL: turned.astype(kind).astype(np.float64)}
     for stage in AFTER_NORMAL:
         if stage in answers:
             answers[stage] = oracle.continue_from(scene, stage, answers).astype(kind).astype(np.float64)

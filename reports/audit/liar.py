@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.audit.oracle import PatientOracle
 from rayproof.reports.audit.orders import LiarOrder, LiarReport
 from rayproof.reports.judge.comparison.check import Check, stage_check
@@ -78,7 +77,7 @@ def work(order: LiarOrder) -> LiarReport:
 _KINDS = ("unseen", "interval", "wide", "epsilon")
 
 
-def _liars(truth: Answers, stages: tuple[Stage, ...]) -> Iterator[tuple[Answers, tuple[Stage, ...]]]:
+def _liars(truth: StageImages, stages: tuple[Stage, ...]) -> Iterator[tuple[StageImages, tuple[Stage, ...]]]:
     """Yield answers and which of them are spoiled: each stage among all, light's together, radiance with no other."""
     good = rounded(truth)
     for stage in stages:
@@ -88,7 +87,7 @@ def _liars(truth: Answers, stages: tuple[Stage, ...]) -> Iterator[tuple[Answers,
         yield {stage: good[stage] for stage in (Stage.CAMERA, Stage.RADIANCE)}, (Stage.RADIANCE,)
 
 
-def _candidate(answers: Answers, order: LiarOrder) -> Candidate:
+def _candidate(answers: StageImages, order: LiarOrder) -> Candidate:
     """Return a stranger's program that gave these answers, each stage by a pass of its own."""
     return Candidate(
         name="liar",
@@ -102,7 +101,7 @@ def _candidate(answers: Answers, order: LiarOrder) -> Candidate:
 
 
 def _garbage(
-    scene: Scene, oracle: PatientOracle, answers: Answers, stages: tuple[Stage, ...]
+    scene: Scene, oracle: PatientOracle, answers: StageImages, stages: tuple[Stage, ...]
 ) -> dict[str, dict[Stage, np.ndarray]]:
     """Return each kind of garbage: for each stage that is spoiled an image of nothing else."""
     found: dict[str, dict[Stage, np.ndarray]] = {

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 
 
@@ -20,15 +19,15 @@ class PatientOracle:
         self._scene: Scene | None = None
         self._edges: Any = None
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`."""
         return self._oracle.render(scene, stages, samples=samples)
 
-    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> StageImages:
         """Answer at image points (n, 2)."""
         return self._oracle.at(scene, stages, points)
 
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return the stage computed from the given previous ones."""
         return self._oracle.continue_from(scene, stage, given)
 

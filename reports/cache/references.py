@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.answers import Answers, Reference
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Reference, Stage, StageImages
 from rayproof.reference.analytic.edges import Edges
 from rayproof.reference.analytic.edges.lights_on_surfaces import LightEnd
 from rayproof.reports.cache.digests import Key, code, machine
@@ -32,7 +31,7 @@ CODE = ("rayproof.reports.run.tasks.reference_task",)
 class Rendered:
     """A reference's images, and where they come from."""
 
-    answers: Answers
+    answers: StageImages
     mean: np.ndarray | None  # radiance over a case's samples
     cached: bool
     notes: tuple[str, ...] = ()  # what went wrong with the cache, in sentences
@@ -94,7 +93,7 @@ def _rendered(entry: Entry) -> Rendered:
 
 def cached(
     question: Question,
-    render: Callable[[], tuple[Answers, np.ndarray | None]],
+    render: Callable[[], tuple[StageImages, np.ndarray | None]],
     *,
     store: Store | None = None,
     always: bool = False,
@@ -210,7 +209,7 @@ def _seen(key: RenderKey, seconds: float) -> About:
     }
 
 
-def _arrays(answers: Answers) -> dict[str, np.ndarray]:
+def _arrays(answers: StageImages) -> dict[str, np.ndarray]:
     """Return answers as named arrays; the camera stage is a dictionary of them."""
     found: dict[str, np.ndarray] = {}
     for stage, image in answers.items():
@@ -221,8 +220,8 @@ def _arrays(answers: Answers) -> dict[str, np.ndarray]:
     return found
 
 
-def _answers(arrays: dict[str, np.ndarray]) -> Answers:
-    answers: Answers = {}
+def _answers(arrays: dict[str, np.ndarray]) -> StageImages:
+    answers: StageImages = {}
     for name, array in arrays.items():
         stage, _, part = name.partition(".")
         if part:

@@ -5,10 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stage_of_image import continued
 from rayproof.reports.certify.perturbed import horizons, perturbed
@@ -37,7 +36,7 @@ Pixel = tuple[int, int]  # column, row
 LIT = {stage: (Stage.OBJECT,) if stage in GEOMETRY else (Stage.OBJECT, Stage.VISIBILITY) for stage in IMAGE_STAGES}
 
 
-def certified_answers(scene: Scene, stages: tuple[Stage, ...]) -> Answers | None:
+def certified_answers(scene: Scene, stages: tuple[Stage, ...]) -> StageImages | None:
     """Return certified images of a scene, NaN where a tie cannot be decided; None if it has too many triangles."""
     if CERTIFIED.unsupported(scene, stages[-1]) is not None:
         return None
@@ -80,7 +79,7 @@ class Held:
     """One party's answers, held against certified ones by the judge's limits for its precision."""
 
     ground: Ground
-    truth: Answers  # certified, NaN where undecided
+    truth: StageImages  # certified, NaN where undecided
     party: Candidate
 
     @cached_property

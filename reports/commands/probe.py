@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named, scene_named
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.run import subject_named
@@ -116,7 +115,7 @@ def reference_pixel(name: str, scene: Scene, x: int, y: int, *, cached: bool) ->
     return pixel(scene, x, y, witness.answers) | refused
 
 
-def pixel(scene: Scene, x: int, y: int, answers: Answers) -> Column:
+def pixel(scene: Scene, x: int, y: int, answers: StageImages) -> Column:
     """Return a pixel's values by the names of the stages' channels; of the camera what it says about this pixel."""
     column: Column = {}
     if camera := answers.get(Stage.CAMERA):

@@ -19,7 +19,7 @@ def schema(what: Literal["scene", "results"] = "scene", /, *, json: Path | None 
 
     """
     if what == "scene":
-        from rayproof.cases.scene_json import schema as described
+        from rayproof.cases.scene_schema import schema as described
     else:
         from rayproof.reports.results.records import schema as described
     if json is None:

@@ -18,10 +18,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 
 if TYPE_CHECKING:
     from rayproof.reports.diagnosis.fits import Fitting
@@ -33,7 +32,7 @@ class Given:
     """What a wrong stage is computed from."""
 
     scene: Scene
-    answers: Answers  # the stages before, as the renderer with this mistake has them; after them the right ones
+    answers: StageImages  # the stages before, as the renderer with this mistake has them; after them the right ones
     right: np.ndarray  # this stage as it follows rightly from those before, (height, width, channels)
     parameter: float  # the estimated parameter of a mistake that has one, else 0
 
@@ -43,7 +42,7 @@ class Answered:
     """The answers of a way to a scene."""
 
     scene: Scene  # the question that was answered
-    answers: Answers
+    answers: StageImages
     limits: Mapping[Stage, np.ndarray]  # (height, width) or (height, width, 3)
     edge: np.ndarray  # (height, width): something else begins within a pixel
 
@@ -54,7 +53,7 @@ Wrong = Callable[[Given], np.ndarray]
 
 
 # How right answers lie in the file: these answers and the renderer's own images in, what is written out.
-Stored = Callable[[Answered, Answers], Answered]
+Stored = Callable[[Answered, StageImages], Answered]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +73,7 @@ class Way:
 class Fit:
     """How a mistake's parameter is estimated from a case: one number for each pixel that speaks of it."""
 
-    samples: Callable[[Scene, Answers, Answers], np.ndarray]  # scene, the oracle's answers, the renderer's
+    samples: Callable[[Scene, StageImages, StageImages], np.ndarray]  # scene, the oracle's answers, the renderer's
     nothing: float  # the parameter of a renderer without the mistake
     grid: tuple[float, ...] = ()  # instead: values to try, between the best of which the parameter is sought
 

@@ -10,10 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Cube, Scene, SceneError
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Answered, Given, Way
 from rayproof.reports.judge.comparison.measurement import ratios
 from rayproof.reports.judge.oracle import FullOracle, stages_of
@@ -39,7 +38,7 @@ def right_answer(scene: Scene, oracle: FullOracle) -> Answered:
     return _answered(scene, answers, {})
 
 
-def answer(way: Way, right: Answered, oracle: FullOracle, *, ours: Answers | None = None) -> Answered:
+def answer(way: Way, right: Answered, oracle: FullOracle, *, ours: StageImages | None = None) -> Answered:
     """Return a way's answer to the scene that `right` answers, in the pixels of the image asked for.
 
     `ours` are the renderer's own images, of what is written in a way that not all of is foretold.
@@ -62,7 +61,7 @@ def answer(way: Way, right: Answered, oracle: FullOracle, *, ours: Answers | Non
     return found
 
 
-def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene, Answers, Answers]:
+def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene, StageImages, StageImages]:
     """Return the question that a way answers, its answers, and the right light on what it sees, where that is not its.
 
     Raises:
@@ -74,7 +73,7 @@ def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene,
     except (SceneError, ValueError, OverflowError) as wrong:
         raise Unanswerable(str(wrong)) from None
     wanted = [stage for stage in stages_of(scene) if stage is not Stage.CAMERA]
-    plain: Answers = {}
+    plain: StageImages = {}
     if way.formulas:
         answers = _traced(scene, wanted, way.formulas)
         if Stage.IRRADIANCE in answers:
@@ -121,7 +120,7 @@ def turned_rays(rays: np.ndarray, aside: int, along: int) -> np.ndarray:
     return rays + turn * (aside * one + along * other)
 
 
-def _apart(one: Answers, other: Answers) -> np.ndarray:
+def _apart(one: StageImages, other: StageImages) -> np.ndarray:
     """Return the pixels (height, width) in which two answers meet or light different things."""
     stages = [stage for stage in (Stage.OBJECT, Stage.VISIBILITY) if stage in one]
     return np.any(np.concatenate([one[stage] != other[stage] for stage in stages], axis=-1), axis=-1)
@@ -162,7 +161,9 @@ def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.nda
     return found
 
 
-def _spoilt(scene: Scene, answers: Answers, way: Way, first: Stage, oracle: FullOracle) -> tuple[Answers, Answers]:
+def _spoilt(
+    scene: Scene, answers: StageImages, way: Way, first: Stage, oracle: FullOracle
+) -> tuple[StageImages, StageImages]:
     """Return the answers with a way's wrong stages, and the right light on what is met then."""
     found, plain = dict(answers), {}
     with np.errstate(all="ignore"):
@@ -185,7 +186,7 @@ def _spoilt(scene: Scene, answers: Answers, way: Way, first: Stage, oracle: Full
 
 
 def follows(
-    way: Way, scene: Scene, stage: Stage, before: Answers, oracle: FullOracle, *, precision: str = "float64"
+    way: Way, scene: Scene, stage: Stage, before: StageImages, oracle: FullOracle, *, precision: str = "float64"
 ) -> np.ndarray:
     """Return a stage as it follows from those before by a way's formulas, else rightly; of what it spoils, the base.
 
@@ -206,7 +207,7 @@ def follows(
     return continue_from(scene, stage, before, Configuration(precision=precision, formulas=way.formulas))
 
 
-def _continued(scene: Scene, answers: Answers, first: Stage, oracle: FullOracle) -> Answers:
+def _continued(scene: Scene, answers: StageImages, first: Stage, oracle: FullOracle) -> StageImages:
     """Return the right light from `first` on, on the surfaces and under the lights that the answers see."""
     found = dict(answers)
     with np.errstate(all="ignore"):
@@ -215,7 +216,9 @@ def _continued(scene: Scene, answers: Answers, first: Stage, oracle: FullOracle)
     return {stage: found[stage] for stage in LIGHT}
 
 
-def _traced(scene: Scene, stages: list[Stage], formulas: Mapping[str, str], *, precision: str = "float64") -> Answers:
+def _traced(
+    scene: Scene, stages: list[Stage], formulas: Mapping[str, str], *, precision: str = "float64"
+) -> StageImages:
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.render import render
     from rayproof.tracer.shapes.representable import beyond
@@ -225,7 +228,7 @@ def _traced(scene: Scene, stages: list[Stage], formulas: Mapping[str, str], *, p
     return render(scene, stages, Configuration(precision=precision, formulas=formulas))
 
 
-def _answered(scene: Scene, answers: Answers, plain: Answers) -> Answered:
+def _answered(scene: Scene, answers: StageImages, plain: StageImages) -> Answered:
     with np.errstate(all="ignore"):
         bound = dict(
             limits(scene, answers, condition(scene, answers), Roundoff(PRECISION), by_matrices=False).end_to_end
@@ -253,7 +256,7 @@ def _answered(scene: Scene, answers: Answers, plain: Answers) -> Answered:
     return Answered(scene=scene, answers=answers, limits=bound, edge=_edges(answers) | between_faces(scene, answers))
 
 
-def between_faces(scene: Scene, answers: Answers) -> np.ndarray:
+def between_faces(scene: Scene, answers: StageImages) -> np.ndarray:
     """Return the pixels (height, width) that hit a cube so near to an edge that rounding says which face's normal."""
     objects, positions = answers[Stage.OBJECT][..., 0], answers[Stage.POSITION]
     found = np.zeros(objects.shape, dtype=bool)
@@ -270,7 +273,7 @@ def between_faces(scene: Scene, answers: Answers) -> np.ndarray:
     return found
 
 
-def _by_a_light_on_a_surface(scene: Scene, answers: Answers, right: Answers) -> np.ndarray:
+def _by_a_light_on_a_surface(scene: Scene, answers: StageImages, right: StageImages) -> np.ndarray:
     """Return the pixels whose view of a light is not the right one, where that light lies on a surface.
 
     From the other side than the right one, rounding alone says whether the surface that holds a light blocks it.
@@ -279,7 +282,7 @@ def _by_a_light_on_a_surface(scene: Scene, answers: Answers, right: Answers) -> 
     return np.any((answers[Stage.VISIBILITY] != right[Stage.VISIBILITY]) & np.array(held, dtype=bool), axis=-1)
 
 
-def seen_from_a_surface(scene: Scene, answers: Answers) -> np.ndarray:
+def seen_from_a_surface(scene: Scene, answers: StageImages) -> np.ndarray:
     """Return the pixels (height, width) in which rounding decides what a feeler meets.
 
     That is where another shape is at the same place, and where a light that lies on a surface is above the horizon.
@@ -301,7 +304,7 @@ def _on_a_surface(scene: Scene, point: np.ndarray) -> bool:
     )
 
 
-def _over_its_limit(scene: Scene, found: Answered, plain: Answers, way: Way) -> dict[Stage, np.ndarray]:
+def _over_its_limit(scene: Scene, found: Answered, plain: StageImages, way: Way) -> dict[Stage, np.ndarray]:
     """Return the limit of radiance under a curve: how far its value moves within the limits of what it is made of."""
     wrong = way.stages[Stage.RADIANCE]
     middle, value = plain[Stage.RADIANCE], found.answers[Stage.RADIANCE]
@@ -326,12 +329,12 @@ def _over_its_limit(scene: Scene, found: Answered, plain: Answers, way: Way) -> 
     return {Stage.RADIANCE: np.where(np.isfinite(moved), moved, 0.0) + LEAST * np.abs(value)}
 
 
-def own_limits(scene: Scene, answers: Answers) -> Answered:
+def own_limits(scene: Scene, answers: StageImages) -> Answered:
     """Return a renderer's own answers with the limits of what follows from them."""
     return _answered(scene, answers, {})
 
 
-def _edges(answers: Answers) -> np.ndarray:
+def _edges(answers: StageImages) -> np.ndarray:
     """Return the pixels beside which another object, face or light is seen, and those that a way leaves open: NaN."""
     images = [answers[Stage.OBJECT]] + ([answers[Stage.VISIBILITY]] if Stage.VISIBILITY in answers else [])
     state = np.concatenate(images, axis=-1)

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.diagnosis.trial import Evidence
 from rayproof.reports.diagnosis.trial_by_stages import NOTHING, Continued
 
@@ -29,8 +28,8 @@ class Fitting:
     """One failing case that a law is estimated from."""
 
     evidence: Evidence
-    right: Answers  # with all stages: each as it follows from the renderer's own before it; else the oracle's
-    ours: Answers
+    right: StageImages  # with all stages: each as it follows from the renderer's own before it; else the oracle's
+    ours: StageImages
     plain: np.ndarray  # (height, width): pixels away from edges
 
     @property

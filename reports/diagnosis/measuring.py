@@ -24,10 +24,9 @@ from typing import TypedDict
 import numpy as np
 
 from rayproof import ROOT
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis.answering import Answered
 from rayproof.reports.diagnosis.diagnosing import LARGEST, faces
@@ -113,7 +112,7 @@ class Renderer:
         """Return its mistakes, or an empty text."""
         return "+".join(self.mistakes)
 
-    def answers(self, case: Case, folder: Path) -> Answers:
+    def answers(self, case: Case, folder: Path) -> StageImages:
         """Return what it answers to a case."""
         if self.program is not None:
             return rendered(self.program, self.mistakes, case, folder)
@@ -247,7 +246,7 @@ def _grounds(names: tuple[str, ...]) -> dict[str, tuple[Case, np.ndarray, Answer
     return found
 
 
-def rendered(program: Path, mistakes: Sequence[str], case: Case, folder: Path) -> Answers:
+def rendered(program: Path, mistakes: Sequence[str], case: Case, folder: Path) -> StageImages:
     """Return what the program answers to a case with some mistakes."""
     where = folder / case.name.replace("/", "-")
     scene = where / "scene.json"
@@ -273,7 +272,7 @@ def evidence_of(renderer: Renderer, folder: Path, names: Sequence[str]) -> dict[
     return found
 
 
-def _evidence(case: Case, ours: Answers, mask: np.ndarray, right: Answered, oracle: Analytic) -> Evidence:
+def _evidence(case: Case, ours: StageImages, mask: np.ndarray, right: Answered, oracle: Analytic) -> Evidence:
     def made(*, failed: bool) -> Evidence:
         one = Evidence(
             case=case.name, scene=case.scene, load=lambda: ours, failed=failed, oracle=oracle, undecided=mask

@@ -12,9 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import SceneError
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import MISTAKES, Given, Way
 from rayproof.reports.diagnosis.answering import LIGHT, Unanswerable, follows
 from rayproof.reports.diagnosis.clock import Clock
@@ -57,7 +56,7 @@ class Sampled:
         """Return the renderer's radiance there, (1, pixels, 3)."""
         return self._taken(self.evidence.ours[Stage.RADIANCE])
 
-    def answers(self, way: Way) -> Answers | None:
+    def answers(self, way: Way) -> StageImages | None:
         """Return what a way answers there, (1, pixels, channels); None where it has no answer."""
         key = id(way)
         if key not in self._kept:
@@ -67,7 +66,7 @@ class Sampled:
                 self._kept[key] = way, None
         return self._kept[key][1]
 
-    def _answers(self, way: Way) -> Answers:
+    def _answers(self, way: Way) -> StageImages:
         scene = self.evidence.scene if way.asked is None else way.asked(self.evidence.scene)
         oracle = self.evidence.oracle
         rays = self.evidence.right.answers[Stage.RAY]
@@ -75,7 +74,7 @@ class Sampled:
             rays = oracle.continue_from(scene, Stage.RAY, {})
         if Stage.RAY in way.stages:
             rays = way.stages[Stage.RAY](Given(scene=scene, answers={}, right=rays, parameter=0.0))
-        found: Answers = {Stage.RAY: self._taken(rays)}
+        found: StageImages = {Stage.RAY: self._taken(rays)}
         small = replace(scene, camera=replace(scene.camera, width=len(self.places), height=1))
         with np.errstate(all="ignore"):
             for stage in IMAGE_STAGES[1:]:

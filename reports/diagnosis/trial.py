@@ -6,9 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Way
 from rayproof.reports.diagnosis.answering import PRECISION, Answered, Unanswerable, answer, right_answer, unsteady
 from rayproof.reports.judge.comparison.measurement import ratios
@@ -30,14 +29,14 @@ class Evidence:
 
     case: str
     scene: Scene
-    load: Callable[[], Answers]  # the stages that it wrote, read when they are looked at
+    load: Callable[[], StageImages]  # the stages that it wrote, read when they are looked at
     failed: bool
     oracle: FullOracle
     undecided: np.ndarray | None  # (height, width): where the judge itself does not decide; None: asked of it
     _kept: dict = field(default_factory=dict)
 
     @cached_property
-    def ours(self) -> Answers:
+    def ours(self) -> StageImages:
         """Return the stages that the renderer wrote."""
         return self.load()
 
@@ -154,7 +153,7 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
     return found
 
 
-def _tally(evidence: Evidence, supposed: Answered, ours: Answers, right: Answers, judged: np.ndarray) -> Tally:
+def _tally(evidence: Evidence, supposed: Answered, ours: StageImages, right: StageImages, judged: np.ndarray) -> Tally:
     """Count what agrees with a supposed answer in the pixels that are judged."""
     off = deviates(supposed, ours) & judged
     telling = judged & ~evidence.right.edge & deviates(supposed, right, times=2)
@@ -177,7 +176,7 @@ def differ(evidence: Evidence, one: Way, other: Way) -> bool:
     return int(np.count_nonzero(apart)) > ALLOWED * apart.size
 
 
-def deviates(supposed: Answered, ours: Answers, *, times: float = 1) -> np.ndarray:
+def deviates(supposed: Answered, ours: StageImages, *, times: float = 1) -> np.ndarray:
     """Return the pixels (height, width) at which some stage is not the supposed one, within so many limits."""
     found = np.zeros(supposed.edge.shape, dtype=bool)
     for stage, image in ours.items():

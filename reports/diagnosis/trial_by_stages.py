@@ -10,9 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, SceneError, Sphere, Square, Triangle
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Given, Way
 from rayproof.reports.diagnosis.answering import (
     LIGHT,
@@ -60,7 +59,7 @@ class Continued:
     _kept: dict = field(default_factory=dict)
 
     @cached_property
-    def own(self) -> Answers:
+    def own(self) -> StageImages:
         """Return the renderer's own stages."""
         return {stage: np.asarray(self.evidence.ours[stage], dtype=np.float64) for stage in self.stages}
 

@@ -147,7 +147,7 @@ def glb_scene() -> Target:
 
 def glb_mesh() -> Target:
     """Return GLB files as meshes of scene files, which trimesh parses."""
-    from rayproof.cases.mesh_file import read_mesh
+    from rayproof.cases.mesh_files import read_mesh
 
     seeds = (glb(_gltf(uri=None), CORNERS.tobytes() + FACES.tobytes()),)
     return Target(

@@ -4,7 +4,7 @@ from math import pi, radians, sin
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Shape, Sphere, Square, Triangle
 from rayproof.reports.interchange import Size
 from rayproof.reports.interchange.numbers import vector

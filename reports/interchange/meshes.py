@@ -5,8 +5,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from rayproof.cases.mesh_file import read_mesh
-from rayproof.cases.mesh_headers import PLY_HEADER
+from rayproof.cases.mesh_files import PLY_HEADER, read_mesh
 from rayproof.cases.scene import Mesh, Scene, SceneError
 from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
 from rayproof.reports.interchange.framing import camera_for, light_for

@@ -5,9 +5,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 
 ORACLE = "analytic"  # its name among the references
 
@@ -15,15 +14,15 @@ ORACLE = "analytic"  # its name among the references
 class FullOracle(Protocol):
     """What judging asks of the analytic reference."""
 
-    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> Answers:
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`."""
         ...
 
-    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> StageImages:
         """Answer at image points (n, 2)."""
         ...
 
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return the stage computed from the given previous ones."""
         ...
 

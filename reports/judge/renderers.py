@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rayproof.cases.answers import Answers, Resolution
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reports.results.outcomes import Outcome
 
 
@@ -19,10 +18,10 @@ class Candidate:
     items: frozenset[str]  # specification items whose formulas it ran
     # m, one for all or per pixel: how far it admits to move or ignore things at a feeler's start
     shadow_epsilon: float | np.ndarray
-    answers: Answers | None
+    answers: StageImages | None
     error: str | None = None
     stopped: bool = False  # the error is that its time was over
-    fine: Answers | None = None  # at the resolution of a case's samples: the tracer's own answers there
+    fine: StageImages | None = None  # at the resolution of a case's samples: the tracer's own answers there
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered by its own means, instead of `fine`
     unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
     lacking: Mapping[Stage, str] = field(default_factory=dict)  # stages that it ought to have answered, and what lacks
@@ -48,7 +47,7 @@ class Witness:
     precision: str
     independent: bool  # shares neither code nor Dr.Jit's compiler with the tracer
     shadow_epsilon: float | np.ndarray  # m, one for all or per pixel
-    answers: Answers
+    answers: StageImages
     unsupported: Mapping[Stage, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # where it answers another question than the one asked, in sentences
     mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences

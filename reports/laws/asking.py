@@ -3,9 +3,8 @@
 from collections.abc import Callable, Collection
 from typing import Any
 
-from rayproof.cases.answers import Answers, Resolution
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.run.messages import SubjectTask, TracerTask
 from rayproof.reports.run.tasks.handlers import handler
@@ -39,12 +38,12 @@ class Asked:
 
     def __init__(self, render: Render, stages: Collection[Stage]) -> None:
         self._render, self._stages = render, frozenset(stages)
-        self._kept: dict[Scene, Answers] = {}
+        self._kept: dict[Scene, StageImages] = {}
         self.scenes = 0  # rendered
         self.precision = "float32"
         self.resolutions: dict[Stage, Resolution] = {}
 
-    def __call__(self, scene: Scene) -> Answers:
+    def __call__(self, scene: Scene) -> StageImages:
         """Return the stages that are to be looked at, as far as the subject answers them.
 
         Raises:

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.answers import Resolution
 from rayproof.cases.relations import Relation
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.laws.limits import TELLING, WHOLE, limit, neighbours, roundoff
 
 BEND = 0.5  # of a step from pixel to pixel: where an image bends by more, an edge runs between the two

@@ -10,12 +10,11 @@ import math
 
 import numpy as np
 
-from rayproof.cases.answers import Resolution
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.relations import Relation
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.tolerance.conditioning import ABSOLUTE, basis_condition, image_reach
 
 # Roundings from pixel to radiance, each side of a relation: ray 16, hit 16, position 4, normal 16, light 12

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.laws.judging import Judged
 from rayproof.reports.subjects import Subject
 
@@ -28,8 +27,8 @@ class Exhibit:
 
     what: str  # the change, in words
     changed: Scene
-    expected: Answers  # what the law says of it
-    measured: Answers
+    expected: StageImages  # what the law says of it
+    measured: StageImages
 
 
 @dataclass(frozen=True, kw_only=True)

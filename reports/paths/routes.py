@@ -14,10 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.judge.comparison.box_filter import box_mean, finer
 from rayproof.reports.results.records import ConsistencyRecord
 from rayproof.tracer.configuration import Configuration
@@ -53,11 +52,11 @@ class Route:
     what: str
     beside: str  # what it is held against
     how: str
-    compare: Callable[[Scene, Configuration, Answers], Iterator[Compared]]
+    compare: Callable[[Scene, Configuration, StageImages], Iterator[Compared]]
     suits: Callable[[Scene, Configuration], bool] = lambda scene, configuration: True
 
 
-def full_light(scene: Scene, answers: Answers) -> np.ndarray:
+def full_light(scene: Scene, answers: StageImages) -> np.ndarray:
     """Return the radiance of each pixel if every light that it sees stood in its zenith, (height, width, 3)."""
     albedo = np.array([shape.albedo for shape in scene.shapes] or [(0.0, 0.0, 0.0)])
     hit = answers[Stage.OBJECT][..., 0].astype(int)
@@ -80,19 +79,19 @@ def _radiance(
     return render(scene, (Stage.RADIANCE,), configuration, samples=samples, chosen=chosen)[Stage.RADIANCE]
 
 
-def _judged(scene: Scene, answers: Answers) -> np.ndarray:
+def _judged(scene: Scene, answers: StageImages) -> np.ndarray:
     """Return the judged radiance; where there is no light nobody asks for it, and it is 0."""
     if Stage.RADIANCE in answers:
         return answers[Stage.RADIANCE]
     return np.zeros((scene.camera.height, scene.camera.width, 3))
 
 
-def _numbers(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+def _numbers(scene: Scene, configuration: Configuration, answers: StageImages) -> Iterator[Compared]:
     image = _radiance(scene, configuration)
     yield Compared(stage=Stage.RADIANCE, image=image, beside=_judged(scene, answers), limit=None)
 
 
-def _frames(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+def _frames(scene: Scene, configuration: Configuration, answers: StageImages) -> Iterator[Compared]:
     limit = gamma(FOLDED, precision=configuration.precision) * full_light(scene, answers)
     image = Frames(scene, configuration).pixels().astype(np.float64)
     yield Compared(stage=Stage.RADIANCE, image=image, beside=_judged(scene, answers), limit=limit)
@@ -103,19 +102,19 @@ def by_tiles(usual: Plan) -> Plan:
     return replace(usual, columns=4, rows=2 if usual.trees else 1, split=False)
 
 
-def _frames_of_tiles(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+def _frames_of_tiles(scene: Scene, configuration: Configuration, answers: StageImages) -> Iterator[Compared]:
     limit = gamma(FOLDED, precision=configuration.precision) * full_light(scene, answers)
     image = Frames(scene, configuration, chosen=by_tiles(plan(scene, configuration))).pixels().astype(np.float64)
     yield Compared(stage=Stage.RADIANCE, image=image, beside=_judged(scene, answers), limit=limit)
 
 
-def _samples(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+def _samples(scene: Scene, configuration: Configuration, answers: StageImages) -> Iterator[Compared]:
     large = finer(scene, SIDE)
     beside = box_mean(render(large, IMAGE_STAGES, configuration)[Stage.RADIANCE], SIDE)
     yield Compared(stage=Stage.RADIANCE, image=_radiance(scene, configuration, samples=SIDE), beside=beside, limit=None)
 
 
-def _frames_of_samples(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+def _frames_of_samples(scene: Scene, configuration: Configuration, answers: StageImages) -> Iterator[Compared]:
     large = render(finer(scene, SIDE), IMAGE_STAGES, configuration)
     # Added up one by one and divided by how many there are, in the working precision.
     roundings = FOLDED + SIDE * SIDE + 1
@@ -124,8 +123,8 @@ def _frames_of_samples(scene: Scene, configuration: Configuration, answers: Answ
     yield Compared(stage=Stage.RADIANCE, image=image, beside=box_mean(large[Stage.RADIANCE], SIDE), limit=limit)
 
 
-def _by_plan(change: Mapping[str, Any]) -> Callable[[Scene, Configuration, Answers], Iterator[Compared]]:
-    def compare(scene: Scene, configuration: Configuration, answers: Answers) -> Iterator[Compared]:
+def _by_plan(change: Mapping[str, Any]) -> Callable[[Scene, Configuration, StageImages], Iterator[Compared]]:
+    def compare(scene: Scene, configuration: Configuration, answers: StageImages) -> Iterator[Compared]:
         chosen = replace(plan(scene, configuration), **change)
         images = render(scene, IMAGE_STAGES, configuration, chosen=chosen)
         for stage in (stage for stage in IMAGE_STAGES if stage in answers):
@@ -242,7 +241,7 @@ ROUTES: Mapping[str, Route] = {
 }
 
 
-def compare(route: str, scene: Scene, configuration: Configuration, answers: Answers) -> ConsistencyRecord:
+def compare(route: str, scene: Scene, configuration: Configuration, answers: StageImages) -> ConsistencyRecord:
     """Return what `consistency` of a record says of one route: the first stage that differs by more than its limit.
 
     `worst` is the largest difference as a multiple of the limit; where no bit may differ, 0 or inf. `differ` counts

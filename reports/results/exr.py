@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 import OpenEXR
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
 from rayproof.reports.results.atomic import replacing
 
 _VISIBILITY = re.compile(r"visibility\.\d+")
 
 
-def write_answers(path: Path, answers: Answers, lights: int, *, comments: str = "", double: bool = False) -> Path:
+def write_answers(path: Path, answers: StageImages, lights: int, *, comments: str = "", double: bool = False) -> Path:
     """Write the image stages of `answers`, rounded once to float32, and return `path`.
 
     `comments` go into the header's attribute of that name, which image viewers show. With `double` each channel X has
@@ -52,7 +51,7 @@ def write_answers(path: Path, answers: Answers, lights: int, *, comments: str = 
     return path
 
 
-def write_arrays(path: Path, answers: Answers, *, comments: str = "") -> Path:
+def write_arrays(path: Path, answers: StageImages, *, comments: str = "") -> Path:
     """Write the image stages of `answers` as NumPy's archive of float64 arrays, by the stages' names; return `path`."""
     arrays: dict[str, Any] = {
         stage.value: np.asarray(answers[stage], np.float64) for stage in IMAGE_STAGES if stage in answers

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import overload
 
-from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline
-from rayproof.cases.covering import covering
+from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline, covering
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.paths.choice import routes_of

@@ -4,8 +4,7 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from rayproof.cases.case import Case
-from rayproof.cases.covering import covering
+from rayproof.cases.case import Case, covering
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import load_scene
 from rayproof.reports.results.json_numbers import legible

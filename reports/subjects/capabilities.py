@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 
 from rayproof.cases.rounding import PRECISIONS
-from rayproof.cases.scene import CLIPS, SHADINGS, Matrix, Scene
-from rayproof.cases.scene_fields import shown
+from rayproof.cases.scene import CLIPS, SHADINGS, Matrix, Scene, is_similarity, shown
 from rayproof.cases.scene_json import NAMES, SHAPES
-from rayproof.cases.similarity import is_similarity
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.results.json_numbers import number
 

@@ -12,9 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.answers import Resolution
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, exr_channels
 from rayproof.reports.subjects import pfm
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"

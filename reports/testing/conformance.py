@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import Case
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.comparison.box_filter import box_mean, finer
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
@@ -142,7 +141,7 @@ class Conformance:
 
     def _given(self, answer: Renderer | Mapping[str, Any]) -> Candidate:
         found = answer(self.scene, self.stages) if callable(answer) else answer
-        answers: Answers = {Stage(name): value for name, value in found.items()}
+        answers: StageImages = {Stage(name): value for name, value in found.items()}
         if missing := [stage for stage in self.stages if stage not in answers]:
             raise AssertionError(f"{self.case.name}: the renderer gave no {', '.join(missing)}")
         images = {

@@ -7,7 +7,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from rayproof.cases.scene import Mesh
-from rayproof.cases.scene_json import load_scene, schema
+from rayproof.cases.scene_json import load_scene
+from rayproof.cases.scene_schema import schema
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
 

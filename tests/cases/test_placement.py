@@ -5,16 +5,7 @@ from math import asin, atan2, degrees, tan
 import numpy as np
 import pytest
 
-from rayproof.cases.placement import (
-    camera_around,
-    compose,
-    frontal_fovy,
-    mapped,
-    rotation,
-    scaling,
-    shear,
-    translation,
-)
+from rayproof.cases.placement import camera_around, compose, frontal_fovy, mapped, rotation, scaling, shear, translation
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Meshes are equal by all that they are, wherever they came from, and by nothing less."""
+"""Meshes are equal by all that they are, and similarities are known however their numbers were rounded."""
 
 from dataclasses import is_dataclass, replace
 from typing import Any
@@ -6,7 +6,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, SceneError, Sphere, Square, Triangle
+from rayproof.cases.placement import compose, rotation, scaling, shear, translation
+from rayproof.cases.scene import (
+    Camera,
+    Cube,
+    Mesh,
+    Plane,
+    PointLight,
+    Scene,
+    SceneError,
+    Sphere,
+    Square,
+    Triangle,
+    is_similarity,
+)
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
@@ -124,3 +137,20 @@ def test_up_is_held_against_a_way_whose_square_or_length_overflows(far):
 def test_a_number_that_is_no_vertex_is_not_rounded_to_one(wrong):
     with pytest.raises(SceneError, match="faces must index the 4 vertices"):
         replace(TENT, faces=np.array([[wrong, 1, 2]]))
+
+
+TURNED = compose(translation(1e3, -2, 5), rotation((0.3, -0.5, 0.8), 71))
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1.0, 3e7])
+def test_turning_moving_mirroring_and_scaling_evenly_keep_spheres(factor: float) -> None:
+    assert is_similarity(compose(TURNED, scaling(factor, factor, factor)))
+    assert is_similarity(compose(TURNED, scaling(factor, -factor, factor)))
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [scaling(1, 1, 1 + 1e-12), scaling(1e-7, 1e-7, 2e-7), shear(xy=1e-12, xz=0, yz=0), shear(xy=0, xz=0, yz=2)],
+)
+def test_stretching_and_shearing_do_not(matrix) -> None:
+    assert not is_similarity(compose(TURNED, matrix))

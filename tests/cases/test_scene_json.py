@@ -9,7 +9,8 @@ from jsonschema import Draft202012Validator
 
 from rayproof.cases.families import all_cases
 from rayproof.cases.scene import Mesh, Scene, SceneError
-from rayproof.cases.scene_json import load_scene, save_scene, scene_from_json, scene_to_json, schema
+from rayproof.cases.scene_json import load_scene, save_scene, scene_from_json, scene_to_json
+from rayproof.cases.scene_schema import schema
 
 VALIDATOR = Draft202012Validator(schema())
 SMALL = [case for case in all_cases() if sum(len(s.faces) for s in case.scene.shapes if isinstance(s, Mesh)) < 1000]

@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import IDENTITY, Camera, Mesh, Scene, Shape, Square, Triangle
-from rayproof.cases.stages import FACTS, IMAGE_STAGES, Stage, exr_channels
+from rayproof.cases.stages import FACTS, IMAGE_STAGES, Stage, StageImages, exr_channels
 from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import continue_from, render
@@ -23,12 +22,12 @@ RIGHT = [
 
 
 @pytest.fixture(scope="module")
-def truth() -> Answers:
+def truth() -> StageImages:
     """Return the default formulas' answers in float64."""
     return render(everything(), tuple(Stage), Configuration(precision="float64"))
 
 
-def test_images_have_the_contract_s_shape_and_type(truth: Answers) -> None:
+def test_images_have_the_contract_s_shape_and_type(truth: StageImages) -> None:
     for stage in IMAGE_STAGES:
         assert truth[stage].shape == (30, 40, len(exr_channels(stage, lights=2)))
         assert truth[stage].dtype == np.float64
@@ -53,7 +52,7 @@ def test_an_empty_scene_is_all_miss(precision: str) -> None:
 
 
 @pytest.mark.parametrize("name", RIGHT)
-def test_every_right_formula_gives_the_same_picture(name: str, truth: Answers) -> None:
+def test_every_right_formula_gives_the_same_picture(name: str, truth: StageImages) -> None:
     answers = render(everything(), GEOMETRY, Configuration.parse(name))
 
     same = (answers[Stage.OBJECT] == truth[Stage.OBJECT]).all(axis=-1)

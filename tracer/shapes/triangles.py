@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import IDENTITY, Mesh, Shape, Triangle, Vector
 from rayproof.tracer.device.arrays import ArrayTypes
 from rayproof.tracer.shapes.shape import TracedShape

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.reference.certified.filters.margins import Margin, floats, of, products
 from rayproof.reference.certified.placements import placement_of, rational, winding_of

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases import baking, mesh_file
+from rayproof.cases import mesh_files, placement
 from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.audit.faults.patching import replaced
 from rayproof.reports.interchange.gltf import accessors
@@ -20,7 +20,7 @@ def axes_swapped() -> Iterator[None]:
 
     The mesh loader exchanges y and z.
     """
-    right = mesh_file.read_mesh
+    right = mesh_files.read_mesh
 
     def wrong(*asked: Any) -> tuple[Any, Any]:
         vertices, faces = right(*asked)
@@ -37,7 +37,7 @@ def baked_not_moved() -> Iterator[None]:
 
     Baking forgets the translation.
     """
-    right = baking.world_triangles
+    right = placement.world_triangles
 
     def wrong(shape: Any) -> Any:
         return (right(shape) - np.asarray(shape.to_world)[:3, 3]).astype(np.float32)
@@ -53,7 +53,7 @@ def baked_to_half() -> Iterator[None]:
 
     Baked triangles are rounded to 16 bits.
     """
-    right = baking.world_triangles
+    right = placement.world_triangles
 
     def wrong(shape: Any) -> Any:
         return right(shape).astype(np.float16).astype(np.float32)
@@ -69,7 +69,7 @@ def baked_winding() -> Iterator[None]:
 
     Baking leaves the winding of a mirrored mesh.
     """
-    right = baking.world_triangles
+    right = placement.world_triangles
 
     def wrong(shape: Any) -> Any:
         return right(shape)[:, [0, 2, 1]] if np.linalg.det(np.asarray(shape.to_world)[:3, :3]) < 0 else right(shape)
@@ -85,7 +85,7 @@ def face_dropped() -> Iterator[None]:
 
     The mesh loader loses the last face.
     """
-    right = mesh_file.read_mesh
+    right = mesh_files.read_mesh
 
     def wrong(*asked: Any) -> tuple[Any, Any]:
         vertices, faces = right(*asked)
@@ -102,7 +102,7 @@ def faces_reversed() -> Iterator[None]:
 
     The mesh loader turns every face round.
     """
-    right = mesh_file.read_mesh
+    right = mesh_files.read_mesh
 
     def wrong(*asked: Any) -> tuple[Any, Any]:
         vertices, faces = right(*asked)
@@ -119,7 +119,7 @@ def half_precision() -> Iterator[None]:
 
     The mesh loader rounds to 16 bits.
     """
-    right = mesh_file.read_mesh
+    right = mesh_files.read_mesh
 
     def wrong(*asked: Any) -> tuple[Any, Any]:
         vertices, faces = right(*asked)
@@ -189,7 +189,7 @@ def index_from_one() -> Iterator[None]:
 
     The mesh loader's indices are off by one.
     """
-    right = mesh_file.read_mesh
+    right = mesh_files.read_mesh
 
     def wrong(*asked: Any) -> tuple[Any, Any]:
         vertices, faces = right(*asked)
@@ -206,7 +206,7 @@ def last_vertex_moved() -> Iterator[None]:
 
     The mesh loader moves one vertex by a millionth.
     """
-    right = mesh_file.read_mesh
+    right = mesh_files.read_mesh
 
     def wrong(*asked: Any) -> tuple[Any, Any]:
         vertices, faces = right(*asked)
@@ -223,7 +223,7 @@ def merged_duplicates() -> Iterator[None]:
 
     The mesh loader joins vertices that are near each other.
     """
-    right = mesh_file.read_mesh
+    right = mesh_files.read_mesh
 
     def wrong(*asked: Any) -> tuple[Any, Any]:
         vertices, faces = right(*asked)
@@ -240,7 +240,7 @@ def scaled() -> Iterator[None]:
 
     The mesh loader takes metres for centimetres.
     """
-    right = mesh_file.read_mesh
+    right = mesh_files.read_mesh
 
     def wrong(*asked: Any) -> tuple[Any, Any]:
         vertices, faces = right(*asked)

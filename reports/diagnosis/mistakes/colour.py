@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
 from rayproof.reports.judge.tolerance.channels import dot
 
@@ -48,7 +47,7 @@ def _wrapped(steps: int, *, half: float, written: float) -> Wrong:
     return lambda given: np.mod(np.floor(steps * given.right + half), steps + 1) * (written / steps)
 
 
-def _gammas(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+def _gammas(scene: Scene, right: StageImages, ours: StageImages) -> np.ndarray:
     if Stage.RADIANCE not in ours:
         return np.zeros(0)
     with np.errstate(all="ignore"):

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import MISTAKES, Answered, Mistake, Stored, Way
 from rayproof.reports.diagnosis.answering import Unanswerable
 from rayproof.reports.judge.comparison.measurement import ratios
@@ -28,7 +27,7 @@ class Placed:
     source: Callable[[int, int], np.ndarray]
     empty: bool = False  # where none was written the file has zeros; else nobody knows what
 
-    def __call__(self, right: Answered, _: Answers) -> Answered:
+    def __call__(self, right: Answered, _: StageImages) -> Answered:
         """Return the answers as they are written."""
         height, width = right.edge.shape
         source = self.source(height, width)
@@ -55,7 +54,7 @@ class Undrawn:
     parts: Mapping[tuple[int, int], np.ndarray] = field(default_factory=dict)
     blank: Mapping[Stage, np.ndarray] = field(default_factory=dict)  # what it held, (channels,)
 
-    def __call__(self, right: Answered, _: Answers) -> Answered:
+    def __call__(self, right: Answered, _: StageImages) -> Answered:
         """Return the answers as they are written; raise Unanswerable of a size of which nothing is known."""
         height, width = right.edge.shape
         where = self.parts.get((height, width))
@@ -70,7 +69,7 @@ class Undrawn:
         return Answered(scene=right.scene, answers=answers, limits=right.limits, edge=right.edge & ~where)
 
 
-def _swapped_bytes(right: Answered, ours: Answers) -> Answered:
+def _swapped_bytes(right: Answered, ours: StageImages) -> Answered:
     """Return floats with their bytes in the other order: ours, where they are the right ones turned round again."""
     answers, edge = {}, right.edge.copy()
     for stage, image in right.answers.items():
@@ -100,7 +99,7 @@ def _halved(*, largest: float) -> Stored:
         over = np.isinf(found) & np.isfinite(value)
         return np.where(over, np.copysign(largest, value), found)
 
-    def stored(right: Answered, _: Answers) -> Answered:
+    def stored(right: Answered, _: StageImages) -> Answered:
         answers, bounds = {}, {}
         for stage, image in right.answers.items():
             limit = np.asarray(right.limits[stage])
@@ -125,7 +124,7 @@ class InSomeStages:
     stored: Stored
     stages: frozenset[Stage]
 
-    def __call__(self, right: Answered, ours: Answers) -> Answered:
+    def __call__(self, right: Answered, ours: StageImages) -> Answered:
         """Return the answers as they are written."""
         found = self.stored(right, ours)
         return Answered(

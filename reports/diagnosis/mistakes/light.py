@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
 from rayproof.reports.judge.tolerance.channels import dot
 
@@ -80,7 +79,7 @@ def _irradiance(name: str, says: str, items: tuple[str, ...], wrong: Wrong, fit:
     MISTAKES.register(name)(Mistake(says=says, items=items, ways=(Way(stages={Stage.IRRADIANCE: wrong}),), fit=fit))
 
 
-def lit_by_one(scene: Scene, right: Answers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def lit_by_one(scene: Scene, right: StageImages) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the pixels that exactly one light lights, with its distance and its cosine there."""
     visible = right[Stage.VISIBILITY] > 0
     which = np.argmax(visible, axis=-1)
@@ -92,7 +91,7 @@ def lit_by_one(scene: Scene, right: Answers) -> tuple[np.ndarray, np.ndarray, np
     return (np.count_nonzero(visible, axis=-1) == 1) & (cosine > 0.05), distance, cosine
 
 
-def brightened(right: Answers, ours: Answers) -> np.ndarray:
+def brightened(right: StageImages, ours: StageImages) -> np.ndarray:
     """Return by what factor each pixel is brighter than it ought to be, at the first stage of light that is given."""
     stage = next(one for one in (Stage.IRRADIANCE, Stage.RADIANCE) if one in ours)
     mine, theirs = ours[stage], right[stage]
@@ -102,7 +101,7 @@ def brightened(right: Answers, ours: Answers) -> np.ndarray:
         return np.where(theirs > 0, mine / theirs, np.nan)
 
 
-def _exponents(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+def _exponents(scene: Scene, right: StageImages, ours: StageImages) -> np.ndarray:
     if scene.shading == "simplified":
         return np.zeros(0)
     one, distance, _ = lit_by_one(scene, right)
@@ -112,17 +111,17 @@ def _exponents(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
     return found[one & (np.abs(length) > 0.1) & np.isfinite(found)]
 
 
-def _powers(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+def _powers(scene: Scene, right: StageImages, ours: StageImages) -> np.ndarray:
     one, _, cosine = lit_by_one(scene, right)
     with np.errstate(all="ignore"):
         found = 1 + np.log(brightened(right, ours)) / np.log(cosine)
     return found[one & (cosine < 0.9) & np.isfinite(found)]
 
 
-def _reaches(inner: int, outer: int) -> Callable[[Scene, Answers, Answers], np.ndarray]:
+def _reaches(inner: int, outer: int) -> Callable[[Scene, StageImages, StageImages], np.ndarray]:
     """Return the samples of the distance [m] at which a window (1 - (r/R)^inner)^outer ends."""
 
-    def samples(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+    def samples(scene: Scene, right: StageImages, ours: StageImages) -> np.ndarray:
         if scene.shading == "simplified":
             return np.zeros(0)
         alone, distance, _ = lit_by_one(scene, right)
@@ -297,7 +296,7 @@ PHRASES = {
 
 
 def _factors(stage: Stage, *, physical: bool) -> Fit:
-    def samples(scene: Scene, right: Answers, ours: Answers) -> np.ndarray:
+    def samples(scene: Scene, right: StageImages, ours: StageImages) -> np.ndarray:
         if physical and scene.shading == "simplified":
             return np.zeros(0)
         at = stage if stage in ours else Stage.RADIANCE

@@ -4,9 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene, Sphere
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
 from rayproof.reports.diagnosis.mistakes.light import Lights, Share
@@ -95,7 +94,7 @@ def _met(given: Given, column: int, reach: Reach, *, flat: bool = False) -> np.n
     return found
 
 
-def lifted(scene: Scene, answers: Answers, offset: float) -> np.ndarray:
+def lifted(scene: Scene, answers: StageImages, offset: float) -> np.ndarray:
     """Return visibility from points an offset [m] above the surface, along the normal."""
     objects = answers[Stage.OBJECT]
     start = {

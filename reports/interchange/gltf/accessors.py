@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.scene import SceneError
-from rayproof.cases.scene_fields import shown
+from rayproof.cases.scene import SceneError, shown
 from rayproof.reports.interchange.gltf.document import Document
 from rayproof.reports.interchange.gltf.entries import AccessorEntry, BufferViewEntry
 

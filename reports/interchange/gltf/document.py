@@ -9,11 +9,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from rayproof.cases.budget import Budget
-from rayproof.cases.mesh_headers import glb_problem
-from rayproof.cases.own_folder import content_of, path_within
-from rayproof.cases.scene import SceneError
-from rayproof.cases.scene_fields import shown
+from rayproof.cases.mesh_files import content_of, glb_problem, path_within
+from rayproof.cases.mesh_sandbox import Budget
+from rayproof.cases.scene import SceneError, shown
 from rayproof.reports.interchange.gltf.entries import LISTS, BufferEntry, Entry, Root
 
 LARGEST = 512 * 2**20  # bytes, of the file and of each buffer

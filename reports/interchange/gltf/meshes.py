@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.scene import Mesh, Rgb
-from rayproof.cases.scene_fields import shown
+from rayproof.cases.scene import Mesh, Rgb, shown
 from rayproof.reports.interchange.gltf.accessors import array
 from rayproof.reports.interchange.gltf.document import Document
 from rayproof.reports.interchange.gltf.entries import MaterialEntry, MeshEntry, PrimitiveEntry

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from rayproof.cases.scene import SceneError
-from rayproof.cases.scene_fields import shown
+from rayproof.cases.scene import SceneError, shown
 from rayproof.reports.interchange.gltf.document import Document
 from rayproof.reports.interchange.gltf.entries import NodeEntry, SceneEntry
 

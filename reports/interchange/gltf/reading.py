@@ -7,8 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from rayproof.cases.scene import Camera, Mesh, PointLight, Scene, SceneError
-from rayproof.cases.scene_fields import shown
+from rayproof.cases.scene import Camera, Mesh, PointLight, Scene, SceneError, shown
 from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
 from rayproof.reports.interchange.framing import camera_for, light_for
 from rayproof.reports.interchange.gltf.cameras import camera_of

@@ -7,10 +7,9 @@ import re
 from pathlib import Path
 from xml.parsers import expat
 
-from rayproof.cases.budget import Budget
-from rayproof.cases.own_folder import content_of, path_within
-from rayproof.cases.scene import SceneError
-from rayproof.cases.scene_fields import shown
+from rayproof.cases.mesh_files import content_of, path_within
+from rayproof.cases.mesh_sandbox import Budget
+from rayproof.cases.scene import SceneError, shown
 
 LARGEST = 256 * 2**20  # bytes of a file
 DEEPEST_INCLUDE = 8

@@ -6,7 +6,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from rayproof.cases.mesh_file import read_mesh
+from rayproof.cases.mesh_files import read_mesh
 from rayproof.cases.scene import Cube, Mesh, Plane, Rgb, SceneError, Shape, Sphere, Square
 from rayproof.reports.interchange.mitsuba_xml import PLANE
 from rayproof.reports.interchange.mitsuba_xml.materials import material_of

@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.budget import BYTES_A_BYTE, FREE_BYTES, Budget
-from rayproof.cases.foreign import ForeignError, ask
-from rayproof.cases.scene import SceneError
-from rayproof.cases.scene_fields import shown
+from rayproof.cases.mesh_sandbox import BYTES_A_BYTE, FREE_BYTES, Budget, ForeignError, ask
+from rayproof.cases.scene import SceneError, shown
 from rayproof.reports.interchange.mitsuba_xml.parsing import Plain, Stored, StoredFile
 from rayproof.reports.interchange.mitsuba_xml.scanning import scan
 
@@ -111,7 +109,7 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = ()) -> Element:
     searched = scan(path, budget, allowed)
     try:
         _, content = ask(
-            "rayproof.reports.interchange.mitsuba_xml.parsing",
+            "rayproof.reports.interchange.mitsuba_xml.parsing:xml_parser",
             "xml",
             str(path.resolve()).encode(),
             seconds=SECONDS + budget.read / BYTES_A_SECOND,

@@ -13,7 +13,7 @@ import numpy as np
 import trimesh
 from trimesh.exchange.ply import export_ply
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Rgb, Scene, SceneError, Shape, Sphere, Square, Triangle
 from rayproof.reference.mitsuba3.planes import disc_to_world
 from rayproof.reference.mitsuba3.shapes import needs_instance, split

@@ -62,7 +62,7 @@ OF_PIXELS = ("ndc", "pixel")
 
 
 def _shapes(camera: Camera) -> dict[str, tuple[int, ...]]:
-    """Return the shape of each part, as cases/answers.py says."""
+    """Return the shape of each part, as cases/stages.py says."""
     matrices = dict.fromkeys(("view", "view_inverse", "projection", "projection_inverse"), (4, 4))
     pixels = dict.fromkeys(OF_PIXELS, (camera.lines, camera.width, 2))
     return matrices | {"frustum_corners": (8, 3)} | pixels

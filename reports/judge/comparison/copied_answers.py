@@ -8,8 +8,7 @@ not the float32 nearest to the truth, so that both made the same mistake, by cha
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 
 # At odds of one half each, so many different numbers agree by chance once in 2^64 images.
 LEAST_DISTINCT = 64
@@ -19,7 +18,7 @@ HALF_OF_SINGLE, HALF_OF_DOUBLE = (12, 4), (26, 8)
 ROUNDED = (Stage.RAY, Stage.DISTANCE, Stage.POSITION, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 
 
-def copied(ours: Answers, theirs: Answers, truth: Answers, *, both_float32: bool) -> tuple[Stage, ...]:
+def copied(ours: StageImages, theirs: StageImages, truth: StageImages, *, both_float32: bool) -> tuple[Stage, ...]:
     """Return the stages that are the same to the last bit in every pixel, and full of numbers that rounding tells."""
 
     def same(stage: Stage) -> bool:

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.renderers import Candidate
 
 
@@ -23,7 +22,7 @@ def with_equal_answers_shared(candidates: Sequence[Candidate]) -> list[Candidate
 def _shared(candidate: Candidate, known: dict[Stage, list[tuple[str, Any]]]) -> Candidate:
     if candidate.answers is None:
         return candidate
-    answers: Answers = {}
+    answers: StageImages = {}
     authors = {}
     for stage, image in candidate.answers.items():
         seen = known.setdefault(stage, [])

@@ -6,15 +6,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
 from rayproof.reports.judge.renderers import Candidate, Witness
 
 Party = TypeVar("Party", Candidate, Witness)
 
 
-def misshapen(scene: Scene, answers: Answers | None) -> dict[Stage, str]:
+def misshapen(scene: Scene, answers: StageImages | None) -> dict[Stage, str]:
     """Return a reason for each image stage of another size than the camera's; nothing is ever broadcast."""
     size, lights = (scene.camera.lines, scene.camera.width), len(scene.lights)
     right = {stage: (*size, len(exr_channels(stage, lights=lights))) for stage in IMAGE_STAGES}

@@ -5,8 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import Stage, upto
+from rayproof.cases.stages import Stage, StageImages, upto
 from rayproof.reports.judge.comparison.common_factors import Bias, bias
 from rayproof.reports.judge.comparison.examined import Kind
 from rayproof.reports.judge.comparison.measurement import Measurement, held_to, measure, ratios
@@ -295,7 +294,7 @@ class Bench:
         return replace(found, pixel=(found.pixel[0], found.pixel[1] + camera.rows[0]))
 
 
-def _oracle(truth: Answers) -> Witness:
+def _oracle(truth: StageImages) -> Witness:
     """Return the oracle's answers as a witness."""
     authors = dict.fromkeys(truth, "the truth")  # the witness of that name may have been asked apart
     return Witness(

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.judge.comparison.measurement import jsonable
 from rayproof.reports.judge.renderers import Candidate, as_witness
 from rayproof.reports.results.outcomes import Outcome
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from rayproof.reports.judge.tolerance.scene_context import Ground
 
 
-def changes(first: Answers, again: Answers) -> dict[Stage, np.ndarray]:
+def changes(first: StageImages, again: StageImages) -> dict[Stage, np.ndarray]:
     """Return which pixels (height, width) differ in any bit, for each stage that does; whole stages are one pixel."""
     found = {}
     for stage in Stage:

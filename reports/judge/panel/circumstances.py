@@ -8,13 +8,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene, Sphere
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.tolerance.channels import length
 
 
-def distance_over_radius(scene: Scene, truth: Answers) -> np.ndarray:
+def distance_over_radius(scene: Scene, truth: StageImages) -> np.ndarray:
     """Return of the sphere that is seen the eye's distance over the radius, both in object space; 0 elsewhere.
 
     A difference of squares as long as that distance keeps (distance / radius)^2 roundings of the radius' square, and a
@@ -29,7 +28,7 @@ def distance_over_radius(scene: Scene, truth: Answers) -> np.ndarray:
     return found
 
 
-def light_nearness(scene: Scene, truth: Answers) -> np.ndarray:
+def light_nearness(scene: Scene, truth: StageImages) -> np.ndarray:
     """Return the size of its coordinates over the distance of what is seen from the nearest light, 0 on a miss.
 
     From 2^22 on the distance is lost in float32's rounding of the coordinates, and may come out as 0.
@@ -43,7 +42,7 @@ def light_nearness(scene: Scene, truth: Answers) -> np.ndarray:
     return np.where(truth[Stage.OBJECT][..., 0] >= 0, found, 0.0)
 
 
-def center_over_hit(scene: Scene, truth: Answers) -> np.ndarray:
+def center_over_hit(scene: Scene, truth: StageImages) -> np.ndarray:
     """Return of the sphere that is seen its centre's distance from the origin and its radius over 1 m and the hit's.
 
     A hit in float32 is off its surface by 16 u of the former at most, and Mitsuba's feelers start 1500 u of the latter
@@ -59,7 +58,7 @@ def center_over_hit(scene: Scene, truth: Answers) -> np.ndarray:
     return found
 
 
-CIRCUMSTANCES: dict[str, Callable[[Scene, Answers], np.ndarray]] = {
+CIRCUMSTANCES: dict[str, Callable[[Scene, StageImages], np.ndarray]] = {
     "center_over_hit": center_over_hit,
     "distance_over_radius": distance_over_radius,
     "light_nearness": light_nearness,

@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.judge.comparison.measurement import jsonable
 from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.oracle import FullOracle, stages_of
@@ -70,7 +69,7 @@ def tested(scene: Scene, party: Candidate, stage: Stage, oracle: FullOracle) -> 
     return found
 
 
-Moved = Callable[[Answers, Answers], Answers]
+Moved = Callable[[StageImages, StageImages], StageImages]
 
 
 def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
@@ -94,8 +93,8 @@ def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
 def _placed(down: int, right: int) -> Moved:
     """Return the function that lays a smaller image's answers into a larger one's, the rest as that one has it."""
 
-    def moved(ours: Answers, whole: Answers) -> Answers:
-        laid: Answers = {}
+    def moved(ours: StageImages, whole: StageImages) -> StageImages:
+        laid: StageImages = {}
         for stage, image in ours.items():
             if stage in IMAGE_STAGES and stage in whole:
                 laid[stage] = np.array(whole[stage], dtype=np.float64)
@@ -146,7 +145,7 @@ def _most(party: Candidate) -> float:
     return float(np.max(party.shadow_epsilon))
 
 
-def _answer(truth: Answers) -> Witness:
+def _answer(truth: StageImages) -> Witness:
     return Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=truth)
 
 

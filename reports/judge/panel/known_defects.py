@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.panel.circumstances import CIRCUMSTANCES
 from rayproof.reports.results.records import FindingRecord
 
@@ -48,7 +47,7 @@ class KnownFinding:
             "what": self.what,
         }
 
-    def covers(self, scene: Scene, truth: Answers, pixels: np.ndarray) -> bool:
+    def covers(self, scene: Scene, truth: StageImages, pixels: np.ndarray) -> bool:
         """Say whether every one of the pixels (height, width), of which there are some, is under its circumstances."""
         if not self.where or not pixels.any():
             return False
@@ -69,7 +68,7 @@ def known_findings() -> tuple[KnownFinding, ...]:
 
 
 def explained(
-    reference: str, version: str, stage: Stage, scene: Scene, truth: Answers, pixels: np.ndarray
+    reference: str, version: str, stage: Stage, scene: Scene, truth: StageImages, pixels: np.ndarray
 ) -> KnownFinding | None:
     """Return the finding that explains a disagreement at these pixels (height, width), or None."""
     for finding in known_findings():

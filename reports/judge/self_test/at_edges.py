@@ -9,11 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import Case
 from rayproof.cases.placement import frontal_fovy
 from rayproof.cases.scene import Camera, Mesh, Plane, PointLight, Scene, Square
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.self_test.known_answer import Sentinel, rounded, spoilt_at
 from rayproof.reports.results.outcomes import Outcome
@@ -65,7 +64,7 @@ def edge_sentinels(oracle: FullOracle) -> Iterator[Sentinel]:
     truth = oracle.render(EDGE_CASE.scene, stages)
     good = rounded(truth)
 
-    def sentinel(name: str, ours: Answers, outcome: Outcome, stage: Stage | None) -> Sentinel:
+    def sentinel(name: str, ours: StageImages, outcome: Outcome, stage: Stage | None) -> Sentinel:
         return Sentinel(name=name, ours=ours, theirs=truth, outcome=outcome, stage=stage, case=EDGE_CASE)
 
     yield sentinel("faultless at an edge", good, Outcome.PASS, None)
@@ -76,7 +75,7 @@ def edge_sentinels(oracle: FullOracle) -> Iterator[Sentinel]:
     yield sentinel("neither side of an edge", between, Outcome.FAIL, Stage.DISTANCE)
     # Of a program that answers nothing but radiance no earlier stage says what it should be.
     for value in (1e30, 1.001 * float(good[Stage.RADIANCE][(*BORDER, 0)])):
-        bare: Answers = {Stage.RADIANCE: spoilt_at(good[Stage.RADIANCE], BORDER, value)}
+        bare: StageImages = {Stage.RADIANCE: spoilt_at(good[Stage.RADIANCE], BORDER, value)}
         yield sentinel(f"radiance alone, {value:.3g} at an edge", bare, Outcome.FAIL, Stage.RADIANCE)
     halves = replace(EDGE_CASE, scene=replace(EDGE_CASE.scene, shapes=(HALVES, EDGE_CASE.scene.shapes[1])))
     whole = oracle.render(halves.scene, stages)

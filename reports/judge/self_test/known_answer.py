@@ -5,10 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rayproof.cases.answers import Answers, Resolution
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Sphere
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.results.outcomes import Outcome
 
@@ -49,8 +48,8 @@ class Sentinel:
     """Answers with a known verdict."""
 
     name: str
-    ours: Answers | None
-    theirs: Answers
+    ours: StageImages | None
+    theirs: StageImages
     outcome: Outcome
     stage: Stage | None  # the one blamed; None: any
     case: Case = CASE
@@ -58,7 +57,7 @@ class Sentinel:
     steps: Mapping[Stage, Resolution] = field(default_factory=dict)  # how coarse the candidate's output is
 
 
-def rounded(answers: Answers) -> Answers:
+def rounded(answers: StageImages) -> StageImages:
     """Return answers as a faultless float32 renderer gives them."""
     return {
         stage: image if stage is Stage.CAMERA else np.asarray(image).astype(np.float32).astype(np.float64)

@@ -23,11 +23,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import Case
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Shape, Sphere
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reports.judge import judge_case
 from rayproof.reports.judge.comparison.check import Check
@@ -138,7 +137,7 @@ def guard_limits(oracle: FullOracle) -> int:
     return count + _guard_lights(FLOOR, truth, oracle) + _guard_parties(truth, oracle)
 
 
-def _guard_pin(known: Known, pin: Pin, precision: str, truth: Answers, oracle: FullOracle) -> int:
+def _guard_pin(known: Known, pin: Pin, precision: str, truth: StageImages, oracle: FullOracle) -> int:
     """Hold one stage's limits of one precision before the oracle against their numbers, channel by channel."""
     u = UNIT_ROUNDOFF[precision] + UNIT_ROUNDOFF["float64"]
     good = _answered(truth, "float64")
@@ -166,7 +165,7 @@ def _guard_pin(known: Known, pin: Pin, precision: str, truth: Answers, oracle: F
     return len(candidates)
 
 
-def _guard_lights(known: Known, truth: Answers, oracle: FullOracle) -> int:
+def _guard_lights(known: Known, truth: StageImages, oracle: FullOracle) -> int:
     """Darken each light at the middle pixel, where nothing hides it."""
     dark = [_off(_answered(truth, "float32"), Stage.VISIBILITY, light, -1.0) for light in range(len(LIGHTS))]
     candidates = [_candidate(f"light {light}", "float32", ours) for light, ours in enumerate(dark)]
@@ -176,7 +175,7 @@ def _guard_lights(known: Known, truth: Answers, oracle: FullOracle) -> int:
     return len(candidates)
 
 
-def _guard_parties(truth: Answers, oracle: FullOracle) -> int:
+def _guard_parties(truth: StageImages, oracle: FullOracle) -> int:
     """Judge several candidates before every reference there is, each off by a multiple of its own.
 
     So every pair must be compared, by its own answers and at its own precisions, and no other number comes out.
@@ -206,7 +205,7 @@ def _guard_parties(truth: Answers, oracle: FullOracle) -> int:
     return len(compared)
 
 
-def _guard_panel(truth: Answers, oracle: FullOracle) -> None:
+def _guard_panel(truth: StageImages, oracle: FullOracle) -> None:
     """Announce a reference of whom nothing comes: each of its checks is planned, and missing."""
     candidate, witness = _candidate("sentinel", "float32", rounded(truth)), _witness(ORACLE, "float64", truth)
     judged = judge_case.judge_case(FLOOR.case, [candidate], [witness], oracle, {}, panel=(ORACLE, "lost"))
@@ -219,7 +218,7 @@ def _guard_panel(truth: Answers, oracle: FullOracle) -> None:
 def _checks(
     known: Known,
     oracle: FullOracle,
-    truth: Answers,
+    truth: StageImages,
     candidates: Sequence[Candidate],
     stage: Stage,
     others: Sequence[Witness] = (),
@@ -230,15 +229,15 @@ def _checks(
     return [check for check in judged.checks if check.stage is stage]
 
 
-def _candidate(name: str, precision: str, answers: Answers) -> Candidate:
+def _candidate(name: str, precision: str, answers: StageImages) -> Candidate:
     return Candidate(name=name, precision=precision, items=frozenset(), shadow_epsilon=0.0, answers=answers)
 
 
-def _witness(name: str, precision: str, answers: Answers) -> Witness:
+def _witness(name: str, precision: str, answers: StageImages) -> Witness:
     return Witness(name=name, precision=precision, independent=True, shadow_epsilon=0.0, answers=answers)
 
 
-def _answered(truth: Answers, precision: str) -> Answers:
+def _answered(truth: StageImages, precision: str) -> StageImages:
     """Return the truth as somebody else computed it: other last bits, or it would be a copy."""
     if precision == "float32":
         return rounded(truth)
@@ -248,7 +247,7 @@ def _answered(truth: Answers, precision: str) -> Answers:
     }
 
 
-def _off(answers: Answers, stage: Stage, channel: int, amount: float) -> Answers:
+def _off(answers: StageImages, stage: Stage, channel: int, amount: float) -> StageImages:
     """Return answers with one channel of the middle pixel wrong by `amount`."""
     image = np.array(answers[stage])
     image[(*MIDDLE, channel)] += amount

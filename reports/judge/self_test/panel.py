@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from rayproof.cases.answers import Answers, Resolution
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.self_test.at_edges import BORDER, EDGE_CASE, HEIGHT
 from rayproof.reports.judge.self_test.known_answer import CASE, Sentinel, rounded, spoilt_at
@@ -19,7 +18,7 @@ STEP = Resolution(relative=0.0, absolute=2.0**-13, because="a sentinel: coarse o
 Record = dict[str, AdjudicationRecord]
 
 
-def step_sentinels(truth: Answers) -> Iterator[Sentinel]:
+def step_sentinels(truth: StageImages) -> Iterator[Sentinel]:
     """Yield the sentinels of coarse outputs: up to the declared step all is well, beyond it nothing is."""
     good = rounded(truth)
     lit = np.where(truth[Stage.RADIANCE] > 0, STEP.absolute, 0.0)
@@ -34,7 +33,9 @@ def step_sentinels(truth: Answers) -> Iterator[Sentinel]:
         )
 
 
-def panel_sentinels(truth: Answers, oracle: FullOracle) -> Iterator[tuple[Sentinel, Callable[[Record], str | None]]]:
+def panel_sentinels(
+    truth: StageImages, oracle: FullOracle
+) -> Iterator[tuple[Sentinel, Callable[[Record], str | None]]]:
     """Yield sentinels, each with what says how their record is wrong, or None."""
     bright = truth | {Stage.RADIANCE: truth[Stage.RADIANCE] * BLUNDER}
     yield (

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.judge.self_test.known_answer import Sentinel, rounded
 from rayproof.reports.results.outcomes import Outcome
@@ -11,7 +10,7 @@ from rayproof.reports.results.outcomes import Outcome
 BLUNDER = 1.01
 
 
-def witness_sentinels(truth: Answers) -> Iterator[Sentinel]:
+def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:
     """Yield the sentinels for the oracle's answers to the usual scene."""
     good, suspect = rounded(truth), Outcome.REFERENCE_SUSPECT
     # Told from the candidate by its last bits, so that it is no copy, and from the oracle by nothing.
@@ -54,6 +53,6 @@ def witness_sentinels(truth: Answers) -> Iterator[Sentinel]:
     )
 
 
-def third(answers: Answers) -> Witness:
+def third(answers: StageImages) -> Witness:
     """Return an independent witness beside the oracle."""
     return Witness(name="third", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)

@@ -10,10 +10,9 @@ from itertools import chain
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import PixelValue
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge import judge_case
 from rayproof.reports.judge.oracle import FullOracle
 from rayproof.reports.judge.panel_record import adjudication
@@ -40,7 +39,7 @@ SLIGHT = {
 }
 
 
-def sentinels(truth: Answers, clear: tuple[int, int]) -> Iterator[Sentinel]:
+def sentinels(truth: StageImages, clear: tuple[int, int]) -> Iterator[Sentinel]:
     """Yield the sentinels for the oracle's answers; `clear` is a (row, column) far from edges."""
     good = rounded(truth)
     yield Sentinel(name="faultless", ours=good, theirs=truth, outcome=Outcome.PASS, stage=None)
@@ -176,7 +175,7 @@ def _judge(sentinel: Sentinel, oracle: FullOracle) -> tuple[Judged, Candidate, l
     return judge_case.judge_case(sentinel.case, [candidate], witnesses, oracle, {}), candidate, witnesses
 
 
-def _clear(truth: Answers) -> tuple[int, int]:
+def _clear(truth: StageImages) -> tuple[int, int]:
     """Return the lit pixel of the sphere whose neighbourhood is the sphere's for the widest."""
     seen = (truth[Stage.OBJECT][..., 0] == 0) & (truth[Stage.VISIBILITY][..., 0] == 1)
     rows, columns = np.nonzero(seen)

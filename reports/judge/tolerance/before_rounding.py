@@ -5,9 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Cube, PointLight, Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.tolerance.channels import dot, length
 from rayproof.reports.judge.tolerance.conditioning import Conditioning, error_at_eye, facing, surface_error
 from rayproof.reports.judge.tolerance.edge_sides import widest_near
@@ -31,7 +30,7 @@ class Unrounded:
     """A scene, what the oracle answers, and what follows from them alone."""
 
     scene: Scene
-    truth: Answers
+    truth: StageImages
     edges: Edges
     conditioning: Conditioning
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.tolerance.channels import dot, length
 from rayproof.reports.judge.tolerance.limits import Roundoff, continued_light_limit
 from rayproof.reports.judge.tolerance.output_resolution import Coarseness, irradiance_moved
@@ -198,7 +197,7 @@ def _groups(terms: Terms) -> tuple[Group, ...]:
 
 
 def _weights(
-    terms: Terms, truth: Answers, pixels: np.ndarray, channels: np.ndarray, lights: tuple[int, ...]
+    terms: Terms, truth: StageImages, pixels: np.ndarray, channels: np.ndarray, lights: tuple[int, ...]
 ) -> np.ndarray:
     """Return each light's share of the irradiance, (n, channels, lights)."""
     position, normal = (truth[stage].reshape(-1, 3)[pixels] for stage in (Stage.POSITION, Stage.NORMAL))

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import IDENTITY, Camera, Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.tolerance.channels import crossed, dot, largest, length
 
 # A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
@@ -124,7 +123,7 @@ def pixel_angle(camera: Camera, directions: np.ndarray) -> np.ndarray:
     return 2 * math.tan(camera.alpha) / camera.height * off_axis(camera, directions) ** 2
 
 
-def condition(scene: Scene, truth: Answers) -> Conditioning:
+def condition(scene: Scene, truth: StageImages) -> Conditioning:
     """Return the amplification factors of a scene, from the analytic answers up to the normal."""
     directions, objects = truth[Stage.RAY], truth[Stage.OBJECT]
     shape = objects.shape[:2]
@@ -153,7 +152,7 @@ def condition(scene: Scene, truth: Answers) -> Conditioning:
     )
 
 
-def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: Answers, distance: np.ndarray) -> dict:
+def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: StageImages, distance: np.ndarray) -> dict:
     """Return the factors of one shape's pixels."""
     eye = np.abs(np.asarray(scene.camera.eye, dtype=np.float64))
     normal, position = np.abs(truth[Stage.NORMAL][mask]), np.abs(truth[Stage.POSITION][mask])

@@ -11,9 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.tolerance.channels import all_of, any_of, largest, length
 
 DIRECTIONS = 12
@@ -24,11 +23,11 @@ RADII = (0.5, 1.0, 2.0)
 class Oracle(Protocol):
     """What the judge asks of the analytic reference here."""
 
-    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+    def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> StageImages:
         """Answer at image points (n, 2)."""
         ...
 
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return the stage computed from the given previous ones."""
         ...
 
@@ -65,7 +64,9 @@ def radius_of(reach: np.ndarray) -> np.ndarray:
     return np.minimum(np.maximum(reach, 1e-9), 0.5)
 
 
-def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours: Answers, depth: np.ndarray) -> Sides:
+def with_twins(
+    around: Sides, oracle: Oracle, scene: Scene, truth: StageImages, ours: StageImages, depth: np.ndarray
+) -> Sides:
     """Return the sides with one more sample: the object that was answered, where it lies as deep as what is seen.
 
     Of surfaces that coincide the oracle names one and rounding another. What the oracle says of that other one is
@@ -90,7 +91,7 @@ def with_twins(around: Sides, oracle: Oracle, scene: Scene, truth: Answers, ours
 
 
 def with_what_is_behind(
-    around: Sides, oracle: Oracle, scene: Scene, truth: Answers, close: np.ndarray, depth: np.ndarray
+    around: Sides, oracle: Oracle, scene: Scene, truth: StageImages, close: np.ndarray, depth: np.ndarray
 ) -> Sides:
     """Return the sides with one more sample: what lies behind the shape that is seen, where it is as `close`.
 
@@ -151,7 +152,7 @@ def widest_of(
 
 def excused(
     stage: Stage,
-    ours: Answers,
+    ours: StageImages,
     around: Sides,
     limit: np.ndarray,
     objects: np.ndarray,
@@ -170,7 +171,7 @@ def excused(
 
 def _excused(
     stage: Stage,
-    ours: Answers,
+    ours: StageImages,
     around: Sides,
     limit: np.ndarray,
     objects: np.ndarray,
@@ -222,7 +223,7 @@ def _beyond(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def excused_anyhow(
-    stage: Stage, ours: Answers, around: Sides, limit: np.ndarray, objects: np.ndarray, *, continued: bool
+    stage: Stage, ours: StageImages, around: Sides, limit: np.ndarray, objects: np.ndarray, *, continued: bool
 ) -> np.ndarray:
     """Return the same for a renderer that does not say which object it saw: any that the oracle meets there will do."""
     good = np.zeros(objects.shape, dtype=bool)

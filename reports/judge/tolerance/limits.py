@@ -12,10 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.tolerance.channels import dot, length
 from rayproof.reports.judge.tolerance.conditioning import Conditioning
 
@@ -78,7 +77,7 @@ class Roundoff:
         return self.scale * gamma(count, precision=self.precision)
 
 
-def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff, *, by_matrices: bool) -> Limits:
+def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roundoff, *, by_matrices: bool) -> Limits:
     """Return the limits of one precision, up to the stages that `truth` has.
 
     `by_matrices` says that the ray came by CAM-5, whose w is a difference of numbers of size far / near.
@@ -132,21 +131,23 @@ def limits(scene: Scene, truth: Answers, conditioning: Conditioning, g: Roundoff
     )
 
 
-def continued_position_limit(scene: Scene, given: Answers, roundoffs: Sequence[Roundoff]) -> np.ndarray:
+def continued_position_limit(scene: Scene, given: StageImages, roundoffs: Sequence[Roundoff]) -> np.ndarray:
     """Return the limit of the position (height, width) continued from a given distance [m]."""
     distance = given[Stage.DISTANCE][..., 0]
     reach = float(np.linalg.norm(scene.camera.eye)) + np.where(np.isfinite(distance), np.abs(distance), 0.0)
     return sum(g(POINT) for g in roundoffs) * reach
 
 
-def continued_light_limit(scene: Scene, stage: Stage, given: Answers, value: np.ndarray, g: Roundoff) -> np.ndarray:
+def continued_light_limit(scene: Scene, stage: Stage, given: StageImages, value: np.ndarray, g: Roundoff) -> np.ndarray:
     """Return the limit of irradiance, exitance or radiance continued from `given`, where the oracle says `value`."""
     if stage is Stage.IRRADIANCE:
         return _light(scene, given, g, np.float64(0.0), np.float64(0.0))[0]
     return g(3 if stage is Stage.EXITANCE else 4) * np.abs(value)
 
 
-def _light(scene: Scene, answers: Answers, g: Roundoff, position_error, normal_error) -> tuple[np.ndarray, np.ndarray]:
+def _light(
+    scene: Scene, answers: StageImages, g: Roundoff, position_error, normal_error
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the limit of irradiance (height, width, 3) and of each light's cos / r^2 (height, width, lights)."""
     position = answers[Stage.POSITION]
     limit, each_relative = np.zeros((*position.shape[:2], 3)), np.zeros((*position.shape[:2], len(scene.lights)))
@@ -168,7 +169,7 @@ def _light(scene: Scene, answers: Answers, g: Roundoff, position_error, normal_e
 
 def _turned(
     scene: Scene,
-    answers: Answers,
+    answers: StageImages,
     g: Roundoff,
     lifted: np.ndarray,
     position_error: np.ndarray,
@@ -187,7 +188,7 @@ def _turned(
     return errors
 
 
-def _albedo(scene: Scene, truth: Answers) -> np.ndarray:
+def _albedo(scene: Scene, truth: StageImages) -> np.ndarray:
     """Return the albedo under each pixel, (height, width, 3), 0 on a miss."""
     table = np.array([shape.albedo for shape in scene.shapes] + [(0.0, 0.0, 0.0)], dtype=np.float64)
     return table[truth[Stage.OBJECT][..., 0].astype(int)]

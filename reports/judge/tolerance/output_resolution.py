@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.answers import Answers, Resolution
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reports.judge.tolerance.channels import length
 from rayproof.reports.judge.tolerance.conditioning import Conditioning
 
@@ -45,7 +44,7 @@ class Coarseness:
         finite = np.isfinite(size)
         return np.where(finite, one.relative * np.where(finite, size, 0.0) + steps * one.absolute, 0.0)
 
-    def handed_down(self, scene: Scene, stage: Stage, given: Answers, c: Conditioning) -> np.ndarray | float:
+    def handed_down(self, scene: Scene, stage: Stage, given: StageImages, c: Conditioning) -> np.ndarray | float:
         """Return how far the steps of `given` stages may move what the oracle continues from them.
 
         By the derivatives that the limits use: a ray turned slides its hit, a point moved along a curved surface turns
@@ -93,7 +92,9 @@ class Coarseness:
         return None
 
 
-def irradiance_moved(scene: Scene, given: Answers, moved: np.ndarray | float, turned: np.ndarray | float) -> np.ndarray:
+def irradiance_moved(
+    scene: Scene, given: StageImages, moved: np.ndarray | float, turned: np.ndarray | float
+) -> np.ndarray:
     """Return what positions `moved` [m] and normals `turned` [rad] do to irradiance (height, width, 3), where lit."""
     inverse_square = scene.shading == "inverse_square"
     total = np.zeros((*given[Stage.POSITION].shape[:2], 3))

@@ -6,9 +6,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.tolerance.calibration import calibration
 from rayproof.reports.judge.tolerance.channels import any_of, largest, length
@@ -39,7 +38,7 @@ class Terms:
         return self.ground.scene
 
     @property
-    def truth(self) -> Answers:
+    def truth(self) -> StageImages:
         """Return the oracle's answers."""
         return self.ground.truth
 

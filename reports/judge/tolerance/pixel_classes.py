@@ -11,9 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.tolerance.before_rounding import Unrounded
 from rayproof.reports.judge.tolerance.channels import any_of
 from rayproof.reports.judge.tolerance.conditioning import Conditioning
@@ -135,7 +134,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
 
 def classify(
     scene: Scene,
-    truth: Answers,
+    truth: StageImages,
     edges: Edges,
     conditioning: Conditioning,
     limits: Limits,

@@ -8,9 +8,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.oracle import FullOracle
 from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.judge.tolerance.before_rounding import Unrounded
@@ -31,7 +30,7 @@ class Ground:
     """
 
     scene: Scene
-    truth: Answers
+    truth: StageImages
     edges: Edges
     conditioning: Conditioning
     oracle: FullOracle
@@ -83,7 +82,7 @@ class Ground:
         return self.once(key, lambda: _added(*(self.limits(g, by_matrices=own) for g, own in each)))
 
     def continued_limits(
-        self, ours: Answers, roundoffs: Sequence[Roundoff], *, by_matrices: Sequence[bool]
+        self, ours: StageImages, roundoffs: Sequence[Roundoff], *, by_matrices: Sequence[bool]
     ) -> dict[Stage, np.ndarray]:
         """Return the limits of stages up to the normal, each by itself, for what a candidate's own ray and object meet.
 
@@ -142,7 +141,7 @@ def _seen_beyond(scene: Scene, distance: float) -> Scene:
     return replace(scene, camera=seen, clip="shell")
 
 
-def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known: Answers | None = None) -> Ground:
+def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known: StageImages | None = None) -> Ground:
     """Return the ground of a scene; `known` are the oracle's answers as far as they were given already."""
     truth = known if known is not None and set(stages) <= set(known) else oracle.render(scene, stages)
     return Ground(

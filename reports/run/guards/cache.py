@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.cache.references import Question, Rendered, cached
 from rayproof.reports.cache.signing import SIZE
 from rayproof.reports.cache.store import Store
@@ -36,7 +35,7 @@ class _Known:
         """Return its settings."""
         return {"chosen": self.chosen}
 
-    def render(self) -> tuple[Answers, None]:
+    def render(self) -> tuple[StageImages, None]:
         """Return an image of the number of this render."""
         self.asked += 1
         return {Stage.RADIANCE: np.full((HEIGHT, WIDTH, 3), float(self.asked))}, None

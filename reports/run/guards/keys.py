@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.answers import Resolution
 from rayproof.cases.case import Case, PixelValue
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.cache import closure, guards, judgements, references
 from rayproof.reports.cache.digests import Key, code
 from rayproof.reports.judge.renderers import Candidate

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases import baking, scene_json
+from rayproof.cases import placement, scene_json
 from rayproof.cases.scene import Matrix, Mesh
 from rayproof.reports.run.guards import BrokenHarnessError
 
@@ -45,7 +45,7 @@ def guard_loader() -> None:
                 mesh = _loaded(Path(folder), f"pyramid.{suffix}", to_world)
                 if not np.array_equal(mesh.vertices[mesh.faces], corners):
                     raise BrokenHarnessError(f"the mesh loader is broken: {suffix.upper()} is read with other corners")
-                if not np.array_equal(baking.world_triangles(mesh), _placed(to_world)):
+                if not np.array_equal(placement.world_triangles(mesh), _placed(to_world)):
                     raise BrokenHarnessError(f"the mesh loader is broken: a mesh {place} is baked with other corners")
 
 

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Camera
-from rayproof.cases.stages import IMAGE_STAGES
+from rayproof.cases.stages import IMAGE_STAGES, StageImages
 from rayproof.reports.judge.comparison.image_shapes import well_shaped
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.tolerance.edge_mask import mask
@@ -79,7 +78,7 @@ def masks(task: JudgeTask, base: Ground | None) -> MasksRecord | None:
     }
 
 
-def thinned(images: Answers, camera: Camera) -> Answers:
+def thinned(images: StageImages, camera: Camera) -> StageImages:
     """Return what is kept of a band's images."""
     return {stage: lattice(image, camera) for stage, image in images.items()}
 
@@ -96,7 +95,7 @@ def step_of(camera: Camera) -> int:
     return max(1, math.ceil(math.sqrt(camera.width * camera.height / MOST_KEPT)))
 
 
-def _write_files(task: JudgeTask, renders: Mapping[str, Answers]) -> dict[str, str]:
+def _write_files(task: JudgeTask, renders: Mapping[str, StageImages]) -> dict[str, str]:
     """Write one EXR per renderer; return renderer -> relative path."""
     written: dict[str, str] = {}
     lights = len(task.case.scene.lights)

@@ -2,15 +2,14 @@
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.stages.shadow_epsilon import shadow_epsilon
 
 
-def shadow_epsilons(scene: Scene, answers: Answers, configuration: Configuration) -> np.ndarray:
+def shadow_epsilons(scene: Scene, answers: StageImages, configuration: Configuration) -> np.ndarray:
     """Return the configuration's shadow epsilon [m], (height, width).
 
     It goes by the coordinates at hand and by how the shape hit magnifies rounding: a sliver's own face counts, not the

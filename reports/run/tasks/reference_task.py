@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.answers import Answers, Reference
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Reference, Stage, StageImages
 from rayproof.reports.cache import references as cache
 from rayproof.reports.cache.references import Question, Rendered
 from rayproof.reports.judge.oracle import stages_of
@@ -79,9 +78,9 @@ def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str],
 def _rendered(question: Question, task: ReferenceTask) -> Rendered:
     """Return the reference's images, from the cache where the task allows it."""
 
-    def render() -> tuple[Answers, np.ndarray | None]:
+    def render() -> tuple[StageImages, np.ndarray | None]:
         reference, asked = question.reference, question.stages
-        answers: Answers = reference.render(task.scene, asked) if asked else {}
+        answers: StageImages = reference.render(task.scene, asked) if asked else {}
         mean = None
         if task.samples > 1 and Stage.RADIANCE in asked:
             mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
@@ -111,7 +110,7 @@ def put_to_test(witness: Witness) -> Candidate:
     )
 
 
-def _shadow_epsilon(reference: Reference, scene: Scene, answers: Answers) -> float | np.ndarray:
+def _shadow_epsilon(reference: Reference, scene: Scene, answers: StageImages) -> float | np.ndarray:
     """Return what a reference ignores at a feeler's start [m], one number or (height, width); 0 if it does not say."""
     if Stage.POSITION not in answers:
         return 0.0

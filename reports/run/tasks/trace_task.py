@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from rayproof.cases.answers import Answers
+from rayproof.cases.stages import StageImages
 from rayproof.reports.judge.comparison.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.renderers import Candidate
@@ -58,7 +58,7 @@ def _unchanged(configuration: Configuration, known: tuple[str, ...]) -> None:
             raise RuntimeError(f"{place} has changed since the run began")
 
 
-def _consistency(task: TracerTask, configuration: Configuration, answers: Answers) -> list[ConsistencyRecord]:
+def _consistency(task: TracerTask, configuration: Configuration, answers: StageImages) -> list[ConsistencyRecord]:
     if not task.routes:
         return []
     from rayproof.reports.paths.routes import compare, suiting

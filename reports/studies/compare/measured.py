@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.comparison.measurement import DIRECTIONS, error
 from rayproof.reports.studies.compare.truths import Truth
 
@@ -38,7 +37,7 @@ class Measured:
 
 
 def measured(
-    truth: Truth, stage: Stage, answers: Answers, *, precision: str, shapes: frozenset[int] | None
+    truth: Truth, stage: Stage, answers: StageImages, *, precision: str, shapes: frozenset[int] | None
 ) -> Measured:
     """Measure a contender's stage against the truth made from its own earlier stages.
 

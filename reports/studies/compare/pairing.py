@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.studies.compare.concerned import concerned
 from rayproof.reports.studies.compare.contenders import Contender
 from rayproof.reports.studies.compare.measured import Measured, measured
@@ -80,7 +79,7 @@ def shown(scene: Scene, stages: tuple[Stage, ...]) -> tuple[Stage, ...]:
     return tuple(stage for stage in stages if scene.lights or stage not in lit)
 
 
-def _same_inputs(stage: Stage, one: Answers, other: Answers) -> bool:
+def _same_inputs(stage: Stage, one: StageImages, other: StageImages) -> bool:
     earlier = IMAGE_STAGES[: IMAGE_STAGES.index(stage)]
     return all(np.array_equal(one[each], other[each], equal_nan=True) for each in earlier)
 

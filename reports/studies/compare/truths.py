@@ -5,10 +5,9 @@ from typing import Protocol
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.double_double import DoubleDouble
 from rayproof.reports.judge.tolerance.conditioning import condition, off_axis, ray_condition
@@ -20,7 +19,7 @@ GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 class Oracle(Protocol):
     """What is asked of an oracle here."""
 
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return a stage computed from the given earlier ones."""
         ...
 
@@ -44,7 +43,7 @@ class Truth:
     magnified: np.ndarray  # (height, width) or (height, width, channels): K |X|, the error that one roundoff excuses
 
 
-def truth_of(scene: Scene, stage: Stage, given: Answers, oracle: Oracle) -> Truth:
+def truth_of(scene: Scene, stage: Stage, given: StageImages, oracle: Oracle) -> Truth:
     """Return the truth of an image stage, continued from `given`; the truth of `object` is a distance too.
 
     Raises:
@@ -53,7 +52,7 @@ def truth_of(scene: Scene, stage: Stage, given: Answers, oracle: Oracle) -> Trut
     """
     size = (scene.camera.height, scene.camera.width)
     if stage in (Stage.OBJECT, Stage.DISTANCE):
-        seen: Answers = {Stage.RAY: given[Stage.RAY]}
+        seen: StageImages = {Stage.RAY: given[Stage.RAY]}
         for each in GEOMETRY:
             seen[each] = oracle.continue_from(scene, each, seen)
         there = condition(scene, seen)
@@ -76,7 +75,7 @@ def truth_of(scene: Scene, stage: Stage, given: Answers, oracle: Oracle) -> Trut
     )
 
 
-def _magnified(scene: Scene, stage: Stage, given: Answers, value: np.ndarray) -> np.ndarray:
+def _magnified(scene: Scene, stage: Stage, given: StageImages, value: np.ndarray) -> np.ndarray:
     """Return K |X| of the stages after the distance."""
     if stage is Stage.POSITION:
         distance = given[Stage.DISTANCE][..., 0]

@@ -6,10 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.rounding import PRECISIONS, UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reports.studies.compare.concerned import concerned
 from rayproof.reports.studies.compare.measured import UNITS, Measured, measured
@@ -90,7 +89,7 @@ def _traced(scene: Scene, configuration: Configuration) -> float:
 
 
 def _measured(
-    task: Task, number: int, answers: Answers, precision: str, truths: dict[tuple[int, bytes], Truth]
+    task: Task, number: int, answers: StageImages, precision: str, truths: dict[tuple[int, bytes], Truth]
 ) -> Measured:
     """Measure the distances of a task's scene; formulas that received the same rays share their truth."""
     scene = as_received(task.scenes[number])

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.cases.baking import world_triangles
 from rayproof.cases.case import Case
 from rayproof.cases.families import cases_of
 from rayproof.cases.families.watertight import ORIGIN, camera, net
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic

@@ -4,13 +4,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import ITEMS
 from rayproof.cases.families import select
 from rayproof.cases.laws import LAWS
 from rayproof.cases.relations import Relation
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.laws.judging import judge
@@ -19,10 +18,10 @@ from rayproof.reports.laws.law_task import small
 # Each holds shapes, lights and clipping that some law needs; between them every law has something to say.
 CASES = ("random_scenes/seed_2", "sidedness/plane_from_below_two_sided")
 ORACLE = Analytic()
-KEPT: dict[Scene, Answers] = {}
+KEPT: dict[Scene, StageImages] = {}
 
 
-def ask(scene: Scene) -> Answers:
+def ask(scene: Scene) -> StageImages:
     """Return the oracle's answers."""
     if scene not in KEPT:
         KEPT[scene] = ORACLE.render(scene, stages_of(scene))

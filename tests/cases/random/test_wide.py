@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.random import random_scene
 from rayproof.cases.random.wide import wide_case
 from rayproof.cases.scene import Mesh, Sphere, Triangle

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.baking import world_triangles
 from rayproof.cases.families import select
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage

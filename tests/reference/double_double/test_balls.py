@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.reference.double_double.backends import types
 from rayproof.reference.double_double.balls import ball_of

@@ -53,5 +53,5 @@ def test_a_store_that_cannot_be_written_costs_only_time(tmp_path: Path) -> None:
 def test_what_the_guards_guard_is_part_of_their_key() -> None:
     guarded = {path.relative_to(ROOT).as_posix() for path in closure(guards.CODE)}
 
-    assert {"reports/judge/tolerance/limits.py", "cases/mesh_file.py", "reports/run/record/totals.py"} <= guarded
+    assert {"reports/judge/tolerance/limits.py", "cases/mesh_files.py", "reports/run/record/totals.py"} <= guarded
     assert {"reports/run/guards/loader.py", "reference/analytic/light.py", "reports/cache/store.py"} <= guarded

@@ -6,11 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.rounding import gamma
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.audit.faults.patching import altered
@@ -32,7 +31,7 @@ TRUTH = ORACLE.render(CASE.scene, stages_of(CASE.scene))
 INSIDE = (16, 12)  # a pixel that hits something
 
 
-def rounded(changes: Mapping[Stage, float] | None = None) -> Answers:
+def rounded(changes: Mapping[Stage, float] | None = None) -> StageImages:
     """Return the oracle's answers as float32 has them, some of them multiplied by a factor."""
     factors = changes or {}
     return {
@@ -41,12 +40,12 @@ def rounded(changes: Mapping[Stage, float] | None = None) -> Answers:
     }
 
 
-def candidate(answers: Answers) -> Candidate:
+def candidate(answers: StageImages) -> Candidate:
     """Return a renderer in float32 that answers so."""
     return Candidate(name="ours", precision="float32", items=frozenset(), shadow_epsilon=0.0, answers=answers)
 
 
-def witness(answers: Answers, *, name: str = "analytic", precision: str = "float64") -> Witness:
+def witness(answers: StageImages, *, name: str = "analytic", precision: str = "float64") -> Witness:
     """Return a reference that answers so."""
     return Witness(name=name, precision=precision, independent=True, shadow_epsilon=0.0, answers=answers)
 

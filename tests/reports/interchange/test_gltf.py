@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from rayproof.cases.baking import world_triangles
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Mesh, SceneError
 from rayproof.reports.interchange import import_scene

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rayproof.cases.budget import LIMITS
 from rayproof.cases.families import all_cases, select
+from rayproof.cases.mesh_sandbox import LIMITS
 from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.baking import world_triangles
 from rayproof.cases.case import Case
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Square, Triangle, Vector
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.judge_case import judge_case

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import Case
 from rayproof.cases.scene import PointLight, Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.panel_record import adjudication
@@ -21,7 +20,7 @@ from tests.reports.judge.scenes import CAMERA, CASE, LIGHT, ORACLE, SCENE, candi
 HEIGHT, WIDTH = CAMERA.height, CAMERA.width
 
 
-def other(answers: Answers, name: str, **more) -> Witness:
+def other(answers: StageImages, name: str, **more) -> Witness:
     """Return an independent float32 witness, told from others by its last bits."""
     moved = {
         stage: image if stage in (Stage.CAMERA, Stage.OBJECT, Stage.VISIBILITY) else image * (1 + 2.0**-26)
@@ -37,7 +36,7 @@ def heard(ours: Candidate, witnesses: list[Witness], case: Case = CASE) -> tuple
     return judged, adjudication(judged, [ours], witnesses, oracle)
 
 
-def spoilt(stage: Stage, factor: float = 1.01) -> Answers:
+def spoilt(stage: Stage, factor: float = 1.01) -> StageImages:
     """Return the oracle's answers with one stage off."""
     answers = truth()
     return answers | {stage: answers[stage] * factor}
@@ -121,7 +120,7 @@ def test_who_lacks_a_stage_is_not_compared_there():
     assert record["radiance"]["ratio"][0][2] <= 1
 
 
-def at_corners(down: int, right: int) -> Answers:
+def at_corners(down: int, right: int) -> StageImages:
     """Return the oracle's answers at a corner of each pixel."""
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
     points = np.stack([columns.ravel() + right, rows.ravel() + down], axis=-1).astype(float)
@@ -151,7 +150,7 @@ def test_a_plain_blunder_is_explained_by_no_convention():
     assert not any(one["explains"] for one in record["radiance"]["conventions"])
 
 
-def seen(scene: Scene) -> tuple[Case, Answers]:
+def seen(scene: Scene) -> tuple[Case, StageImages]:
     """Return a case of a scene and the oracle's answers."""
     case = replace(CASE, scene=scene, least_interior=0, most_edge=0.9)
     return case, ORACLE.render(scene, stages_of(scene))
@@ -204,7 +203,7 @@ class Continuing:
     def __getattr__(self, name: str):
         return getattr(ORACLE, name)
 
-    def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Answer as the oracle does, but for the one pixel."""
         found = np.array(ORACLE.continue_from(scene, stage, given))
         if stage is Stage.VISIBILITY:

@@ -37,7 +37,7 @@ CASE = {"name": "a", "verdict": "pass", "checks": []}
         ("python", "python -c import sys; from rayproof.reports.processes.worker_process import begin", "starting"),
         ("program", "/bin/sh /y/program scene", "program"),
         ("sleep", "sleep 600", "child"),
-        ("python", "python -c from rayproof.cases.foreign import serve", None),
+        ("python", "python -c from rayproof.cases.mesh_sandbox import serve", None),
         ("python", "python -c from multiprocessing.spawn import spawn_main; spawn_main(tracker_fd=9)", "engine worker"),
         ("python", "python -c from multiprocessing.resource_tracker import main;main(9)", None),
         ("python", "python -m dask worker tls://127.0.0.1:9 --nthreads 1", "nanny"),

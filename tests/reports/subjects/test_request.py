@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Cube, Mesh, Square, Triangle
-from rayproof.cases.scene_json import NAMES, load_scene, schema
+from rayproof.cases.scene_json import NAMES, load_scene
+from rayproof.cases.scene_schema import schema
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.subjects.request import hand_over, rebuilt

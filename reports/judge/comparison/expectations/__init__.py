@@ -9,10 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import Expectation
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene
+from rayproof.cases.stages import StageImages
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,10 +33,10 @@ class Finding:
         return error / self.limit if self.limit > 0 and error == error else float("inf")
 
 
-Judge = Callable[[Any, Scene, Answers, float], Finding]
+Judge = Callable[[Any, Scene, StageImages, float], Finding]
 EXPECTATIONS: Registry[Judge] = Registry("expectation", package="rayproof.reports.judge.comparison.expectations")
 
 
-def judge(expectation: Expectation, scene: Scene, answers: Answers, slack: float) -> Finding:
+def judge(expectation: Expectation, scene: Scene, answers: StageImages, slack: float) -> Finding:
     """Judge one expectation on the tracer's answers."""
     return EXPECTATIONS[type(expectation).__name__](expectation, scene, answers, slack)

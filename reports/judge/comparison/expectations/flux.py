@@ -2,15 +2,14 @@
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import Flux
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.comparison.expectations import EXPECTATIONS, Finding
 
 
 @EXPECTATIONS.register("Flux")
-def flux(expectation: Flux, scene: Scene, answers: Answers, slack: float) -> Finding:
+def flux(expectation: Flux, scene: Scene, answers: StageImages, slack: float) -> Finding:
     """Compare the sum over the pixels that see the rectangle."""
     objects = answers[Stage.OBJECT]
     seen = objects[..., 0] == expectation.shape

@@ -2,15 +2,14 @@
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import ShadowOutline
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.comparison.expectations import EXPECTATIONS, Finding
 
 
 @EXPECTATIONS.register("ShadowOutline")
-def shadow_outline(expectation: ShadowOutline, scene: Scene, answers: Answers, slack: float) -> Finding:
+def shadow_outline(expectation: ShadowOutline, scene: Scene, answers: StageImages, slack: float) -> Finding:
     """Count the pixels on the wrong side of the outline; none may be."""
     seen = answers[Stage.OBJECT][..., 0] == expectation.shape
     offset = np.abs(answers[Stage.POSITION][..., :2] - np.asarray(expectation.center))

@@ -2,15 +2,14 @@
 
 import numpy as np
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.case import UniformValue
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.comparison.expectations import EXPECTATIONS, Finding
 
 
 @EXPECTATIONS.register("UniformValue")
-def uniform_value(expectation: UniformValue, scene: Scene, answers: Answers, slack: float) -> Finding:
+def uniform_value(expectation: UniformValue, scene: Scene, answers: StageImages, slack: float) -> Finding:
     """Compare the worst pixel of the shape."""
     seen = answers[Stage.OBJECT][..., 0] == expectation.shape
     values = answers[expectation.stage][seen][:, expectation.channel]

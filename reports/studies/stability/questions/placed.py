@@ -12,8 +12,8 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.baking import world_triangles
 from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square
 from rayproof.reports.studies.stability.device import downloaded, uploaded

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.answers import Answers
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.comparison.copied_answers import copied
 
 GENERATOR = np.random.default_rng(20061115)
-OURS: Answers = {stage: GENERATOR.uniform(size=(12, 16, 3)) for stage in (Stage.RAY, Stage.POSITION, Stage.IRRADIANCE)}
+OURS: StageImages = {
+    stage: GENERATOR.uniform(size=(12, 16, 3)) for stage in (Stage.RAY, Stage.POSITION, Stage.IRRADIANCE)
+}
 
 
 def test_one_copied_stage_is_enough() -> None:
@@ -22,7 +23,9 @@ def test_one_copied_stage_is_enough() -> None:
 
 @pytest.mark.parametrize("factor", [1.0, 1 + 2.0**-20], ids=["rounded-rightly", "off"])
 def test_a_float32_that_both_round_rightly_tells_nothing_and_a_shared_mistake_does(factor) -> None:
-    single: Answers = {stage: (image * factor).astype(np.float32).astype(np.float64) for stage, image in OURS.items()}
+    single: StageImages = {
+        stage: (image * factor).astype(np.float32).astype(np.float64) for stage, image in OURS.items()
+    }
 
     assert copied(single, single, OURS, both_float32=True) == (() if factor == 1 else tuple(OURS))
     assert copied(single, single, OURS, both_float32=False) == tuple(OURS), "float64 does not end where float32 does"
@@ -30,21 +33,21 @@ def test_a_float32_that_both_round_rightly_tells_nothing_and_a_shared_mistake_do
 
 @pytest.mark.parametrize("digits", [3, 4])
 def test_numbers_of_few_digits_tell_nothing(digits) -> None:
-    decimal: Answers = {stage: np.round(image, digits) for stage, image in OURS.items()}
-    binary: Answers = {stage: np.round(np.ldexp(image, 3 * digits)) for stage, image in OURS.items()}
+    decimal: StageImages = {stage: np.round(image, digits) for stage, image in OURS.items()}
+    binary: StageImages = {stage: np.round(np.ldexp(image, 3 * digits)) for stage, image in OURS.items()}
 
     assert copied(decimal, decimal, decimal, both_float32=False) == ()
     assert copied(binary, binary, binary, both_float32=False) == ()
 
 
 def test_few_and_simple_numbers_may_agree() -> None:
-    black: Answers = {Stage.RADIANCE: np.zeros((12, 16, 3))}
+    black: StageImages = {Stage.RADIANCE: np.zeros((12, 16, 3))}
 
     assert copied(black, black, black, both_float32=False) == ()
 
 
 def test_whole_numbers_and_other_sizes_are_no_copies() -> None:
-    objects: Answers = {Stage.OBJECT: np.arange(200.0).reshape(10, 10, 2)}
+    objects: StageImages = {Stage.OBJECT: np.arange(200.0).reshape(10, 10, 2)}
 
     assert copied(objects, objects, objects, both_float32=False) == ()
     assert copied(OURS, {Stage.RAY: OURS[Stage.RAY][:1]}, OURS, both_float32=False) == ()

@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.cases.answers import Answers
 from rayproof.cases.scene import Scene, Square
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.comparison.examined import Kind
 from rayproof.reports.judge.comparison.pair import Bench
 from rayproof.reports.judge.oracle import stages_of
@@ -77,11 +76,11 @@ def test_no_side_is_looked_for_beyond_twice_the_reach_nor_beyond_a_neighbours_ce
 
         points: np.ndarray
 
-        def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Answers:
+        def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> StageImages:
             self.points = points
             return {Stage.OBJECT: np.full((len(points), 2), -1.0)}
 
-        def continue_from(self, scene: Scene, stage: Stage, given: Answers) -> np.ndarray:
+        def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
             raise AssertionError
 
     oracle, size = Watched(), (EDGE_CASE.scene.camera.height, EDGE_CASE.scene.camera.width)

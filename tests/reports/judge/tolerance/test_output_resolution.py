@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.cases.answers import Resolution
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.tolerance.output_resolution import Coarseness
 from rayproof.reports.results.outcomes import Outcome

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from rayproof.cases.answers import Resolution
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.run.record.reference_facts import said
 

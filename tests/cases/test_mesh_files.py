@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from rayproof.cases.mesh_file import mesh_path, read_mesh
+from rayproof.cases.mesh_files import mesh_path, read_mesh
 from rayproof.cases.scene import Mesh, SceneError
 from rayproof.cases.scene_json import load_scene
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rayproof.cases.covering import covering
+from rayproof.cases.case import covering
 from rayproof.cases.placement import camera_around, translation
 from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
