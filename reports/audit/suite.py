@@ -1,4 +1,4 @@
-"""An audit from request to score: plant, choose cases, let workers look, follow up what survived, add up, publish."""
+"""An audit from request to score: plant, choose cases, let workers look, follow up what survived, add up."""
 
 import json
 import time
@@ -34,11 +34,8 @@ from rayproof.reports.audit.worker import serve_audit
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
-from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page.audit import NAME
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.audit_records import AuditRecord, FaultFinding, MutantsScore
-from rayproof.reports.results.document import NAME as RESULTS
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.plan import plan
@@ -53,6 +50,7 @@ LIAR_EPSILON = 0.05  # m, of eye and feelers: what a liar declares to hide behin
 GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades from 1e-2 to 1e-7, relative
 QUICK_GRADES = GRADES[::2]
 MORE, QUICK_MORE = 12, 3  # further cases a round for what no case has killed at its own stage
+NAME = "audit.json"
 MUTANTS = "mutants.md"  # beside audit.json: the lines of docs/audit.md
 CHUNK = 30  # faults an order: one that kills a worker must not cost too much
 
@@ -111,8 +109,6 @@ def run(request: AuditRequest) -> int:
             f"{table['killed_by_stages']} by all stages; {table['equivalent']} more are equivalent.",
             soft_wrap=True,
         )
-    if (request.out / RESULTS).is_file():
-        publish_all(request.out)
     console.print(f"{request.out / NAME}", soft_wrap=True)
     return 0 if result["good"] else 1
 

@@ -7,8 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rayproof.reports.audit.orders import REFERENCES
-from rayproof.reports.publish.page.audit import sentence
-from rayproof.reports.results.audit_records import AuditRecord, FaultFinding
+from rayproof.reports.results.audit_records import AuditRecord, FaultFinding, LiarFinding
 from rayproof.reports.terminal import console as terminal
 
 SHORT = {name: name.removeprefix("mitsuba_") for name in REFERENCES}
@@ -66,3 +65,27 @@ def _graded(smallest: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Table:
         for precision, found in one.items():
             table.add_row(quantity, precision, *(f"{found[s]:.1e}" if s in found else "" for s in stages))
     return table
+
+
+def sentence(audit: AuditRecord) -> str:
+    """Return the score in one line."""
+    text = (
+        f"Audit: {audit['killed']} of {audit['planted'] - audit['equivalent']} planted faults killed, "
+        f"{audit['blamed_right']} of them blamed right, {audit['false_alarms']} false alarms; {audit['equivalent']} "
+        "more are provably equivalent."
+    )
+    if audit["items_declared"]:
+        text += f" Of {audit['items_declared']} that spoil an item, {audit['items_right']} are blamed on it."
+    return text + _liar(audit.get("liar"))
+
+
+def _liar(liar: LiarFinding | None) -> str:
+    """Return what a liar could hide, as a sentence; nothing where none was let loose."""
+    if not liar or not liar["pixels"]:
+        return ""
+    unseen, pixels = liar["spoiled_unseen"], liar["pixels"]
+    return (
+        f" A liar can spoil {unseen} of {pixels} pixels x stages unseen ({unseen / pixels:.2%}); "
+        f"{liar['spoiled_interval']} in intervals, {liar['spoiled_wide']} in wide limits, "
+        f"{liar['spoiled_epsilon']} behind an epsilon."
+    )

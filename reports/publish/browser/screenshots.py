@@ -34,7 +34,7 @@ def take_pictures(folder: Path, results: RunRecord, out: Path, *, case: str | No
         pages.append(("case", shown, lambda page: page.wait_for_selector(".pane .frame > canvas")))
         if has_view(folder, chosen):
             pages.append(("scene", shown, _scene))
-    if plotted := [name for name in ("history", "stability", "tradeoff", "audit") if _has(folder, results, name)]:
+    if plotted := [name for name in ("history", "stability", "tradeoff") if _has(folder, results, name)]:
         pages.append((plotted[0], {"page": plotted[0]}, _plots))
     written = []
     with chromium() as browser:

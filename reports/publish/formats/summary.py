@@ -9,7 +9,6 @@ from pathlib import Path
 from urllib.parse import quote
 
 from rayproof.reports.publish import PUBLISHERS
-from rayproof.reports.publish.page.audit import load_audit, sentence
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.document import whole
@@ -51,8 +50,6 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     head += _gate(results)
     if sentences := [*of_the_whole(results), *causes(results)]:
         head += ["## What is wrong\n", *(f"* {escaped(sentence, longest=LONGEST_CAUSE)}" for sentence in sentences), ""]
-    audit = load_audit(folder)
-    head += [f"{escaped(sentence(audit))}\n"] if audit else []
     coverage = _coverage(results)
     failures = _failures(results, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
     # Were the fixed parts alone too large (a results.json with a million ids), the end is cut at a line.

@@ -18,8 +18,6 @@ from typing import Any, NotRequired
 import msgspec
 
 from rayproof.reports.publish import PUBLISHERS
-from rayproof.reports.publish.page.audit import AuditFront, load_audit
-from rayproof.reports.publish.page.audit import front as load_front
 from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.publish.page.formula_comparison import Contest, contest
 from rayproof.reports.publish.page.front_data import SHARD, Front, FrontData, data_file, rows_file
@@ -39,7 +37,7 @@ from rayproof.reports.results.records import CaseRecord, FindingRecord, RunRecor
 # In the order in which they build on each other.
 SCRIPTS = (
     "elements", "address", "predict", "decode", "inlined", "expand", "load", "colors", "paint", "metrics", "front",
-    "plot", "stability", "bench", "audit", "checks", "history", "cases", "pane", "viewer", "stage_view", "scene",
+    "plot", "stability", "checks", "history", "cases", "pane", "viewer", "stage_view", "scene",
     "case", "start",
 )  # fmt: skip
 
@@ -83,7 +81,6 @@ def diagrams(folder: Path) -> list[str]:
 class PageData(FrontData):
     """What the page holds of a run from the beginning."""
 
-    audit: AuditFront | None
     tradeoff: list[str]  # names of drawings
     plots: dict[str, str]  # page -> the script that has its data
     findings: list[FindingRecord]
@@ -107,7 +104,6 @@ def page_data(folder: Path, results: RunRecord, front: Front) -> PageData:
     """Return what the page holds of a run from the beginning; `front` has taken up its cases, the worst first."""
     return {
         **front.data,
-        "audit": load_front(load_audit(folder)),
         "tradeoff": diagrams(folder),
         "plots": pages(folder),
         "findings": findings(results),

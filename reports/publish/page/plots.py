@@ -1,4 +1,4 @@
-"""plots/: what `rayproof stability`, `tradeoff` and `bench` left in the folder, as scripts for the report's pages.
+"""plots/: what `rayproof stability` and `rayproof tradeoff` left in the folder, as scripts for the report's pages.
 
 Plotly comes beside them once, where there is anything to plot; the pages load all of it when they are opened.
 """
@@ -20,13 +20,6 @@ from rayproof.reports.results.records import RunRecord
 from rayproof.reports.studies.stability.records import LadderAbout
 
 if TYPE_CHECKING:
-    from rayproof.reports.studies.bench.records import (
-        BenchRecord,
-        ChangeRecord,
-        ContenderRecord,
-        MachineRecord,
-        SceneRecord,
-    )
     from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, SurveyAbout
     from rayproof.reports.studies.tradeoff.points import TradeoffRecord
 
@@ -71,16 +64,6 @@ class StabilityPlot(TypedDict):
 
     ladders: list[LadderPlot]
     about: SurveyAbout | NotTold
-
-
-class BenchPlot(TypedDict):
-    """A benchmark."""
-
-    started: str | None
-    machine: MachineRecord | NotTold
-    versions: dict[str, str]
-    scenes: list[SceneRecord]
-    changes: list[ChangeRecord]
 
 
 @PUBLISHERS.register("plots")
@@ -131,50 +114,9 @@ def tradeoff(folder: Path) -> TradeoffRecord | None:
     return _rounded(found)
 
 
-def bench(folder: Path) -> BenchPlot | None:
-    """Return the benchmark, as docs/bench.md describes it, numbers rounded for drawing; None without any."""
-    found = _read(folder / "bench.json")
-    if not _is_bench(found):
-        return None
-    scenes = [scene for scene in found["scenes"] if isinstance(scene, dict)]
-    if not scenes or not all(map(_is_scene, scenes)):
-        return None
-    machine, versions, changes = found.get("machine"), found.get("versions"), found.get("changes")
-    shown: BenchPlot = {
-        "started": found.get("started"),
-        "machine": machine if isinstance(machine, dict) else {},
-        "versions": versions if isinstance(versions, dict) else {},
-        "scenes": [{**scene, "contenders": _contenders(scene)} for scene in scenes],
-        "changes": [change for change in changes if _is_change(change)] if isinstance(changes, list) else [],
-    }
-    return _rounded(shown)
-
-
-def _is_bench(found: Any) -> TypeGuard[BenchRecord]:
-    """Return whether a file's content is a benchmark; its parts are looked at one by one."""
-    return isinstance(found, dict) and isinstance(found.get("scenes"), list)
-
-
-def _is_scene(scene: SceneRecord) -> bool:
-    """Return whether a scene of a benchmark has a size, and intervals that are pairs."""
-    sized = all(isinstance(size := scene.get(key), int) and size > 0 for key in ("width", "height"))
-    pairs = (scene.get(f"{key}_interval") for key in ("ratio_minimal", "ratio_direct", "control"))
-    return sized and all(pair is None or (isinstance(pair, list) and len(pair) == 2) for pair in pairs)
-
-
-def _contenders(scene: SceneRecord) -> dict[str, ContenderRecord]:
-    found = scene.get("contenders")
-    return {name: one for name, one in found.items() if isinstance(one, dict)} if isinstance(found, dict) else {}
-
-
-def _is_change(change: ChangeRecord) -> bool:
-    return isinstance(change, dict) and isinstance(change.get("interval"), list)
-
-
-SOURCES: dict[str, Callable[[Path], StabilityPlot | TradeoffRecord | BenchPlot | None]] = {
+SOURCES: dict[str, Callable[[Path], StabilityPlot | TradeoffRecord | None]] = {
     "stability": stability,
     "tradeoff": tradeoff,
-    "bench": bench,
 }
 
 

@@ -5,19 +5,17 @@ from pathlib import Path
 
 from rayproof.reports.publish import publish_all
 from rayproof.reports.results.document import save_results
-from tests.reports.publish.page.test_audit import AUDIT
 from tests.reports.publish.page.test_formula_comparison import FOUND
 from tests.reports.publish.page.test_plots import CLIMB, leave
 from tests.reports.publish.sample import make_folder
-from tests.reports.publish.test_bench_page import DOCUMENT
 from tests.reports.publish.test_history_page import history
 
-PAGES = ("stability", "tradeoff", "bench", "audit", "references", "history", "contest")
+PAGES = ("stability", "tradeoff", "references", "history", "contest")
 HOSTILE = "sphere/<a href='http://x'>%{x}<b>"
 
 
 def make_everything(folder: Path) -> None:
-    """Fill `folder` with plots, a benchmark, an audit, a comparison of formulas and a history; publish it."""
+    """Fill `folder` with plots, a comparison of formulas and a history; publish it."""
     results = make_folder(folder)
     results["cases"] = results["cases"][:2]
     results["references"]["analytic"]["version"] = "numpy <b>2</b>"
@@ -37,6 +35,5 @@ def make_everything(folder: Path) -> None:
     results["findings"].append(finding | {"stage": "ray", "smallest_scene": "sphere/plain"})
     save_results(folder, results | {"history": json.loads(json.dumps(history()))})
     leave(folder, climbs=[CLIMB, CLIMB | {"formula": HOSTILE, "verdict": "fail", "surprise": "it broke"}])
-    for name, content in {"audit": AUDIT, "bench": DOCUMENT, "comparison": FOUND}.items():
-        (folder / f"{name}.json").write_text(json.dumps(content))
+    (folder / "comparison.json").write_text(json.dumps(FOUND))
     publish_all(folder)

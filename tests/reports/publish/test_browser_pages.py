@@ -149,16 +149,6 @@ def test_error_against_time_is_plotted_and_its_points_say_where_they_come_from(v
     assert page.locator(".ladder [role=status] code").inner_text() == "rayproof tradeoff sphere"
 
 
-def test_the_kill_matrix_can_be_filtered_and_opened(visit: Visit) -> None:
-    page = visit.open(page="audit")
-
-    assert "2 of 2 planted faults killed" in page.locator("main").inner_text()
-    page.get_by_role("button", name="falloff/fault_<b>").click()
-    assert "rayproof audit --only" in page.locator(".kills code").inner_text()
-    page.get_by_label("outcome").select_option("survived")
-    assert page.get_by_text("No fault matches.").count() == 1
-
-
 def test_references_tell_versions_settings_notes_and_who_is_absent(visit: Visit) -> None:
     page = visit.open(page="references")
 

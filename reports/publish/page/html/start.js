@@ -19,7 +19,7 @@
     return e("main", {}, rayproof.shoutBars(results), rayproof.navigation(results, ""), rayproof.verdictLine(results),
       rayproof.comparison(results),
       rayproof.ledger(results, (verdict) => list.set({ verdict })), rayproof.blamed(results), rayproof.differences(results), rayproof.worse(results),
-      rayproof.audit(results), rayproof.coverage(results, (id) => list.set({ id })), list.section,
+      rayproof.coverage(results, (id) => list.set({ id })), list.section,
       rayproof.commonFactors(results), rayproof.paths(results), rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));
   }
 

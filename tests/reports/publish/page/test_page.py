@@ -83,7 +83,9 @@ def test_a_results_file_with_the_bare_minimum_publishes(tmp_path, published):
 def test_what_is_no_publication_stays_in_the_folder(tmp_path: Path) -> None:
     make_folder(tmp_path)
     strangers = [tmp_path / name for name in ("data/mine.js", "plots/mine.js", "thumbnails/mine.png")]
-    stale = [tmp_path / name for name in ("data/9999.js", "data/9999.pixels.js", "plots/bench.js", "thumbnails/77.png")]
+    stale = [
+        tmp_path / name for name in ("data/9999.js", "data/9999.pixels.js", "plots/stability.js", "thumbnails/77.png")
+    ]
     for path in [*strangers, *stale]:
         path.parent.mkdir(exist_ok=True)
         path.touch()
