@@ -3,7 +3,8 @@
 One folder is one extension point, and its `__init__.py` holds the registry and states the contract.
 * `Table` lists its things as name -> module:attribute with facts. Names and facts are known without any import, and a
   module is imported when a thing in it is asked for: right for things whose imports take long.
-* `Registry` is filled by decorators; every module below its package is imported at the first look-up.
+* `Registry` is filled by decorators; its module, or every module below its package, is imported at the
+  first look-up.
 In both a module that fails to import stops the run: a formula that silently vanished would be a formula not tested.
 """
 
@@ -72,12 +73,12 @@ class Registry(Generic[Thing]):
         return self._about[name]
 
     def load(self) -> None:
-        """Import every module below the registry's package, once."""
+        """Import the registry's module, and every module below it if it is a package, once."""
         if self._loaded:
             return
         self._loaded = True
         package = importlib.import_module(self.package)
-        for module in pkgutil.walk_packages(package.__path__, prefix=f"{self.package}."):
+        for module in pkgutil.walk_packages(getattr(package, "__path__", ()), prefix=f"{self.package}."):
             importlib.import_module(module.name)
 
 

@@ -12,8 +12,8 @@ from functools import cache
 
 from rayproof.cases.case import Case
 from rayproof.cases.declarations import DeclaredRegistry
-from rayproof.cases.random import FAMILY as RANDOM
-from rayproof.cases.random import case_named
+from rayproof.cases.random_scenes import FAMILY as RANDOM
+from rayproof.cases.random_scenes import case_named
 
 CASE_FAMILIES: DeclaredRegistry[Callable[[], Iterator[Case]]] = DeclaredRegistry(
     "case family", package="rayproof.cases.families", name="CASE_FAMILIES"

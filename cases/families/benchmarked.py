@@ -7,7 +7,7 @@ a tree, since a closed form tries each of them at every pixel, and they are larg
 from collections.abc import Iterator
 from dataclasses import replace
 
-from rayproof.cases.benchmark.scenes import chosen
+from rayproof.cases.benchmark_scenes import chosen
 from rayproof.cases.case import Case, covering
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.scene import Scene, Sphere

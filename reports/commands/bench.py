@@ -49,7 +49,7 @@ def bench(
     from rayproof.reports.run.llvm import choose_packaged_llvm
 
     choose_packaged_llvm()
-    from rayproof.cases.benchmark.scenes import QUICK_SIZES, SIZES, chosen
+    from rayproof.cases.benchmark_scenes import QUICK_SIZES, SIZES, chosen
     from rayproof.reports.studies.bench.apart import BenchError, Task, timed_apart
     from rayproof.reports.studies.bench.document import begun, everybody
     from rayproof.reports.studies.bench.machine import machine

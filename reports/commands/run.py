@@ -345,7 +345,7 @@ def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tu
         UsageError: --count or --seed without `random`, `random` beside other selectors, or a number out of range.
 
     """
-    from rayproof.cases.random import FAMILY, LARGEST
+    from rayproof.cases.random_scenes import FAMILY, LARGEST
 
     if FAMILY not in selectors:
         if count is not None or seed is not None:

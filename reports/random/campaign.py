@@ -8,7 +8,7 @@ from typing import TypedDict
 from rich.console import Console
 
 from rayproof.cases.families import select
-from rayproof.cases.random import FAMILY, counted
+from rayproof.cases.random_scenes import FAMILY, counted
 from rayproof.reports.audit.orders import LiarReport
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.processes.pool import Pool

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rayproof import ROOT
 from rayproof.cases.case import Case
-from rayproof.cases.random import numbers
-from rayproof.cases.random.draws import Draws
+from rayproof.cases.random_scenes import numbers
+from rayproof.cases.random_scenes.draft import Draws
 from rayproof.reports.audit.orders import LiarOrder, LiarReport
 from rayproof.reports.audit.planted import PlantedFault, tracer_faults
 from rayproof.reports.audit.worker import serve_audit

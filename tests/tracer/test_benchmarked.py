@@ -2,7 +2,7 @@
 
 import pytest
 
-from rayproof.cases.benchmark.scenes import QUICK_SIZES, SCENES
+from rayproof.cases.benchmark_scenes import QUICK_SIZES, SCENES
 from rayproof.cases.families import select
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.plan import Plan, plan

@@ -6,7 +6,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark.meshes import bumpy, scanned, uneven
+from rayproof.cases.benchmark_scenes import bumpy, scanned, uneven
 from rayproof.cases.scene import Mesh
 from rayproof.tracer.acceleration import parts
 from rayproof.tracer.acceleration.packet_bounds import Beam

@@ -6,7 +6,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark.meshes import soup, terrain
+from rayproof.cases.benchmark_scenes import soup, terrain
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Mesh, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage

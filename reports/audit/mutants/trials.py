@@ -14,7 +14,7 @@ import numpy as np
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
-from rayproof.cases.random.wide import wide_case
+from rayproof.cases.random_scenes import wide_case
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.mutants import Mutant, Rows, fields, frames, spaces, tolerances
 from rayproof.reports.audit.oracle import PatientOracle

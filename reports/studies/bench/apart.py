@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rayproof.cases.benchmark.scenes import chosen
+from rayproof.cases.benchmark_scenes import chosen
 from rayproof.reports.processes.channel import Channel
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply, serve

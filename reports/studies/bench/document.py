@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.benchmark.scenes import BenchScene
+from rayproof.cases.benchmark_scenes import BenchScene
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic

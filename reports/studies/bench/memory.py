@@ -22,15 +22,15 @@ def memory(name: str, width: int, height: int) -> tuple[float, float]:
 
     import drjit as dr
 
-    from rayproof.cases.benchmark import meshes
-    from rayproof.cases.benchmark.scenes import SCENES, chosen
+    from rayproof.cases import benchmark_scenes
+    from rayproof.cases.benchmark_scenes import SCENES, chosen
     from rayproof.tracer.configuration import Configuration
 
     Frames(SCENES[0].scene(16, 16), Configuration())()
-    meshes.bumpy(0)  # trimesh is an import, too
+    benchmark_scenes.bumpy(0)  # trimesh is an import, too
     before = _status("VmRSS")
     scene = chosen((name,), quick=False)[0].scene(width, height)
-    for made in vars(meshes).values():
+    for made in vars(benchmark_scenes).values():
         if hasattr(made, "cache_clear"):
             made.cache_clear()
     # What trimesh took to make the mesh is not ours.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.cases.benchmark import scenes
+from rayproof.cases import benchmark_scenes
 from rayproof.reports.cli import main
 from rayproof.reports.studies.bench import apart
 
@@ -15,7 +15,7 @@ from rayproof.reports.studies.bench import apart
 def test_a_small_benchmark_writes_what_its_document_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(scenes, "QUICK_SIZES", ((64, 48),))
+    monkeypatch.setattr(benchmark_scenes, "QUICK_SIZES", ((64, 48),))
     monkeypatch.setattr("rayproof.reports.commands.bench.QUICK_BUDGET", 0.05)
     file, again = tmp_path / "one.json", tmp_path / "two.json"
 
@@ -81,7 +81,7 @@ def test_a_scene_whose_data_are_not_there_is_left_out_with_the_reason(
         yield from ()
 
     monkeypatch.setattr(apart, "timed_apart", timed)
-    monkeypatch.setattr("rayproof.cases.benchmark.meshes.find_spec", lambda name: None)
+    monkeypatch.setattr("rayproof.cases.benchmark_scenes.find_spec", lambda name: None)
 
     assert main(["bench", "mountains", "terrain"]) == 0
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rayproof.cases.random import random_case
+from rayproof.cases.random_scenes import random_case
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.judge_case import judge_case

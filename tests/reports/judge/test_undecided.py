@@ -7,7 +7,7 @@ import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES, select
-from rayproof.cases.random import random_case
+from rayproof.cases.random_scenes import random_case
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.judge_case import judge_case

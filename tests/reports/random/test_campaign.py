@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.cases.random import FAMILY, random_case
+from rayproof.cases.random_scenes import FAMILY, random_case
 from rayproof.reports.random import campaign
 from rayproof.reports.random.campaign import Tally
 from rayproof.reports.random.trials import fault_for, trials

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark.meshes import bumpy, terrain
+from rayproof.cases.benchmark_scenes import bumpy, terrain
 from rayproof.cases.scene import Mesh
 from rayproof.tracer.acceleration import builder
 from rayproof.tracer.acceleration.area_cuts import MOST_CUTS, SAMPLE

@@ -8,7 +8,7 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.placement import translation
-from rayproof.cases.random import random_case
+from rayproof.cases.random_scenes import random_case
 from rayproof.cases.scene import Camera, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.certify.verdicts import certify

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark.scenes import chosen
+from rayproof.cases.benchmark_scenes import chosen
 from rayproof.reports.studies.bench import CONTENDERS
 from rayproof.reports.studies.bench.contenders.mitsuba_scene import loaded
 

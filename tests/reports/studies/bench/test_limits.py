@@ -7,7 +7,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark.scenes import chosen
+from rayproof.cases.benchmark_scenes import chosen
 from rayproof.reports.studies.bench.branches import shared
 from rayproof.reports.studies.bench.kernel_arithmetic import Work, loops, work
 from rayproof.reports.studies.bench.kernels import Kernel, kernels

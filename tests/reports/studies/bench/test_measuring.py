@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark.scenes import chosen
+from rayproof.cases.benchmark_scenes import chosen
 from rayproof.cases.scene import Scene
 from rayproof.reports.studies.bench import CONTENDERS, Prepared, measuring
 from rayproof.reports.studies.bench.measuring import Timed, differing, ratio, timed

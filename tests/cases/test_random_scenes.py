@@ -2,12 +2,14 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from rayproof.cases.families import select
-from rayproof.cases.random import case_named, counted, random_scene
-from rayproof.cases.random.draws import Draws
-from rayproof.cases.random.features import FEATURES
+from rayproof.cases.placement import world_triangles
+from rayproof.cases.random_scenes import case_named, counted, random_scene, wide_case
+from rayproof.cases.random_scenes.draft import Draws
+from rayproof.cases.random_scenes.features import FEATURES
 from rayproof.cases.scene import Cube, Mesh, Plane, Sphere, Square, Triangle
 from rayproof.cases.scene_json import scene_from_json, scene_to_json
 
@@ -87,3 +89,37 @@ def test_a_random_scene_is_selected_by_name_alone_and_after_all_others():
 def test_a_name_that_is_no_scenes_is_refused(name):
     with pytest.raises(LookupError, match=r"random scene"):
         select([name])
+
+
+# Wide scenes: the same shapes and lights in the same places, every field over its range.
+
+
+WIDE = range(200)
+WIDE_SCENES = [wide_case(31, number).scene for number in WIDE]
+
+
+def test_shapes_and_lights_stay_where_they_are() -> None:
+    for number, scene in zip(WIDE, WIDE_SCENES, strict=True):
+        narrow = random_scene(31, number).scene
+
+        assert [light.position for light in scene.lights] == [light.position for light in narrow.lights]
+        assert scene.camera.eye == narrow.camera.eye
+        for shape, drawn in zip(scene.shapes, narrow.shapes, strict=True):
+            if isinstance(shape, Sphere) and isinstance(drawn, Sphere):
+                radii = [np.asarray(one.to_world)[:3, :3] * one.radius for one in (shape, drawn)]
+                assert radii[0] == pytest.approx(radii[1], rel=1e-12)
+            elif isinstance(shape, Triangle | Mesh):
+                size = float(np.abs(world_triangles(drawn)).max())
+                assert world_triangles(shape) == pytest.approx(world_triangles(drawn), abs=4e-7 * size)
+
+
+def test_fields_are_drawn_over_their_ranges() -> None:
+    cameras = [scene.camera for scene in WIDE_SCENES]
+    lengths = [float(np.linalg.norm(camera.up)) for camera in cameras]
+    albedos = [max(shape.albedo) for scene in WIDE_SCENES for shape in scene.shapes]
+
+    assert min(lengths) < 0.01 < 100 < max(lengths)
+    assert {(camera.width > camera.height) - (camera.width < camera.height) for camera in cameras} == {-1, 0, 1}
+    assert max(camera.width / camera.height for camera in cameras) > 20
+    assert min(camera.fovy for camera in cameras) < 20 < 150 < max(camera.fovy for camera in cameras)
+    assert max(albedos) > 1 > min(albedos)

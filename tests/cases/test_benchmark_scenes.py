@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark import meshes
-from rayproof.cases.benchmark.meshes import bumpy, city, mountains, rods, scanned, soup, terrain, uneven
-from rayproof.cases.benchmark.scenes import SCENES, chosen
+from rayproof.cases import benchmark_scenes
+from rayproof.cases.benchmark_scenes import SCENES, bumpy, chosen, city, mountains, rods, scanned, soup, terrain, uneven
 from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
@@ -72,7 +71,7 @@ def test_where_nobody_installed_what_was_measured_the_scene_says_why_it_is_missi
     (bench,) = chosen(("mountains",), quick=False)
     assert bench.missing() is None
 
-    monkeypatch.setattr(meshes, "find_spec", lambda name: None)
+    monkeypatch.setattr(benchmark_scenes, "find_spec", lambda name: None)
 
     assert "no sample_data/jacksboro_fault_dem.npz" in str(bench.missing())
     with pytest.raises(FileNotFoundError, match="jacksboro"):
