@@ -66,12 +66,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "rayproof.reports.commands.tradeoff:tradeoff",
         "Draw error against run time: formulas, precisions, samples.",
     ),
-    "bench": ("rayproof.reports.commands.bench:bench", "Time the tracer beside Mitsuba and others, with the errors."),
     "paths": (
         "rayproof.reports.commands.paths:paths",
         "Show the tracer's execution paths: run, compared, shown to matter.",
     ),
-    "growth": ("rayproof.reports.commands.growth:growth", "Show what a run costs as the suite grows."),
     "history": (
         "rayproof.reports.commands.history:history",
         "Show error and time of each case over the runs that were kept.",
@@ -79,12 +77,15 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "adapt": ("rayproof.reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
     "ci": ("rayproof.reports.commands.ci:ci", "Write a workflow that runs rayproof on a CI service."),
     "cache": ("rayproof.reports.commands.cache:cache", "List, verify or clear what earlier runs kept."),
-    "soak": (
-        "rayproof.reports.commands.soak:soak",
-        "Kill, stop and starve runs, and show that nothing is lost or left.",
-    ),
     "help": ("rayproof.reports.commands.help:explain", "Say what a word means that rayproof uses."),
     "schema": ("rayproof.reports.commands.schema:schema", "Print the JSON Schema of scene files."),
+}
+
+# Commands of the version before, and what takes their place; the next version forgets them.
+GONE: dict[str, str] = {
+    "bench": "python -m tests.benchmarks.bench, in a checkout of rayproof",
+    "soak": "python -m tests.harness.soak, in a checkout of rayproof",
+    "growth": "python -m tests.benchmarks.growth, in a checkout of rayproof",
 }
 
 BAD_USAGE, NOT_MEASURED, INTERRUPTED = 2, 3, 130
@@ -120,14 +121,19 @@ def version_line() -> str:
     return f"rayproof {version('rayproof')}"
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command that `arguments` (default: the process's) name and return the exit code."""
+def main(arguments: Sequence[str] | None = None, program: "App | None" = None) -> int:
+    """Run the command that `arguments` (default: the process's) name and return the exit code.
+
+    A `program` other than rayproof has its own commands, and ends in the same ways.
+    """
     # Before anything heavy is imported: whoever is stopped while it starts ends in one line, too.
     with Stopping() as stopping:
         try:
             remember()
             given = sys.argv[1:] if arguments is None else list(arguments)
-            return _overview() if given in ([], ["--help"], ["-h"]) else _called(given)
+            if program is None and given in ([], ["--help"], ["-h"]):
+                return _overview()
+            return _called(given, program)
         except KeyboardInterrupt:
             pass
         except Exception as error:
@@ -155,7 +161,7 @@ def _overview() -> int:
     return 0
 
 
-def _called(given: list[str]) -> int:
+def _called(given: list[str], program: "App | None") -> int:
     """Run a command; return the exit code, also of what is told in one line."""
     from cyclopts import CycloptsError
 
@@ -163,7 +169,9 @@ def _called(given: list[str]) -> int:
     from rayproof.tracer.device.llvm import NoBackendError
 
     try:
-        result = application()(given, exit_on_error=False, print_error=False, result_action="return_value")
+        if program is None and given[0] in GONE:
+            raise UsageError(f"{given[0]} is no command any more; its successor is {GONE[given[0]]}")
+        result = (program or application())(given, exit_on_error=False, print_error=False, result_action="return_value")
     except (UsageError, CycloptsError) as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
         return BAD_USAGE

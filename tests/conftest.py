@@ -17,6 +17,7 @@ import pytest
 
 from rayproof.cases.mesh_sandbox import START
 from rayproof.tracer.device import llvm
+from tests.command_line import command as command
 
 llvm.select()
 

@@ -66,6 +66,8 @@ def test_the_wheel_holds_one_package_also_by_way_of_the_source_distribution(whee
 
     assert names == again
     assert {name.split("/")[0].partition("-")[0] for name in names} == {"rayproof"}
+    # In particular no tests, and nothing of what tests rayproof itself.
+    assert {name.split("/")[1] for name in names if name.startswith("rayproof/")} == {*FOLDERS, "__init__.py"}
     sources = [path.relative_to(CHECKOUT) for folder in FOLDERS for path in (CHECKOUT / folder).rglob("*.py")]
     assert {f"rayproof/{path.as_posix()}" for path in sources} <= set(names)
 

@@ -10,16 +10,14 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line, writab
 from rayproof.reports.results.json_numbers import plain
 
 if TYPE_CHECKING:
-    from rayproof.cases.scene import Camera, Scene
+    from rayproof.cases.scene import Camera
     from rayproof.reference.certified import EnclosedPixel
 
 ALL = "ray,object,distance,position,normal,visibility,irradiance,exitance,radiance"
 MOST_PIXELS = 100_000  # some ten seconds of work, and half a gigabyte of JSON
 
 
-def oracle(
-    scene: str, *, pixels: str | None = None, stages: str = ALL, speed: bool = False, json: Path | None = None
-) -> int:
+def oracle(scene: str, *, pixels: str | None = None, stages: str = ALL, json: Path | None = None) -> int:
     """Enclose the exact value of every stage between two float64 numbers, every decision proved.
 
     Parameters
@@ -31,8 +29,6 @@ def oracle(
         the whole image.
     stages
         Comma-separated stages, such as distance,normal,radiance.
-    speed
-        Instead measure how many pixels per second each of the two truths answers.
     json
         Also write every pixel to this file: [low, high] per channel, the bits used, what is undecided.
 
@@ -42,8 +38,6 @@ def oracle(
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
-    if speed:
-        return _speed(scene, loaded, json)
     box = rectangle(pixels, loaded.camera)
     from rayproof.cases.stages import exr_channels
     from rayproof.reference.certified import (
@@ -76,33 +70,6 @@ def oracle(
     say(f"undecided: {len(undecided) or 'none'}")
     for one in undecided[:10]:
         say(f"  pixel ({one['pixel'][0]}, {one['pixel'][1]}): {', '.join(one['what'])}")
-    return 0
-
-
-def _speed(name: str, scene: "Scene", json: Path | None) -> int:
-    """Show how fast both truths are on a scene."""
-    from rayproof.reports.studies.bench.oracle_speed import speeds
-    from rayproof.tracer.device.llvm import select
-
-    select()
-    found = speeds(scene)
-    content = {who: {"unsupported": one} if isinstance(one, str) else one.as_json() for who, one in found.items()}
-    write_json(json, {"scene": name, "shapes": len(scene.shapes), "lights": len(scene.lights), "speeds": content})
-    rows = []
-    for who, one in found.items():
-        if isinstance(one, str):
-            rows.append([who, "", "", "", one])
-            continue
-        rates = one.as_json()
-        per_second, per_processor = (
-            f"{rates[key]:,.0f}" for key in ("pixels_per_second", "pixels_per_processor_second")
-        )
-        rows.append([who, f"{one.pixels}", per_second, per_processor, ""])
-    show_table(
-        f"{name}: {len(scene.shapes)} shapes, {len(scene.lights)} lights",
-        ["truth", "pixels", "pixels / s", "pixels / processor s", ""],
-        rows,
-    )
     return 0
 
 

@@ -187,7 +187,7 @@ ROUTES: Mapping[str, Route] = {
         ),
         Route(
             name="frames",
-            what="one frozen kernel, the scene's numbers as literals in its code: `rayproof bench`",
+            what="one frozen kernel, the scene's numbers as literals in its code: `tests.benchmarks.bench`",
             beside=JUDGED,
             how=FOLDING,
             compare=_frames,

@@ -1,21 +1,11 @@
 """What the tests of the commands share: run one in this process and read what it printed."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import pytest
 
 from rayproof.reports.cli import main
-
-
-@dataclass(frozen=True, kw_only=True)
-class Ended:
-    """How a command ended."""
-
-    code: int
-    out: str
-    error: str
-
+from tests.command_line import Ended
 
 Rayproof = Callable[..., Ended]
 

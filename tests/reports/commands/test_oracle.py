@@ -1,6 +1,5 @@
 """`rayproof oracle` encloses what every other renderer should have answered, and says what it cannot decide."""
 
-import dataclasses
 import json
 from pathlib import Path
 
@@ -75,37 +74,3 @@ def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.Mon
 
     assert ended.code == 2
     assert "at most 10 pixels" in ended.error
-
-
-@pytest.mark.process
-def test_the_speed_of_both_truths_is_measured(
-    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("rayproof.reports.studies.bench.oracle_speed.LANES", 2**10)
-    scene = select(["primitives/sphere"])[0].scene
-    small = dataclasses.replace(scene, camera=dataclasses.replace(scene.camera, width=12, height=9))
-    save_scene(small, tmp_path / "small.json")
-
-    ended = rayproof("oracle", tmp_path / "small.json", "--speed", "--json", tmp_path / "speed.json")
-
-    assert ended.code == 0
-    speeds = json.loads((tmp_path / "speed.json").read_text())["speeds"]
-    assert {name: one["pixels"] for name, one in speeds.items()} == {
-        "certified": 108,
-        "certified, two processes": 216,
-        "double_double": 1024,
-    }
-    assert all(one["pixels_per_second"] > 0 and one["pixels_per_processor_second"] > 0 for one in speeds.values())
-
-
-def test_the_speed_of_what_a_truth_cannot_answer_is_a_sentence(
-    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("rayproof.reference.certified.MOST_SURFACES", 0)
-    monkeypatch.setattr("rayproof.reports.studies.bench.oracle_speed.LANES", 2**10)
-
-    ended = rayproof("oracle", "primitives/sphere", "--speed", "--json", tmp_path / "speed.json")
-
-    assert ended.code == 0
-    speeds = json.loads((tmp_path / "speed.json").read_text())["speeds"]
-    assert "too long to certify" in speeds["certified"]["unsupported"]

@@ -17,8 +17,6 @@ from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.tasks.trace_task import trace
 from rayproof.reports.run.worker_settings import workers
-from rayproof.reports.studies.bench.contenders import ours
-from rayproof.reports.studies.bench.document import everybody
 from rayproof.reports.studies.tradeoff.tasks import tasks
 from rayproof.reports.subjects import TRACER
 from rayproof.tracer.catalogue import FORMULAS
@@ -121,20 +119,6 @@ def test_error_against_time_shows_it_beside_the_default_alone(folder: Path) -> N
     assert (sampled, [ladder.name for ladder in climbed]) == ((), ["SPH-FAR"])
 
 
-def test_the_benchmark_draws_with_it_and_times_the_defaults_beside(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(ours._Ours, "asked_about", {})
-    scene = select([CASE])[0].scene
-
-    ours.ask_about(Configuration.parse(NAME))
-
-    assert NAME in ours.Ours().prepare(scene).does
-    assert "sphere" not in ours.OursByDefault().prepare(scene).does
-    assert "ours_default" in everybody(quick=True, formulas=True)
-    assert "ours_default" not in everybody(quick=True)
-
-
 def test_the_audit_plants_it(folder: Path) -> None:
     (fault,) = planted(FORMULA)
 
@@ -142,7 +126,7 @@ def test_the_audit_plants_it(folder: Path) -> None:
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("command", ["run", "render", "probe", "stability", "tradeoff", "bench", "audit"])
+@pytest.mark.parametrize("command", ["run", "render", "probe", "stability", "tradeoff", "audit"])
 def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof, folder: Path, command: str) -> None:
     before, option = {
         "run": ((CASE,), "--formula"),
@@ -150,7 +134,6 @@ def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof,
         "probe": ((CASE, 1, 1), "--formula"),
         "stability": ((), None),
         "tradeoff": (("SPH-FAR",), "--formula"),
-        "bench": ((), "--formula"),
         "audit": ((), "--only"),
     }[command]
     ended = rayproof(command, *before, *([option] if option else []), "sphere=mine.py:nearest")

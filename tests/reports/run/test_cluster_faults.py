@@ -18,8 +18,8 @@ import pytest
 
 from rayproof.reports.processes.process_tree import descendants
 from rayproof.reports.results.case_table import NAME as JOURNAL
-from rayproof.reports.soak.disturbing import ENGINE_WORKER, processes
-from rayproof.reports.soak.scenarios import CANNOT_MOUNT, NARROW
+from tests.harness.soak.disturbing import ENGINE_WORKER, processes
+from tests.harness.soak.scenarios import CANNOT_MOUNT, NARROW
 from tests.reports.run.test_scheduler import CHECKOUT, found, scenes, site, slow_program
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals, limits and mounts of Linux")

@@ -1,4 +1,4 @@
-"""What `rayproof bench` times is judged as it is: the very kernel, frozen, on a scene of the benchmark."""
+"""What the benchmark times is judged as it is: the very kernel, frozen, on a scene of the benchmark."""
 
 from pathlib import Path
 

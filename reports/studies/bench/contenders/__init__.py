@@ -1,1 +1,0 @@
-"""Who runs in the benchmark, one file each; the contract is in `reports.studies.bench`."""

@@ -1,0 +1,1 @@
+"""How fast rayproof is: the tracer beside other renderers (`bench`), a run as the suite grows (`growth`)."""

@@ -1,0 +1,1 @@
+"""What tests rayproof itself: planted faults, disturbed runs, broken files, verdicts on random scenes, paths."""
