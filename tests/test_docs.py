@@ -49,14 +49,14 @@ assert len(select(["needles"])) == 3
     "reference/flat_grey.py": """
 assert REFERENCES["flat_grey"]().version()
 """,
-    "cases/laws/clip_free.py": """
+    "cases/laws/clipping.py": """
 from rayproof.cases.families import select
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.laws.judging import judge
 from rayproof.reports.laws.law_task import small
 scene = small(select(["clipping/sphere_none"])[0].scene)
-found = [judge(one, "float64") for one in LAWS["clip_free"](scene, lambda one: Analytic().render(one, stages_of(one)))]
+found = [judge(one, "float64") for one in clip_free(scene, lambda one: Analytic().render(one, stages_of(one)))]
 assert found and not any(one.alarm for one in found)
 """,
     "reports/judge/comparison/metrics/mean_bias.py": """

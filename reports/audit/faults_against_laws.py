@@ -11,7 +11,7 @@ from typing import Any
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases
 from rayproof.cases.laws import LAWS
-from rayproof.cases.relations import Relation
+from rayproof.cases.laws.relations import Relation
 from rayproof.cases.stages import Stage
 from rayproof.reports.audit.planted import PlantedFault
 from rayproof.reports.audit.selection import candidates

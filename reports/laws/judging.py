@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.relations import Relation
+from rayproof.cases.laws.relations import Relation
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.laws.limits import TELLING, WHOLE, limit, neighbours, roundoff
 

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.changes import lit_from_the_eye
 from rayproof.cases.laws import LAWS
-from rayproof.cases.relations import Relation
+from rayproof.cases.laws.relations import Relation, lit_from_the_eye
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, exr_channels
 from rayproof.reports.laws.asking import Asked, SubjectError, UnansweredError, renderer

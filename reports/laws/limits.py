@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
+from rayproof.cases.laws.relations import Relation
 from rayproof.cases.placement import world_triangles
-from rayproof.cases.relations import Relation
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
 from rayproof.cases.stages import Resolution, Stage

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.families import select
-from rayproof.cases.relations import Conditions, Relation
+from rayproof.cases.laws.relations import Conditions, Relation
 from rayproof.cases.stages import Stage
 from rayproof.reports.laws.judging import judge
 

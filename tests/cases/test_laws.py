@@ -1,13 +1,17 @@
 """Every law says what it is, and holds for the oracle, which is right by other tests: a law that does not is wrong."""
 
 from collections.abc import Iterator
+from importlib import import_module
+from inspect import isfunction, signature
+from pkgutil import iter_modules
 
 import pytest
 
+from rayproof.cases import laws
 from rayproof.cases.case import ITEMS
 from rayproof.cases.families import select
 from rayproof.cases.laws import LAWS
-from rayproof.cases.relations import Relation
+from rayproof.cases.laws.relations import Relation
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
@@ -32,6 +36,16 @@ def relations(law: str) -> Iterator[Relation]:
     """Yield what the law says of the cases."""
     for case in select(CASES):
         yield from LAWS[law](small(case.scene), ask)
+
+
+def test_every_law_on_a_page_is_in_the_table() -> None:
+    pages = [import_module(f"{LAWS.package}.{page.name}") for page in iter_modules(laws.__path__)]
+    written = {
+        law for page in pages for law in vars(page).values() if isfunction(law) and law.__module__ == page.__name__
+    }
+    asking = {law.__name__ for law in written if [*signature(law).parameters] == ["scene", "ask"]}
+
+    assert asking == {LAWS[name].__name__ for name in LAWS}
 
 
 @pytest.mark.parametrize("law", LAWS)
