@@ -1,6 +1,6 @@
 """The benchmark's scenes, from one sphere to a million triangles, at any size and with one light or four.
 
-Everybody is timed on them, and on some judged (`cases.families.benchmarked`). Their meshes have any size: balls (bumpy,
+Everybody is timed on them, and on some judged (`cases.families.trees`). Their meshes have any size: balls (bumpy,
 scanned, of slivers beside crumbs), rods, hills, mountains, a city, and a soup.
 """
 

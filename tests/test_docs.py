@@ -42,8 +42,9 @@ hit = np.isfinite(ours)
 assert 0 < hit.sum() < hit.size and (hit == np.isfinite(usual)).all()
 assert np.allclose(ours[hit], usual[hit], rtol=1e-12, atol=0)
 """,
-    "cases/families/needles.py": """
-from rayproof.cases.families import select
+    "cases/families/transforms.py": """
+from rayproof.cases.families import CASE_FAMILIES, select
+CASE_FAMILIES.register("needles")(needles)
 assert len(select(["needles"])) == 3
 """,
     "reference/flat_grey.py": """

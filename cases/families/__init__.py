@@ -1,8 +1,7 @@
-"""Case families: one file each, named after what it stresses; generated, seeded, deterministic.
+"""Case families, each named after what it stresses; generated, seeded, deterministic. A page holds one subject.
 
-To add one: a function without parameters that yields `Case`s named `family/case`, in a new file, under
-`@CASE_FAMILIES.register("family")`; with `on_request=True` it is asked about by name only, and no part of the default
-suite.
+To add one: a function without parameters that yields `Case`s named `family/case`, on the page of its subject or a new
+one, and a line in the table; with `on_request=True` it is asked about by name only, and no part of the default suite.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -11,12 +10,48 @@ from fnmatch import fnmatchcase
 from functools import cache
 
 from rayproof.cases.case import Case
-from rayproof.cases.declarations import DeclaredRegistry
 from rayproof.cases.random_scenes import FAMILY as RANDOM
 from rayproof.cases.random_scenes import case_named
+from rayproof.cases.registry import Entry, Table
 
-CASE_FAMILIES: DeclaredRegistry[Callable[[], Iterator[Case]]] = DeclaredRegistry(
-    "case family", package="rayproof.cases.families", name="CASE_FAMILIES"
+CASE_FAMILIES: Table[Callable[[], Iterator[Case]]] = Table(
+    "case family",
+    package="rayproof.cases.families",
+    entries={
+        "acne": Entry("acne:acne"),
+        "alone": Entry("primitives:alone"),
+        "along_the_way": Entry("shadows:along_the_way"),
+        "antialiased": Entry("primitives:antialiased"),
+        "behind": Entry("around_the_eye:behind"),
+        "benchmarked": Entry("trees:benchmarked", on_request=True),
+        "cameras": Entry("cameras:cameras"),
+        "cie_isotropic_source": Entry("radiometry:cie_isotropic_source"),
+        "clipping": Entry("clipping:clipping"),
+        "combined": Entry("combined:combined"),
+        "crowds": Entry("trees:crowds"),
+        "faces": Entry("trees:faces"),
+        "flux_conservation": Entry("radiometry:flux_conservation"),
+        "inside": Entry("around_the_eye:inside"),
+        "integrating_sphere": Entry("radiometry:integrating_sphere"),
+        "invariance": Entry("radiometry:invariance"),
+        "inverse_square": Entry("radiometry:inverse_square"),
+        "meshes": Entry("meshes:meshes"),
+        "models": Entry("meshes:models"),
+        "nearest": Entry("nearest:nearest"),
+        "normals": Entry("transforms:normals"),
+        "parallel_rays": Entry("cameras:parallel_rays"),
+        "primitives": Entry("primitives:primitives"),
+        "random_scenes": Entry("nearest:random_scenes"),
+        "reported": Entry("reported:reported"),
+        "several_lights": Entry("lights:several_lights"),
+        "shadows": Entry("shadows:shadows"),
+        "sidedness": Entry("sidedness:sidedness"),
+        "simplified": Entry("lights:simplified"),
+        "tolerances": Entry("tolerances:tolerances"),
+        "transforms": Entry("transforms:transforms"),
+        "walls": Entry("clipping:walls"),
+        "watertight": Entry("watertight:watertight"),
+    },
 )
 
 

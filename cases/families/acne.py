@@ -7,7 +7,6 @@ eye and with the slant of the light; a strategy that starts too far away loses t
 from collections.abc import Iterator
 
 from rayproof.cases.case import Case, PixelValue, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
 from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Square
 from rayproof.cases.stages import Stage
@@ -102,7 +101,6 @@ def layered() -> Case:
     )
 
 
-@CASE_FAMILIES.register("acne")
 def acne() -> Iterator[Case]:
     """Yield contact, grazing light, the terminator, a floor seen from afar, lights on surfaces, and layers."""
     floor = Square(albedo=(0.6, 0.55, 0.7), to_world=compose(TILT, scaling(7, 8, 1)))

@@ -1,19 +1,16 @@
-"""The three clip modes on geometry that the near and the far plane cut open, wide enough that they differ.
+"""Families of clipping: geometry cut open by near and far, and walls just before and behind them."""
 
-The specification's `depth` clips by planes, `shell` by spheres around the eye (the lecture's t), `none` not at all.
-Among a primitive's intersections the smallest inside the interval counts, so a cut sphere shows its inside. Only
-camera rays are clipped: what is cut away still throws its shadow.
-"""
-
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
-from rayproof.cases.scene import CLIPS, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.scene import CLIPS, Camera, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
+# The three clip modes on geometry that the near and the far plane cut open, wide enough that they differ.
 FLOOR = Plane(
     albedo=(0.6, 0.6, 0.5), to_world=compose(translation(0.1, 0.0, -1.1), rotation((1.0, 0.3, 0.1), 6)), two_sided=True
 )
@@ -40,9 +37,13 @@ FLAT_FACED: tuple[Shape, ...] = (
 )
 
 
-@CASE_FAMILIES.register("clipping")
 def clipping() -> Iterator[Case]:
-    """Yield both scenes in the three modes, then a plane up to its horizon with and without a far plane."""
+    """Yield both scenes in the three modes, then a plane up to its horizon with and without a far plane.
+
+    The specification's `depth` clips by planes, `shell` by spheres around the eye (the lecture's t), `none` not at all.
+    Among a primitive's intersections the smallest inside the interval counts, so a cut sphere shows its inside. Only
+    camera rays are clipped: what is cut away still throws its shadow.
+    """
     wide = camera_around(
         (0.2, 0.0, 0.0), distance=2.5, azimuth=-48, elevation=33, width=96, height=72, fovy=86, near=1.9, far=4.2
     )
@@ -83,3 +84,108 @@ def clipping() -> Iterator[Case]:
             least_interior=2000,
             most_edge=0.04,
         )
+
+
+# Walls that face the camera at a little less and a little more than near and far: which of them are cut away.
+NEAR, FAR = 1.5, 12.0  # m
+CAMERA = Camera(
+    eye=(0.0, 0.0, 0.0),
+    target=(0.0, 0.0, -1.0),
+    up=(0.0, 1.0, 0.0),
+    fovy=40.0,
+    width=56,
+    height=40,
+    near=NEAR,
+    far=FAR,
+)
+LIGHT = PointLight(position=(0.2, 0.1, -0.3), flux=(300.0, 340.0, 260.0))
+COARSE, FINE = 2.0**-18, 2.0**-21  # relative; float32 rounds by 2^-24
+BESIDE = 1e-9  # relative; float32 cannot tell, and float64 rounds by 1e-16
+SMALL = CAMERA.width // 2, CAMERA.height // 2  # px
+CUT_ROWS = (12, 18)  # of the floor, the last that far and the first that near leaves in sight
+FLAT = ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))  # z becomes -y
+# Of a shell's walls, the distance of a corner from the middle over that from the eye: they lie flatter than FINE.
+NARROW = 2e-4
+
+
+def _walls(depth: float) -> Iterator[Shape]:
+    """Yield walls before and behind a depth [m], in the four quarters of the image."""
+    for number, share in enumerate((-COARSE, COARSE, -FINE, FINE)):
+        beyond = depth * (1 + share)
+        x, y = 0.42 * (number % 2 - 0.5) * beyond, 0.32 * (number // 2 - 0.5) * beyond
+        width, height = 0.36 * beyond, 0.27 * beyond
+        yield Square(
+            albedo=(0.3 + 0.15 * number, 0.6, 0.8 - 0.1 * number),
+            to_world=((width, 0.0, 0.0, x), (0.0, height, 0.0, y), (0.0, 0.0, 1.0, -beyond), (0.0, 0.0, 0.0, 1.0)),
+        )
+
+
+def _cut_floor() -> Scene:
+    """Return a floor that near and far cut 1e-9 of their depth beside the middles of two rows, which stay in sight."""
+    height = SMALL[1]
+    # The floor lies 1 m below the eye: the middle of a row sees it at a depth of 1 / tan of the angle below the axis.
+    first, last = (1 / ((2 * (row + 0.5) / height - 1) * math.tan(CAMERA.alpha)) for row in CUT_ROWS)
+    camera = replace(CAMERA, width=SMALL[0], height=height, near=last * (1 - BESIDE), far=first * (1 + BESIDE))
+    floor = Square(albedo=(0.5, 0.6, 0.7), to_world=compose(translation(0, -1, -8), FLAT, scaling(30, 20, 1)))
+    return Scene(camera=camera, shapes=(floor,))
+
+
+def _shell_walls(camera: Camera) -> Iterator[Shape]:
+    """Yield a triangle for each pixel, square to its ray, at a distance before or behind near or far, by quarters."""
+    width, height = camera.width, camera.height
+    column, row = (grid.reshape(-1) for grid in np.meshgrid(np.arange(width), np.arange(height)))
+    across, up = (2 * (column + 0.5) / width - 1) * camera.aspect, 1 - 2 * (row + 0.5) / height
+    toward = np.stack([across * math.tan(camera.alpha), up * math.tan(camera.alpha), -np.ones(len(row))], axis=1)
+    toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+    side = np.cross(toward, (0.0, 1.0, 0.0))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    above = np.cross(side, toward)
+    corners = [
+        toward + NARROW * (math.cos(angle) * side + math.sin(angle) * above)
+        for angle in 0.3 + 2 * math.pi * np.arange(3) / 3
+    ]
+    quarter = 2 * (row >= height // 2) + (column >= width // 2)
+    for number, (clip, share) in enumerate(((NEAR, -FINE), (NEAR, FINE), (FAR, -FINE), (FAR, FINE))):
+        vertices = clip * (1 + share) * np.stack(corners, axis=1)[quarter == number].reshape(-1, 3)
+        faces = np.arange(len(vertices)).reshape(-1, 3)
+        yield Mesh(albedo=(0.3 + 0.15 * number, 0.6, 0.5), vertices=vertices, faces=faces)
+
+
+def walls() -> Iterator[Case]:
+    """Yield walls about the near plane, then about the far one; a floor that both cut, and walls about a shell.
+
+    Each wall covers its own part of the image. The camera looks along an axis from the origin, so that a wall's depth
+    is one number of its scene. The closest walls are eight roundings of float32 away from the plane: what single
+    precision can just tell for certain. A floor is cut so close to pixels that double precision alone can tell, and of
+    a shell every pixel has a small wall of its own, which faces the eye.
+    """
+    for name, depth in (("near", NEAR), ("far", FAR)):
+        scene = Scene(camera=CAMERA, shapes=tuple(_walls(depth)), lights=(LIGHT,))
+        yield Case(
+            name=f"walls/{name}",
+            scene=scene,
+            stresses=f"Walls that face the camera a few roundings before and behind the {name} plane.",
+            covers=covering(scene, "HIT-2"),
+            least_interior=500,
+            most_edge=0.2,
+        )
+    scene = _cut_floor()
+    yield Case(
+        name="walls/cut_beside_pixels",
+        scene=scene,
+        stresses="A floor cut 1e-9 beside pixel centres: clipping in single precision loses some of a double's pixels.",
+        covers=covering(scene, "HIT-2"),
+        least_interior=100,
+        # Single precision cannot tell of two rows.
+        most_edge=0.15,
+    )
+    few = replace(CAMERA, width=SMALL[0] // 2, height=SMALL[1] // 2)
+    scene = Scene(camera=few, shapes=tuple(_shell_walls(few)), clip="shell")
+    yield Case(
+        name="walls/shell",
+        scene=scene,
+        stresses="Small walls that face the eye, eight roundings before and behind the two spheres that clip.",
+        covers=covering(scene, "HIT-2"),
+        least_interior=60,
+        most_edge=0.2,
+    )

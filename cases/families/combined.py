@@ -19,7 +19,6 @@ from typing import Any, cast
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, mapped, rotation, scaling, shear, translation
 from rayproof.cases.scene import (
     IDENTITY,
@@ -254,7 +253,6 @@ def scene(row: Row, azimuth: float) -> Scene:
     )
 
 
-@CASE_FAMILIES.register("combined")
 def combined() -> Iterator[Case]:
     """Yield a case per row of the covering array."""
     for index, row in enumerate(rows()):

@@ -12,7 +12,6 @@ from math import pi
 import numpy as np
 
 from rayproof.cases.case import Case, Expectation, Flux, UniformValue, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Camera, Cube, Mesh, PointLight, Rgb, Scene, Shape, Sphere, Square, Vector
@@ -270,7 +269,6 @@ def contact_gap() -> Case:
     )
 
 
-@CASE_FAMILIES.register("reported")
 def reported() -> Iterator[Case]:
     """Yield a case or more per report."""
     yield small_triangles()

@@ -1,19 +1,16 @@
-"""Shadows: outlines known in closed form, blockers that do and do not count, and every kind of shape as a blocker.
-
-A light straight above at height h casts the shadow of a level square of half-size a at height z as a square of
-half-size a h / (h - z), and that of a sphere of radius r at distance D below it as a disc of radius
-h r / sqrt(D^2 - r^2): similar triangles (Euclid, Elements VI.4) and the tangent cone.
-"""
+"""Families of shadows: what stands in the way of a light, and what only seems to."""
 
 from collections.abc import Iterator
 from math import sqrt
 
+import numpy as np
+
 from rayproof.cases.case import Case, ShadowOutline, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
 from rayproof.cases.rounding import gamma
-from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.scene import Camera, Cube, Matrix, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
+# Shadows: outlines known in closed form, blockers that do and do not count, and every kind of shape as a blocker.
 ANTI_ACNE = ("LIT-2", "LIT-3", "LIT-4")
 FLOOR = Plane(albedo=(0.6, 0.5, 0.7))
 X, Y, H = 0.35, -0.25, 3.2  # m; the light stands at (X, Y, H)
@@ -116,11 +113,59 @@ def cluttered() -> Iterator[Case]:
         )
 
 
-@CASE_FAMILIES.register("shadows")
 def shadows() -> Iterator[Case]:
-    """Yield the known outlines, then the cluttered scenes."""
+    """Yield the known outlines, then the cluttered scenes.
+
+    A light straight above at height h casts the shadow of a level square of half-size a at height z as a square of
+    half-size a h / (h - z), and that of a sphere of radius r at distance D below it as a disc of radius
+    h r / sqrt(D^2 - r^2): similar triangles (Euclid, Elements VI.4) and the tangent cone.
+    """
     yield square_above(0.45, 0.6)
     yield square_above(0.3, 1.9)
     yield sphere_above(0.5, 2.2)
     yield sphere_above(0.4, 1.2)
     yield from cluttered()
+
+
+# Small squares close to the light: before it, as the floor sees it, and behind it.
+PLACE = np.array((0.1, -0.2, 3.0))  # of the light [m]
+ALONG_THE_WAY_LIGHT = PointLight(position=(0.1, -0.2, 3.0), flux=(500.0, 420.0, 350.0))
+CAMERA: Camera = camera_around((0.0, 0.0, 0.0), distance=7.0, azimuth=-50, elevation=38, width=64, height=48, fovy=36)
+ALONG_THE_WAY_FLOOR = Square(albedo=(0.6, 0.6, 0.5), to_world=((6, 0, 0, 0), (0, 6, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)))
+MIDDLES = ((-1.3, -1.2), (1.3, -1.1), (-1.2, 1.2), (1.2, 1.3))  # of the shadows, x and y on the floor [m]
+WIDTH = 0.9  # m, of each shadow
+BEFORE = (0.9, 0.99, 0.999, 0.9999)
+BEHIND = (1.1, 1.01, 1.001, 1.0001)
+
+
+def _parallel(share: float, middle: tuple[float, float]) -> Matrix:
+    """Return where a square stands, parallel to the floor, whose shadow lies there, or would behind the light."""
+    ground = np.array((*middle, 0.0))
+    x, y, z = (ground + share * (PLACE - ground)).tolist()
+    size = WIDTH * abs(1 - share)
+    return ((size, 0.0, 0.0, x), (0.0, size, 0.0, y), (0.0, 0.0, 1.0, z), (0.0, 0.0, 0.0, 1.0))
+
+
+def along_the_way() -> Iterator[Case]:
+    """Yield four squares before the light, then four behind it.
+
+    Before the light they throw a shadow as large as one halfway; behind it they throw none. The share of the way at
+    which each stands runs from 0.9 to 0.9999 and from 1.0001 to 1.1.
+    """
+    for name, shares, stresses in (
+        ("before_the_light", BEFORE, "Squares at 0.9 to 0.9999 of the way to the light throw their whole shadow."),
+        ("behind_the_light", BEHIND, "Squares at 1.0001 to 1.1 of the way to the light throw none."),
+    ):
+        squares = tuple(
+            Square(albedo=(0.4, 0.5, 0.7), to_world=_parallel(share, middle), two_sided=True)
+            for share, middle in zip(shares, MIDDLES, strict=True)
+        )
+        scene = Scene(camera=CAMERA, shapes=(ALONG_THE_WAY_FLOOR, *squares), lights=(ALONG_THE_WAY_LIGHT,))
+        yield Case(
+            name=f"along_the_way/{name}",
+            scene=scene,
+            stresses=stresses,
+            covers=covering(scene),
+            least_interior=1200,
+            most_edge=0.1,
+        )

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from rayproof.cases.case import Case, UniformValue, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, translation
 from rayproof.cases.scene import Matrix, Mesh, Plane, PointLight, Scene, Shape, Square, Triangle
 from rayproof.cases.stages import Stage
@@ -86,7 +85,6 @@ def patches(kind: str, light_side: float, least_interior: int) -> Case:
     )
 
 
-@CASE_FAMILIES.register("sidedness")
 def sidedness() -> Iterator[Case]:
     """Yield the patches of every kind, lit from either side; then a plane seen from below."""
     for kind, least_interior in (("square", 1800), ("triangle", 900), ("mesh", 1900)):

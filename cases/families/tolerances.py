@@ -11,7 +11,6 @@ from math import asin, atan2, cos, hypot, sin
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, rotation, scaling, translation
 from rayproof.cases.scene import (
     Camera,
@@ -270,7 +269,6 @@ SCENES: dict[str, tuple[Callable[[], Scene], str, int, float]] = {
 }
 
 
-@CASE_FAMILIES.register("tolerances")
 def tolerances() -> Iterator[Case]:
     """Yield a case per scene."""
     for name, (make, stresses, least_interior, most_edge) in SCENES.items():

@@ -1,18 +1,14 @@
-"""Every primitive under every kind of affine motion, where a normal that is merely rotated goes wrong.
-
-Non-uniform scale, shear and mirror separate the inverse transpose from the matrix itself, and a ray direction that
-is renormalised in object space from one that is not.
-"""
+"""Families of affine motions: every primitive under every kind, and what they do to shading normals."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, shear, translation
 from rayproof.cases.scene import Cube, Matrix, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
 
+# Every primitive under every kind of affine motion, where a normal that is merely rotated goes wrong.
 ALBEDO = (0.35, 0.6, 0.8)
 PLACE: Vector = (0.7, -0.4, 0.5)
 LIGHT = PointLight(position=(2.9, -2.6, 3.6), flux=(450.0, 300.0, 380.0))
@@ -50,9 +46,12 @@ def shapes(to_world: Matrix) -> tuple[tuple[str, Shape, tuple[str, ...], int], .
     )
 
 
-@CASE_FAMILIES.register("transforms")
 def transforms() -> Iterator[Case]:
-    """Yield every primitive under every motion."""
+    """Yield every primitive under every motion.
+
+    Non-uniform scale, shear and mirror separate the inverse transpose from the matrix itself, and a ray direction that
+    is renormalised in object space from one that is not.
+    """
     for motion, to_world in MOTIONS:
         target = mapped(to_world, (0.05, 0.0, 0.1))
         camera = camera_around(target, distance=4.4, azimuth=-38, elevation=41, width=80, height=64, fovy=31)
@@ -66,3 +65,77 @@ def transforms() -> Iterator[Case]:
                 least_interior=least_interior,
                 most_edge=0.03,
             )
+
+
+# Shading normals where a wrong formula shows: stretch, shear, mirrors, and normals turned towards the viewer.
+NORMALS_ALBEDO = (0.6, 0.5, 0.4)
+FLAT = compose(translation(0.2, 0.1, 0.1), rotation((0.5, 0.7, -0.3), 40), scaling(2.0, 1.5, 0.25))
+SKEW = compose(translation(-0.1, 0.2, 0.1), rotation((-0.3, 0.6, 0.5), 55), shear(xy=0.9, xz=0.5, yz=-0.6))
+FLIPPED = compose(translation(0.1, -0.1, 0.2), rotation((0.7, 0.2, 0.6), 70), scaling(1.4, 0.9, -1.2), shear(yz=0.4))
+
+QUESTIONS: tuple[tuple[str, str, tuple[Shape, ...], int], ...] = (
+    (
+        "flat_ellipsoid",
+        "A sphere flattened to a quarter: normals tilt away from the radius.",
+        (Sphere(albedo=NORMALS_ALBEDO, to_world=FLAT, radius=0.8),),
+        1500,
+    ),
+    (
+        "skew_cube",
+        "A strongly sheared cube: its normals are not orthogonal to each other.",
+        (Cube(albedo=NORMALS_ALBEDO, to_world=SKEW),),
+        800,
+    ),
+    (
+        "mirrored",
+        "A mirrored and sheared ellipsoid that passes through a mirrored cube: normals still point outward.",
+        (Sphere(albedo=NORMALS_ALBEDO, to_world=FLIPPED, radius=0.75), Cube(albedo=NORMALS_ALBEDO, to_world=FLIPPED)),
+        1500,
+    ),
+    (
+        "offset_sphere",
+        "A small sphere far from its object-space origin: the centre must be subtracted before normalising.",
+        (
+            Sphere(
+                albedo=NORMALS_ALBEDO,
+                center=(3.0, -4.0, 2.0),
+                radius=0.9,
+                to_world=compose(translation(-3.0, 4.0, -2.0)),
+            ),
+        ),
+        1500,
+    ),
+    (
+        "turned_to_the_viewer",
+        "Two-sided and one-sided faces seen from behind: only the two-sided ones turn their normals.",
+        (
+            Square(
+                albedo=NORMALS_ALBEDO,
+                to_world=compose(translation(-0.9, -0.2, 0.7), SKEW, rotation((1, 0, 0), 180)),
+                two_sided=True,
+            ),
+            Square(albedo=NORMALS_ALBEDO, to_world=compose(translation(0.7, 0.6, 0.2), FLAT, rotation((0, 1, 0), 180))),
+            Plane(
+                albedo=NORMALS_ALBEDO,
+                to_world=compose(translation(0.0, 0.0, -1.0), rotation((0.8, 0.6, 0.0), 172)),
+                two_sided=True,
+            ),
+        ),
+        3000,
+    ),
+)
+
+
+def normals() -> Iterator[Case]:
+    """Yield one unlit case per question."""
+    camera = camera_around((0.1, 0.1, 0.1), distance=4.5, azimuth=-34, elevation=31, width=88, height=72, fovy=30)
+    for name, stresses, shapes, least_interior in QUESTIONS:
+        scene = Scene(camera=camera, shapes=shapes)
+        yield Case(
+            name=f"normals/{name}",
+            scene=scene,
+            stresses=stresses,
+            covers=covering(scene),
+            least_interior=least_interior,
+            most_edge=0.04,
+        )

@@ -15,7 +15,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from rayproof.cases.case import Case, Expectation, ShadowOutline, covering
-from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.placement import compose, scaling, translation
 from rayproof.cases.scene import Camera, Matrix, Mesh, PointLight, Scene, Shape, Square, Vector
 
@@ -211,7 +210,6 @@ def _case(
     )
 
 
-@CASE_FAMILIES.register("watertight")
 def watertight() -> Iterator[Case]:
     """Yield nets near and far, fans, a square of two triangles, a net before a light, and a closed box."""
     width, height = 32, 24
