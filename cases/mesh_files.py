@@ -1,4 +1,4 @@
-"""The files that a scene may name: a mesh in an OBJ, PLY, STL or GLB file, parsed by trimesh, distrusted before that.
+"""The files that a scene may name: a mesh in an OBJ, PLY, STL or GLB file, distrusted before and while it is read.
 
 A scene file may come from anybody. So a mesh must lie inside the scene's folder after every link is followed, its
 header must not claim more than its bytes can hold, and nothing that the mesh file names in turn is ever opened.
@@ -8,7 +8,6 @@ Khronos, glTF 2.0 specification (2021), sections 3.6 and 4.4; Wavefront, Advance
 
 import json
 import os
-import re
 import stat
 import struct
 from collections.abc import Callable
@@ -23,18 +22,7 @@ LARGEST = 256 * 2**20  # bytes of a mesh file
 # What trimesh may take, beside its own code: a text file of 2 million triangles needs a third of it.
 SECONDS, BYTES_A_SECOND = 6.0, 2**20
 MEMORY, MEMORY_A_BYTE = 512 * 2**20, 40  # bytes
-# Where an OBJ file has several materials, trimesh puts the faces of each together, the last material's first.
-MATERIALS = re.compile(rb"^[ \t]*usemtl\b[^\n]*", re.MULTILINE)
-
-PLY_HEADER = 2**16  # bytes within which a PLY header must end
-PLY_SIZES = {
-    "char": 1, "uchar": 1, "int8": 1, "uint8": 1,
-    "short": 2, "ushort": 2, "int16": 2, "uint16": 2,
-    "int": 4, "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4,
-    "double": 8, "float64": 8,
-}  # fmt: skip
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes
-VERTEX_ZERO = re.compile(rb"\n[ \t]*f[ \t][^\n]*?(?<=[ \t])0+(?=[/\s]|\Z)")  # trimesh would take it for the first
 GLB_COMPONENT = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes by componentType
 GLB_COUNT = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
@@ -97,43 +85,32 @@ def _claim(what: str, claimed: int, present: int) -> str:
     return f"has a header that claims {what}, at least {claimed} bytes, where {present} are"
 
 
-def ply_problem(content: bytes) -> str | None:
-    """Return what is wrong with a PLY file's header, or None."""
-    head, found, _ = content[:PLY_HEADER].partition(b"end_header")
-    if not head.startswith(b"ply") or not found:
-        return "is no PLY file: its header does not begin with ply and end with end_header"
-    present = len(content) - len(head) - len(found)
-    is_text = b"format ascii" in head
-    needed, claims = 0, []
-    count = 0
-    for line in head.decode("ascii", errors="replace").splitlines():
-        words = line.split()
-        if words[:1] == ["element"]:
-            if len(words) != 3 or not words[2].isascii() or not words[2].isdigit() or len(words[2]) > 18:
-                return "has a header with an element that is not counted"
-            count = int(words[2])
-            claims.append(f"{count} {words[1][:20]}" if words[1].isalnum() else f"{count} elements")
-        elif words[:1] == ["property"]:
-            # A list holds at least its length; a number in text at least a digit and a separator.
-            kind = words[2 if words[1:2] == ["list"] else 1] if len(words) > 2 else ""
-            if kind not in PLY_SIZES:
-                return "has a header with a property of no known type"
-            needed += count * (2 if is_text else PLY_SIZES[kind])
-    # The last separator of a text file may be missing.
-    return _claim(" and ".join(claims), needed, present) if needed > present + 1 else None
+def _is_text_stl(content: bytes) -> bool:
+    return content[:512].lstrip().lower().startswith(b"solid") and b"facet" in content[:4096].lower()
 
 
 def stl_problem(content: bytes) -> str | None:
     """Return what is wrong with an STL file's header, or None; a text file claims nothing."""
-    if content[:512].lstrip().lower().startswith(b"solid") and b"facet" in content[:4096].lower():
+    if _is_text_stl(content):
         return None
     if len(content) < STL_HEADER:
         return "is no STL file: it is shorter than the header"
     (count,) = struct.unpack_from("<I", content, STL_HEADER - 4)
     claimed = STL_HEADER + STL_TRIANGLE * count
-    if claimed > len(content):
-        return _claim(f"{count} triangles", claimed, len(content))
-    return None if claimed == len(content) else f"has {len(content) - claimed} bytes after its {count} triangles"
+    return _claim(f"{count} triangles", claimed, len(content)) if claimed > len(content) else None
+
+
+def _stl_content(content: bytes) -> tuple[bytes, tuple[str, ...]]:
+    """Return a binary STL file up to its last triangle, and what it holds beside positions."""
+    if _is_text_stl(content):
+        return content, ()
+    (count,) = struct.unpack_from("<I", content, STL_HEADER - 4)
+    end = STL_HEADER + STL_TRIANGLE * count
+    notes = [f"{len(content) - end} bytes after its {count} triangles"] if end < len(content) else []
+    triangles = np.frombuffer(content, np.uint8, STL_TRIANGLE * count, STL_HEADER).reshape(-1, STL_TRIANGLE)
+    coloured = int(triangles[:, -2:].any(axis=1).sum())
+    notes += [f"the colours or attributes of {coloured} triangles"] if coloured else []
+    return content[:end], tuple(notes)
 
 
 def glb_problem(content: bytes) -> str | None:
@@ -162,19 +139,8 @@ def glb_problem(content: bytes) -> str | None:
     return _claim("its arrays", claimed, len(content)) if claimed > 100 * len(content) else None
 
 
-def obj_problem(content: bytes) -> str | None:
-    """Return what is wrong with an OBJ file before it is parsed: it has no header, but is text, and counts from 1."""
-    if b"\0" in content:
-        return "is no OBJ file: it holds zero bytes"
-    return "has a face that names vertex 0, where counting begins at 1" if VERTEX_ZERO.search(content) else None
-
-
-CLAIMS: dict[str, Callable[[bytes], str | None]] = {
-    ".obj": obj_problem,
-    ".ply": ply_problem,
-    ".stl": stl_problem,
-    ".glb": glb_problem,
-}
+KINDS = (".obj", ".ply", ".stl", ".glb")
+CLAIMS: dict[str, Callable[[bytes], str | None]] = {".stl": stl_problem, ".glb": glb_problem}
 
 
 def mesh_path(name: str, folder: Path | None) -> Path:
@@ -186,7 +152,7 @@ def mesh_path(name: str, folder: Path | None) -> Path:
     """
     if folder is None:
         raise SceneError(f"file cannot be read without a scene file to be relative to, got {shown(name)}")
-    return path_within(name, folder, what="file", largest=LARGEST, kinds=tuple(CLAIMS))
+    return path_within(name, folder, what="file", largest=LARGEST, kinds=KINDS)
 
 
 def read_mesh(name: str, folder: Path | None, budget: Budget | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -217,11 +183,12 @@ def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarr
     except OSError as error:
         raise SceneError(f"file cannot be read: {error.strerror}: {shown(name)}") from None
     budget.count_file(path, len(content))
-    problem = CLAIMS[suffix](content)
+    problem = CLAIMS[suffix](content) if suffix in CLAIMS else None
     if problem:
         raise SceneError(f"file {problem}: {shown(name)}")
-    if suffix == ".obj":
-        content = MATERIALS.sub(b"", content)
+    notes: tuple[str, ...] = ()
+    if suffix == ".stl":
+        content, notes = _stl_content(content)
     try:
         facts, arrays = ask(
             "rayproof.cases.mesh_sandbox:mesh_parser",
@@ -236,6 +203,7 @@ def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarr
         raise SceneError(f"file cannot be understood as {suffix[1:].upper()} ({reason}): {shown(name)}") from None
     if facts["triangles"] == 0:
         raise SceneError(f"file holds no triangles: {shown(name)}")
+    budget.notes[path] = (*notes, *facts.get("notes", ()))
     # Where there are too many, nothing but their number came back.
     budget.spend("triangles", 0 if arrays else facts["triangles"], by=f"file {shown(name)}")
     numbers = 3 * facts["vertices"]

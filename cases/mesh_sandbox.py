@@ -60,6 +60,7 @@ class Budget:
 
     read: int = 0  # bytes of files, each once
     meshes: dict[Path, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)  # that were read, by file
+    notes: dict[Path, tuple[str, ...]] = field(default_factory=dict)  # what to report of these
     _files: set[Path] = field(default_factory=set)
     _spent: dict[str, int] = field(default_factory=dict)
 
@@ -283,16 +284,24 @@ def _limit(seconds: float, memory: int, most: int) -> None:
 
 
 def mesh_parser() -> Parser:
-    """Return the parser of OBJ, PLY, STL and GLB files: trimesh."""
+    """Return the parser of OBJ and PLY files (ours) and of STL and GLB files (trimesh)."""
     import trimesh  # before the limits are set: they are for the files
 
+    from rayproof.cases.polygon_files import mesh_of
+
     def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
-        """Return the numbers of vertices and faces, and both: float64 and int64, three each.
+        """Return the numbers of vertices and triangles and what to report, and both: float64 and int64, three each.
 
         Raises:
             ValueError: it holds none, or more triangles than are read.
 
         """
+        if kind in ("obj", "ply"):
+            vertices, faces, notes = mesh_of(kind, content)
+            if len(faces) > LIMITS["triangles"]:
+                return {"triangles": len(faces)}, b""
+            facts = {"triangles": len(faces), "vertices": len(vertices), "notes": notes}
+            return facts, vertices.tobytes() + faces.tobytes()
         # From bytes and without a resolver: nothing that the file refers to can be opened.
         world = trimesh.load_scene(
             io.BytesIO(content), file_type=kind, process=False, maintain_order=True, skip_materials=True

@@ -5,7 +5,9 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from rayproof.cases.mesh_files import PLY_HEADER, read_mesh
+from rayproof.cases.mesh_files import read_mesh
+from rayproof.cases.mesh_sandbox import Budget
+from rayproof.cases.polygon_files import CORNERS, ply_header
 from rayproof.cases.scene import Mesh, Scene, SceneError
 from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
 from rayproof.reports.interchange.framing import camera_for, light_for
@@ -23,7 +25,7 @@ OBJ = {
     "p": "points",
 }
 KNOWN = {*OBJ, "v", "f", "o", "g"}  # the names of objects and groups have nowhere to go, and no say
-PLY = {"x", "y", "z", "vertex_indices", "vertex_index"}
+PLY = {"x", "y", "z", *CORNERS}
 
 
 @IMPORTERS.register(".obj")
@@ -32,14 +34,15 @@ PLY = {"x", "y", "z", "vertex_indices", "vertex_index"}
 def import_mesh(path: Path, size: Size, allowed: Folders) -> Imported:
     """Return a scene with the mesh in `path`, two-sided, since such files often have their windings mixed up."""
     try:
-        vertices, faces = read_mesh(path.name, path.parent)
+        budget = Budget()
+        vertices, faces = read_mesh(path.name, path.parent, budget)
         mesh = Mesh(albedo=ALBEDO, two_sided=True, vertices=vertices, faces=faces)
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
     camera = camera_for((mesh,), size)
     scene = Scene(camera=camera, shapes=(mesh,), lights=(light_for(camera),))
     dropped = (
-        *(f"{path.name}: {sentence}" for sentence in _left_out(path)),
+        *(f"{path.name}: {sentence}" for sentence in (*_left_out(path), *budget.notes[path.resolve()])),
         f"{path.name}: it says nothing of the surface that is read; it is grey (0.5), two-sided and shaded by faces",
         f"{path.name}: it has no camera and no light; one of each was made that shows the whole mesh",
     )
@@ -50,23 +53,21 @@ def _left_out(path: Path) -> list[str]:
     """Return a sentence for each kind of thing that a mesh file holds beside its triangles, in its order."""
     content = path.read_bytes()
     if path.suffix.lower() == ".obj":
+        content = content.replace(b"\r", b"\n")
         statements = Counter(word.decode() for word in STATEMENT.findall(content))
         coloured = COLOURED.search(content) is not None
         found = [f"{OBJ[word]} ({count} lines)" for word, count in statements.items() if word in OBJ]
         found += [f"statements {word!r} ({count} lines)" for word, count in statements.items() if word not in KNOWN]
         return [*found, *(["vertex colours"] if coloured else [])]
     if path.suffix.lower() == ".ply":
-        head = content[:PLY_HEADER].partition(b"end_header")[0].decode("ascii", errors="replace")
-        return list(_of_ply(head))
+        return list(_of_ply(content))
     return []
 
 
-def _of_ply(head: str) -> Iterator[str]:
-    element = ""
-    for words in map(str.split, head.splitlines()):
-        if words[:1] == ["element"] and len(words) == 3:
-            element = words[1]
-            if element not in ("vertex", "face"):
-                yield f"{words[2]} elements {element!r}"
-        elif words[:1] == ["property"] and element in ("vertex", "face") and words[-1] not in PLY:
-            yield f"the property {words[-1]!r} of each {element}"
+def _of_ply(content: bytes) -> Iterator[str]:
+    for element in ply_header(content)[1]:
+        if element.name not in ("vertex", "face", "tristrips"):
+            yield f"{element.count} elements {element.name!r}"
+            continue
+        for name in (prop.name for prop in element.properties if prop.name not in PLY):
+            yield f"the property {name!r} of each {element.name}"

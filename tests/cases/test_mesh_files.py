@@ -9,6 +9,7 @@ import pytest
 import trimesh
 
 from rayproof.cases.mesh_files import mesh_path, read_mesh
+from rayproof.cases.mesh_sandbox import Budget
 from rayproof.cases.scene import Mesh, SceneError
 from rayproof.cases.scene_json import load_scene
 
@@ -59,6 +60,20 @@ def test_text_files_are_read_too(tetrahedron, tmp_path):
     for name in ("mesh.ply", "mesh.stl"):
         vertices, faces = read_mesh(name, tmp_path)
         np.testing.assert_allclose(vertices[faces], VERTICES[FACES])
+
+
+def test_bytes_after_an_stl_file_are_left_out_and_reported(tmp_path):
+    triangle = bytes(12) + np.array(VERTICES[FACES[0]], np.float32).tobytes() + b"\x01\x80"
+    (tmp_path / "mesh.stl").write_bytes(bytes(80) + struct.pack("<I", 1) + triangle + b"after")
+    budget = Budget()
+
+    vertices, faces = read_mesh("mesh.stl", tmp_path, budget)
+
+    np.testing.assert_array_equal(vertices[faces], VERTICES[FACES[:1]])
+    assert budget.notes[tmp_path / "mesh.stl"] == (
+        "5 bytes after its 1 triangles",
+        "the colours or attributes of 1 triangles",
+    )
 
 
 def test_unused_and_repeated_vertices_stay(tmp_path):
@@ -156,8 +171,12 @@ ACCESSOR = {"count": 10**9, "componentType": 5126, "type": "VEC3"}
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.ply", PLY.format("binary_little_endian", 900_000_000, 1).encode(), "header that claims 900000000 vertex"),
-        ("a.ply", PLY.format("ascii", 3, 10**10).encode() + b"0 0 0\n", "header that claims 3 vertex and 10000000000"),
+        (
+            "a.ply",
+            PLY.format("binary_little_endian", 900_000_000, 1).encode(),
+            "900000000 of its",
+        ),
+        ("a.ply", PLY.format("ascii", 3, 10**10).encode() + b"0 0 0\n", "announces 3 of its element 'vertex', holds 1"),
         ("a.ply", PLY.format("ascii", -3, 1).encode(), "header with an element that is not counted"),
         ("a.ply", b"ply\nelement vertex 3\nproperty flaot x\nend_header\n", "header with a property of no known type"),
         ("a.ply", b"not a mesh", "is no PLY file"),
@@ -168,9 +187,8 @@ ACCESSOR = {"count": 10**9, "componentType": 5126, "type": "VEC3"}
             PLY.format("ascii", 3, 1).encode() + b"0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n",
             "cannot be understood as PLY",
         ),
-        ("a.ply", PLY.format("ascii", 3, 0).encode() + b"0 0 0\n1 0 0\n0 1 0\n", "file holds no triangles"),
+        ("a.ply", PLY.format("ascii", 3, 0).encode() + b"0 0 0\n1 0 0\n0 1 0\n", "holds 3 vertices and no polygon"),
         ("a.stl", bytes(80) + struct.pack("<I", 200_000_000) + bytes(50), "header that claims 200000000 triangles"),
-        ("a.stl", bytes(80) + struct.pack("<I", 1) + bytes(60), "has 10 bytes after its 1 triangles"),
         ("a.stl", b"", "is no STL file"),
         ("a.stl", bytes(84), "file "),
         ("a.stl", b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "file "),
@@ -185,9 +203,29 @@ ACCESSOR = {"count": 10**9, "componentType": 5126, "type": "VEC3"}
         ("a.obj", b"", "file "),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "file "),
         ("a.obj", b"v 0 0 0\nf 1 2 9\n", "file "),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2", "has a face that names vertex 0, where counting begins at 1"),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n f 1/1 2/1 0/1\n", "has a face that names vertex 0"),
-        ("a.obj", b"v a b c\nf 1 1 1\n", "cannot be understood as OBJ"),
+        (
+            "a.obj",
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2",
+            "line 4: a face names vertices",
+        ),
+        (
+            "a.obj",
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n f 1/1 2/1 0/1\n",
+            "or back from -1, got '0/1'",
+        ),
+        ("a.obj", b"v a b c\nf 1 1 1\n", "line 1: a coordinate must be a finite number, got 'a'"),
+        ("a.obj", b"v 0 0 0\nv 1 1 0\nv 2 0 0\nv 0 1.5 0\nf 1 2 3 4\n", "line 5: the polygon crosses itself"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", "holds 2 vertices, 1 lines and no polygon"),
+        ("a.ply", PLY.format("ascii", 3, 912).encode() + b"0 0 0\n1 0 0\n0 1 0\n" + 259 * b"3 0 1 2\n", "912 of its"),
+        ("a.ply", PLY.format("ascii", 3, 1).encode() + b"0 0 0\n1 0 0\n0 1 0\n3 0 1 2 7\n", "1 numbers more than"),
+        (
+            "a.ply",
+            PLY.replace("uchar", "uint").format("binary_little_endian", 3, 2).encode()
+            + bytes(36)
+            + struct.pack("<4I", 3, 0, 1, 2)
+            + struct.pack("<4I", 4_000_000_000, 0, 1, 2),
+            "face 1 of 2: announces 4000000000 entries, 16000000000 bytes, where 12 are left",
+        ),
     ],
 )
 def test_a_mesh_file_that_lies_or_is_broken_is_refused_in_one_line(name, content, message, document, tmp_path):

@@ -1,0 +1,344 @@
+"""OBJ and PLY files: their words become vertices and polygons, in the file's order.
+
+The readers run in the sandbox (`cases/mesh_sandbox.py`). They allocate no more than the file's own bytes pay for, and
+name the line of whatever they refuse. Sources: Wavefront, Advanced Visualizer manual, appendix B1 (OBJ); G. Turk,
+The PLY Polygon File Format (1994).
+"""
+
+import re
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.polygons import Polygons, triangles_of
+
+SCALARS = {
+    "char": "i1", "uchar": "u1", "int8": "i1", "uint8": "u1",
+    "short": "i2", "ushort": "u2", "int16": "i2", "uint16": "u2",
+    "int": "i4", "uint": "u4", "int32": "i4", "uint32": "u4",
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+}  # fmt: skip
+FLOATS = ("f4", "f8")
+LARGEST = float(np.finfo(np.float32).max)  # of a coordinate: meshes are kept in float32
+CORNERS = ("vertex_indices", "vertex_index")
+LINE_END = re.compile(rb"\r\n|\r|\n")
+Row = dict[str, np.ndarray]
+
+
+def mesh_of(kind: str, content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return vertices (n, 3) float64 [m], triangles (m, 3) int64 and what to report of an "obj" or "ply" file.
+
+    Raises:
+        ValueError: the file is broken, holds no triangle, or has a polygon that crosses itself; in words.
+
+    """
+    polygons = read_obj(content) if kind == "obj" else read_ply(content)
+    return polygons.vertices, *triangles_of(polygons)
+
+
+# OBJ
+
+
+def read_obj(content: bytes) -> Polygons:
+    """Return the vertices and faces of an OBJ file, negative indices counted back from the vertices so far."""
+    if b"\0" in content:
+        raise ValueError("is no OBJ file: it holds zero bytes")
+    if b"\r" in content:
+        content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    vertices: list[float] = []
+    polygons = Polygons(vertices=np.empty((0, 3)))
+    continued, first = b"", 0
+    for number, line in enumerate(content.split(b"\n"), 1):
+        if line.endswith(b"\\"):
+            continued, first = continued + line[:-1] + b" ", first or number
+            continue
+        if continued:
+            line, number, continued, first = continued + line, first, b"", 0
+        words = (line.split(b"#", 1)[0] if b"#" in line else line).split()
+        if not words:
+            continue
+        statement = words[0]
+        if statement == b"v":
+            if len(words) < 4:
+                raise ValueError(f"line {number}: a vertex needs three coordinates, got {len(words) - 1}")
+            vertices += (_coordinate(words[1], number), _coordinate(words[2], number), _coordinate(words[3], number))
+        elif statement == b"f":
+            _add_face(polygons, words[1:], len(vertices) // 3, number)
+        elif statement in (b"l", b"p"):
+            polygons.others["lines" if statement == b"l" else "points"] += 1
+    polygons.vertices = np.array(vertices, dtype=np.float64).reshape(-1, 3)
+    return polygons
+
+
+def _add_face(polygons: Polygons, words: Sequence[bytes], count: int, line: int) -> None:
+    corners = []
+    for word in words:
+        text = word.split(b"/", 1)[0]
+        try:
+            index = int(text)
+        except ValueError:
+            index = 0
+        if index == 0 or b"_" in text:
+            raise ValueError(f"line {line}: a face names vertices by numbers from 1 or back from -1, got {_text(word)}")
+        if index < -count:
+            raise ValueError(f"line {line}: a face counts back {-index} vertices, where {count} are before it")
+        corners.append(index - 1 if index > 0 else count + index)
+    polygons.add(corners, line)
+
+
+def _coordinate(word: bytes, line: int) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        value = np.nan
+    if not abs(value) <= LARGEST or b"_" in word:
+        raise ValueError(f"line {line}: a coordinate must be a finite number, got {_text(word)}")
+    return value
+
+
+def _text(word: bytes) -> str:
+    return repr(word[:40].decode("ascii", errors="replace"))
+
+
+# PLY
+
+
+@dataclass(frozen=True, kw_only=True)
+class Property:
+    """A property of a PLY element: a number, or a list with a number of entries before them."""
+
+    name: str
+    kind: str  # as NumPy names it
+    length: str | None  # of a list: the type of its length
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element:
+    """An element of a PLY file."""
+
+    name: str
+    count: int
+    properties: list[Property]
+
+
+def read_ply(content: bytes) -> Polygons:
+    """Return the vertices, faces and triangle strips of a PLY file in text or in binary."""
+    layout, elements, start = ply_header(content)
+    polygons = Polygons(vertices=np.empty((0, 3)), place="face")
+    lines: list[bytes] = []
+    if layout == "":
+        lines = [line for line in LINE_END.split(content[start:]) if line.strip()]
+        lines = [line for line in lines if not line.lstrip().startswith((b"comment", b"obj_info"))]
+    for element in elements:
+        if layout == "":
+            if len(lines) < element.count:
+                raise ValueError(f"announces {element.count} of its element {element.name!r}, holds {len(lines)}")
+            rows, lines = lines[: element.count], lines[element.count :]
+            columns = _text_columns(element, rows)
+        else:
+            columns, start = _binary_columns(element, content, start, layout)
+        if element.name == "vertex":
+            polygons.vertices = _positions(columns)
+        elif element.name in ("face", "tristrips"):
+            _add_rows(polygons, element, columns)
+        else:
+            polygons.others[f"elements {element.name!r}"] += element.count
+    return polygons
+
+
+def ply_header(content: bytes) -> tuple[str, list[Element], int]:
+    """Return "<", ">" or "" for text, the elements, and where the body begins."""
+    layouts = {b"ascii": "", b"binary_little_endian": "<", b"binary_big_endian": ">"}
+    layout: str | None = None
+    elements: list[Element] = []
+    position = 0
+    for match in LINE_END.finditer(content[: 2**20]):
+        line, position, before = content[position : match.start()], match.end(), position
+        words = line.split()
+        if before == 0 and words != [b"ply"]:
+            break
+        if words[:1] == [b"end_header"]:
+            if layout is None:
+                raise ValueError("has a header without a format")
+            return layout, elements, position
+        if words[:1] == [b"format"]:
+            layout = layouts.get(words[1] if len(words) > 1 else b"")
+            if layout is None:
+                raise ValueError(f"has a format that is not known: {_text(line)}")
+        elif words[:1] == [b"element"]:
+            if len(words) != 3 or not words[2].isdigit() or len(words[2]) > 18:
+                raise ValueError(f"has a header with an element that is not counted: {_text(line)}")
+            name = words[1].decode("ascii", "replace")
+            if not name.isprintable():
+                raise ValueError(f"has a header with an element of no readable name: {_text(line)}")
+            elements.append(Element(name=name, count=int(words[2]), properties=[]))
+        elif words[:1] == [b"property"]:
+            names = [word.decode("ascii", "replace") for word in words[1:]]
+            is_list = names[:1] == ["list"]
+            kinds = [SCALARS.get(name) for name in (names[1:-1] if is_list else names[:-1])]
+            if not elements or len(kinds) != (2 if is_list else 1) or None in kinds or (is_list and kinds[0] in FLOATS):
+                raise ValueError(f"has a header with a property of no known type: {_text(line)}")
+            length = kinds[0] if is_list else None
+            elements[-1].properties.append(Property(name=names[-1], kind=str(kinds[-1]), length=length))
+        elif words and words[0] not in (b"ply", b"comment", b"obj_info"):
+            raise ValueError(f"has a header with a line of no known kind: {_text(line)}")
+    raise ValueError("is no PLY file: its header does not begin with ply and end with end_header")
+
+
+def _text_columns(element: Element, rows: list[bytes]) -> Row:
+    """Return each property's values, of a list property its lengths, its entries one after another and its rows."""
+    if rows and not any(prop.length for prop in element.properties):
+        words = b" ".join(rows).split()
+        width = len(element.properties)
+        if len(words) != width * len(rows):
+            row = next(row for row, line in enumerate(rows) if len(line.split()) != width)
+            found = len(rows[row].split())
+            raise ValueError(f"{element.name} {row}: the header announces {width} numbers, the line holds {found}")
+        table = _numbers(words, element.name).reshape(-1, width)
+        return {prop.name: table[:, column] for column, prop in enumerate(element.properties)}
+    gathered: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
+    lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties if prop.length}
+    for row, line in enumerate(rows):
+        words, at = line.split(), 0
+        for prop in element.properties:
+            length = 1
+            if prop.length:
+                length = int(words[at]) if at < len(words) and words[at].isdigit() else -1
+                at += 1
+                lengths[prop.name].append(length)
+            if not 0 <= length <= len(words) - at:
+                raise ValueError(f"{element.name} {row}: announces more entries than its line has: {_text(line)}")
+            gathered[prop.name] += words[at : at + length]
+            at += length
+        if at != len(words):
+            raise ValueError(f"{element.name} {row}: has {len(words) - at} numbers more than the header announces")
+    columns = {name: _numbers(words, element.name) for name, words in gathered.items()}
+    return columns | {f"{name}#": np.array(counts, dtype=np.int64) for name, counts in lengths.items()}
+
+
+def _numbers(words: list[bytes], what: str) -> np.ndarray:
+    try:
+        return np.array(words, dtype="S").astype(np.float64) if words else np.empty(0)
+    except ValueError:
+        raise ValueError(f"{what}: holds something that is no number") from None
+
+
+def _binary_columns(element: Element, content: bytes, start: int, order: str) -> tuple[Row, int]:
+    """Return the same of a binary body, and where it ends."""
+    lists = [prop for prop in element.properties if prop.length]
+    sizes = [np.dtype(prop.length or prop.kind).itemsize for prop in element.properties]
+    left = len(content) - start
+    if element.count * sum(sizes) > left:
+        raise ValueError(
+            f"announces {element.count} of its element {element.name!r}, at least {element.count * sum(sizes)} bytes, "
+            f"where {left} are left"
+        )
+    if not lists or not element.count:
+        table = _table(element, [0] * len(lists), order)
+        rows = np.frombuffer(content, table, element.count, start)
+        columns = {prop.name: rows[f"{place}"] for place, prop in enumerate(element.properties) if not prop.length}
+        return columns | {f"{prop.name}#": np.empty(0, np.int64) for prop in lists}, start + rows.nbytes
+    # Most files have lists of one length; these are one table.
+    counts = _lengths(element, content, start, order)
+    table = _table(element, counts, order)
+    if table.itemsize * element.count <= left:
+        rows = np.frombuffer(content, table, element.count, start)
+        if all(
+            (rows[f"{place}#"] == rows[f"{place}#"][0]).all()
+            for place, prop in enumerate(element.properties)
+            if prop.length
+        ):
+            columns = {prop.name: rows[f"{place}"].reshape(-1) for place, prop in enumerate(element.properties)}
+            lengths = {
+                f"{prop.name}#": rows[f"{place}#"] for place, prop in enumerate(element.properties) if prop.length
+            }
+            return columns | lengths, start + rows.nbytes
+    return _mixed_columns(element, content, start, order)
+
+
+def _table(element: Element, counts: list[int], order: str) -> np.dtype:
+    fields: list[Any] = []
+    remaining = iter(counts)
+    for place, prop in enumerate(element.properties):
+        if prop.length:
+            fields += [(f"{place}#", order + prop.length), (f"{place}", order + prop.kind, (next(remaining),))]
+        else:
+            fields.append((f"{place}", order + prop.kind))
+    return np.dtype(fields)
+
+
+def _lengths(element: Element, content: bytes, start: int, order: str) -> list[int]:
+    """Return the lengths of the first row's lists."""
+    columns, _ = _mixed_columns(
+        Element(name=element.name, count=1, properties=element.properties), content, start, order
+    )
+    return [int(columns[f"{prop.name}#"][0]) for prop in element.properties if prop.length]
+
+
+def _mixed_columns(element: Element, content: bytes, start: int, order: str) -> tuple[Row, int]:
+    parts: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
+    lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties if prop.length}
+    readers = [
+        (prop, struct.Struct(order + np.dtype(prop.length).char) if prop.length else None, np.dtype(prop.kind).itemsize)
+        for prop in element.properties
+    ]
+    at = start
+    for row in range(element.count):
+        for prop, reader, size in readers:
+            length = 1
+            if reader:
+                if at + reader.size > len(content):
+                    raise ValueError(f"{element.name} {row} of {element.count}: the file ends before it")
+                (length,) = reader.unpack_from(content, at)
+                at += reader.size
+                lengths[prop.name].append(length)
+            if not 0 <= length * size <= len(content) - at:
+                raise ValueError(
+                    f"{element.name} {row} of {element.count}: announces {length} entries, {length * size} bytes, "
+                    f"where {len(content) - at} are left"
+                )
+            parts[prop.name].append(content[at : at + length * size])
+            at += length * size
+    columns = {prop.name: np.frombuffer(b"".join(parts[prop.name]), order + prop.kind) for prop in element.properties}
+    return columns | {f"{name}#": np.array(counts, dtype=np.int64) for name, counts in lengths.items()}, at
+
+
+def _positions(columns: Row) -> np.ndarray:
+    missing = [axis for axis in "xyz" if axis not in columns or f"{axis}#" in columns]
+    if missing:
+        raise ValueError(f"has vertices without the coordinate {missing[0]}")
+    positions = np.stack([columns[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    finite = (np.abs(positions) <= LARGEST).all(axis=1)
+    if not finite.all():
+        row = int(np.flatnonzero(~finite)[0])
+        raise ValueError(f"vertex {row}: a coordinate must be a finite number, got {positions[row].tolist()}")
+    return positions
+
+
+def _add_rows(polygons: Polygons, element: Element, columns: Row) -> None:
+    name = next((name for name in CORNERS if f"{name}#" in columns), None)
+    if name is None:
+        raise ValueError(f"has an element {element.name!r} without a list of vertex indices")
+    sizes, entries = columns[f"{name}#"].tolist(), columns[name]
+    if not ((entries == np.floor(entries)) & (np.abs(entries) < 2**31)).all():
+        raise ValueError(f"has an element {element.name!r} with an index that is no whole number of 32 bits")
+    if element.name == "face":
+        polygons.sizes += sizes
+        polygons.corners += entries.astype(np.int64).tolist()
+        polygons.places += range(len(sizes))
+        return
+    position = 0
+    for row, size in enumerate(sizes):
+        strip: list[int] = []
+        for entry in [*entries[position : position + size].astype(np.int64).tolist(), -1]:
+            if entry >= 0:
+                strip.append(entry)
+                continue
+            for first in range(len(strip) - 2):  # every second triangle of a strip runs the other way round
+                corners = strip[first : first + 3]
+                polygons.add(corners if first % 2 == 0 else [corners[1], corners[0], corners[2]], row)
+            strip = []
+        position += size

@@ -1,0 +1,187 @@
+"""Polygons of mesh files, cut into triangles: convex ones as fans, all others by their ears.
+
+Sources: G. H. Meisters, Polygons Have Ears, American Mathematical Monthly 82 (1975); J. R. Shewchuk, Adaptive Precision
+Floating-Point Arithmetic and Fast Robust Geometric Predicates (1997): a filter in floats, then exact numbers.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+
+DECIMALS = 1e-6  # relative: coordinates in text have six significant digits or more (C's %f and %g)
+
+
+@dataclass(kw_only=True)
+class Polygons:
+    """What a file holds: its vertices, and its polygons one after another with the line or row of each."""
+
+    vertices: np.ndarray  # (n, 3) float64 [m]
+    sizes: list[int] = field(default_factory=list)  # corners of each polygon
+    corners: list[int] = field(default_factory=list)  # indices of vertices, of all polygons
+    places: list[int] = field(default_factory=list)  # line or row of each polygon
+    place: str = "line"  # what `places` counts
+    others: Counter[str] = field(default_factory=Counter)  # what the file holds beside polygons, in plural
+
+    def add(self, corners: Sequence[int], place: int) -> None:
+        """Add a polygon."""
+        self.sizes.append(len(corners))
+        self.corners += corners
+        self.places.append(place)
+
+
+def triangles_of(polygons: Polygons) -> tuple[np.ndarray, list[str]]:
+    """Return the triangles (m, 3) int64 of all polygons in order, and a sentence for each kind of thing to report.
+
+    A convex polygon is a fan about its first corner, any other one is cut by ears, seen along its area vector.
+
+    Raises:
+        ValueError: an index is out of range, a polygon crosses itself, or there is no polygon.
+
+    """
+    sizes, corners = np.array(polygons.sizes, dtype=np.int64), np.array(polygons.corners, dtype=np.int64)
+    starts = np.cumsum(sizes) - sizes
+    outside = (corners < 0) | (corners >= len(polygons.vertices))
+    if outside.any():
+        entry = int(np.flatnonzero(outside)[0])
+        at = polygons.places[int(np.searchsorted(starts, entry, side="right")) - 1]
+        name = int(corners[entry]) + (polygons.place == "line")  # an OBJ file counts from 1
+        raise ValueError(f"{polygons.place} {at}: names vertex {name}, where {len(polygons.vertices)} are")
+    enough = sizes >= 3
+    if not enough.any():
+        raise ValueError(f"holds {_held(polygons, len(sizes))} and no polygon of three or more corners")
+    pieces: list[np.ndarray] = []
+    order: list[np.ndarray] = []
+    bent: list[int] = []
+    for size in np.unique(sizes[enough]).tolist():
+        rows = np.flatnonzero(sizes == size)
+        faces = corners[starts[rows, None] + np.arange(size)]
+        if size > 3:
+            convex, flat = _shapes(polygons.vertices[faces])
+            bent += rows[~flat].tolist()
+            cut = np.flatnonzero(~convex)
+            for place in cut.tolist():
+                at = f"{polygons.place} {polygons.places[rows[place]]}"
+                pieces.append(faces[place][cut_by_ears(polygons.vertices[faces[place]], at)])
+                order.append(np.full(len(pieces[-1]), rows[place]))
+            rows, faces = rows[convex], faces[convex]
+        fans = np.stack([np.broadcast_to(faces[:, :1], (len(faces), size - 2)), faces[:, 1:-1], faces[:, 2:]], axis=-1)
+        pieces.append(fans.reshape(-1, 3))
+        order.append(np.repeat(rows, size - 2))
+    triangles = np.concatenate(pieces)[np.argsort(np.concatenate(order), kind="stable")]
+    notes = []
+    if not enough.all():
+        at = polygons.places[int(np.flatnonzero(~enough)[0])]
+        notes.append(f"{int((~enough).sum())} faces of fewer than three corners, the first in {polygons.place} {at}")
+    if bent:
+        notes.append(
+            f"that {len(bent)} polygons are not flat, the first in {polygons.place} {polygons.places[min(bent)]}: "
+            "triangles stand in their place"
+        )
+    return triangles, notes
+
+
+def _held(polygons: Polygons, faces: int) -> str:
+    held = {"vertices": len(polygons.vertices), "faces of fewer than three corners": faces} | polygons.others
+    return ", ".join(f"{count} {what}" for what, count in held.items() if count) or "nothing"
+
+
+def _shapes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which polygons (k, n, 3) are convex, and which are flat to within the digits of coordinates in text."""
+    scale = _scale(points - points[:, :1])
+    centered = (points - points[:, :1]) * scale
+    following = np.roll(centered, -1, axis=1)
+    area = np.cross(centered, following).sum(axis=1)  # twice the area vector
+    turns = np.cross(following - centered, np.roll(following, -1, axis=1) - following)
+    turned = (turns * area[:, None]).sum(axis=-1)
+    length = np.linalg.norm(area, axis=-1)
+    # Turning the same way at every corner, and once around in all: a star turns twice.
+    edges = following - centered
+    angles = np.arctan2(np.linalg.norm(turns, axis=-1), (edges * np.roll(edges, -1, axis=1)).sum(axis=-1)).sum(axis=1)
+    convex = (turned > 0).all(axis=1) & (angles < 3 * np.pi)
+    height = np.abs((centered * area[:, None]).sum(axis=-1)).max(axis=1)
+    flat = height <= 4 * DECIMALS * (np.abs(points) * scale).max(axis=(1, 2)) * length
+    return convex, flat
+
+
+def _scale(centered: np.ndarray) -> np.ndarray:
+    """Return powers of two (k, 1, 1) by which polygons (k, n, 3) are about 1 in size: no product leaves the floats."""
+    return np.exp2(-np.clip(np.frexp(np.abs(centered).max(axis=(1, 2), keepdims=True))[1], -128, 128).astype(float))
+
+
+def cut_by_ears(points: np.ndarray, place: str) -> np.ndarray:
+    """Return the triangles (n - 2, 3) of one polygon (n, 3), as indices of its corners.
+
+    Raises:
+        ValueError: the polygon crosses itself; `place` names it.
+
+    """
+    centered = (points - points[0]) * _scale((points - points[0])[None])[0]
+    area = np.cross(centered, np.roll(centered, -1, axis=0)).sum(axis=0)
+    axis = int(np.abs(area).argmax())
+    kept = [(axis + 1) % 3, (axis + 2) % 3]  # this order keeps the orientation along the axis
+    flat = centered[:, kept] if area[axis] >= 0 else centered[:, kept[::-1]]
+    fan = np.array([[0, k, k + 1] for k in range(1, len(points) - 1)])
+    if not area.any():
+        spread = np.linalg.svd(centered, compute_uv=False)
+        if spread[1] <= 4 * DECIMALS * spread[0]:
+            return fan  # all corners in one line: nothing is seen of it
+        raise ValueError(f"{place}: the polygon crosses itself: its parts cancel to an area of 0")
+    _refuse_crossing(flat, place)
+    left = np.arange(len(points))
+    start = 0
+    ears: list[tuple[int, int, int]] = []
+    while len(left) > 3:
+        turn = [*range(start, len(left)), *range(start)]
+        ear = next((at for at in turn if _is_ear(flat, left, at)), None)
+        if ear is None:
+            raise ValueError(f"{place}: the polygon crosses itself or touches itself in a way that has no inside")
+        ears.append((int(left[ear - 1]), int(left[ear]), int(left[(ear + 1) % len(left)])))
+        left, start = np.delete(left, ear), ear % (len(left) - 1)
+    return np.array([*ears, tuple(left.tolist())], dtype=np.int64)
+
+
+def _is_ear(flat: np.ndarray, left: np.ndarray, at: int) -> bool:
+    """Return whether the corner `at` of the polygon that is left can be cut off."""
+    before, corner, after = left[at - 1], left[at], left[(at + 1) % len(left)]
+    a, b, c = flat[before], flat[corner], flat[after]
+    turn = _orientation(a, b, c)
+    if turn == 0:
+        return True  # no area: it can go, whatever lies on it
+    if turn < 0:
+        return False
+    points = flat[left]
+    # The ear's own corners do not hide it, nor does a corner in the same place: that is a bridge to a hole.
+    same = (points == a).all(axis=1) | (points == b).all(axis=1) | (points == c).all(axis=1)
+    boxed = (points >= np.minimum(np.minimum(a, b), c)).all(axis=1) & (points <= np.maximum(np.maximum(a, b), c)).all(
+        axis=1
+    )
+    return not any(
+        _orientation(a, b, point) >= 0 and _orientation(b, c, point) >= 0 and _orientation(c, a, point) >= 0
+        for point in points[boxed & ~same]
+    )
+
+
+def _orientation(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> int:
+    """Return the sign of the turn from a to b to c in the plane, exactly."""
+    first, second = (b[0] - a[0]) * (c[1] - a[1]), (b[1] - a[1]) * (c[0] - a[0])
+    if abs(first - second) > 4 * 2.0**-53 * (abs(first) + abs(second)):
+        return 1 if first > second else -1
+    (ax, ay), (bx, by), (cx, cy) = (map(Fraction, map(float, point)) for point in (a, b, c))
+    exact = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    return (exact > 0) - (exact < 0)
+
+
+def _refuse_crossing(flat: np.ndarray, place: str) -> None:
+    """Raise ValueError where two edges cross inside both; edges that touch or run along each other are no crossing."""
+    ends = np.roll(flat, -1, axis=0)
+    for edge in range(len(flat) - 2):
+        a, b = flat[edge], ends[edge]
+        c, d = flat[edge + 2 :], ends[edge + 2 :]
+        near = (np.minimum(c, d) < np.maximum(a, b)).all(axis=1) & (np.maximum(c, d) > np.minimum(a, b)).all(axis=1)
+        for other in np.flatnonzero(near).tolist():
+            sides = _orientation(a, b, c[other]) * _orientation(a, b, d[other])
+            if sides < 0 and _orientation(c[other], d[other], a) * _orientation(c[other], d[other], b) < 0:
+                raise ValueError(f"{place}: the polygon crosses itself: its edges {edge} and {edge + 2 + other} do")
