@@ -198,7 +198,7 @@ def _text_columns(element: Element, rows: list[bytes]) -> Row:
             found = len(rows[row].split())
             raise ValueError(f"{element.name} {row}: the header announces {width} numbers, the line holds {found}")
         table = _numbers(words, element.name).reshape(-1, width)
-        return {prop.name: table[:, column] for column, prop in enumerate(element.properties)}
+        return {prop.name: _rounded(table[:, at], prop.kind) for at, prop in enumerate(element.properties)}
     gathered: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
     lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties if prop.length}
     for row, line in enumerate(rows):
@@ -215,7 +215,8 @@ def _text_columns(element: Element, rows: list[bytes]) -> Row:
             at += length
         if at != len(words):
             raise ValueError(f"{element.name} {row}: has {len(words) - at} numbers more than the header announces")
-    columns = {name: _numbers(words, element.name) for name, words in gathered.items()}
+    kinds = {prop.name: prop.kind for prop in element.properties}
+    columns = {name: _rounded(_numbers(words, element.name), kinds[name]) for name, words in gathered.items()}
     return columns | {f"{name}#": np.array(counts, dtype=np.int64) for name, counts in lengths.items()}
 
 
@@ -224,6 +225,12 @@ def _numbers(words: list[bytes], what: str) -> np.ndarray:
         return np.array(words, dtype="S").astype(np.float64) if words else np.empty(0)
     except ValueError:
         raise ValueError(f"{what}: holds something that is no number") from None
+
+
+def _rounded(values: np.ndarray, kind: str) -> np.ndarray:
+    """Return numbers in text as the type that the header declares holds them: `float` has 24 bits."""
+    with np.errstate(over="ignore"):
+        return values.astype(kind) if kind in FLOATS else values
 
 
 def _binary_columns(element: Element, content: bytes, start: int, order: str) -> tuple[Row, int]:
