@@ -1,13 +1,13 @@
 """Where to stand and what to light with when a file says neither: everything in view, lit from behind the shoulder."""
 
 from math import pi, radians, sin
+from typing import Any
 
 import numpy as np
 
 from rayproof.cases.placement import world_triangles
-from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Shape, Sphere, Square, Triangle
+from rayproof.cases.scene import Camera, Cube, Matrix, Mesh, Plane, PointLight, Shape, Sphere, Square, Triangle, Vector
 from rayproof.reports.interchange import Size
-from rayproof.reports.interchange.numbers import vector
 
 FOVY = 40.0  # degrees
 SIZE = (320, 240)  # px
@@ -81,3 +81,15 @@ def _box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     else:
         raise LookupError(f"the extent of a {type(shape).__name__} is not known")
     return center - reach, center + reach
+
+
+def vector(values: Any) -> Vector:
+    """Return three numbers as a tuple of floats."""
+    x, y, z = map(float, np.asarray(values, dtype=np.float64))
+    return (x, y, z)
+
+
+def matrix(entries: Any) -> Matrix:
+    """Return a 4x4 array as a tuple of rows."""
+    first, second, third, last = ((float(a), float(b), float(c), float(d)) for a, b, c, d in np.asarray(entries))
+    return (first, second, third, last)

@@ -9,8 +9,7 @@ import numpy as np
 from rayproof.cases import mesh_files, placement
 from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.audit.faults.patching import replaced
-from rayproof.reports.interchange.gltf import accessors
-from rayproof.reports.interchange.mitsuba_xml import sensors
+from rayproof.reports.interchange import gltf_document, mitsuba_scene
 
 
 @FAULTS.register("loader/axes_swapped", where="loader", stage=None)
@@ -148,7 +147,7 @@ class _OtherAxis:
 @contextmanager
 def fov_axis_swapped() -> Iterator[None]:
     """Exchange the smaller axis and the larger."""
-    right = sensors._fovy
+    right = mitsuba_scene._fovy
 
     def wrong(sensor: Any, width: int, height: int) -> float:
         return right(_OtherAxis(sensor), width, height)  # type: ignore[arg-type]
@@ -160,7 +159,7 @@ def fov_axis_swapped() -> Iterator[None]:
 @contextmanager
 def _indices(wrong: Any) -> Iterator[None]:
     """Spoil the indices of glTF's faces."""
-    right = accessors.array
+    right = gltf_document.array
 
     def spoilt(document: Any, index: Any, kind: str) -> np.ndarray:
         found = right(document, index, kind)

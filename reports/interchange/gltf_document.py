@@ -1,0 +1,415 @@
+"""A glTF 2.0 document (Khronos 2021): its objects, buffers, typed arrays and nodes.
+
+It is GLB, or JSON with data URIs or files of its own folder; nothing else is opened. Objects are classes with the
+members that are read. A file may hold anything: whoever reads a member checks what it depends on. Sections are the
+specification's.
+"""
+
+import base64
+import binascii
+import json
+import struct
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypedDict, TypeVar
+from urllib.parse import unquote
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from rayproof.cases.mesh_files import content_of, glb_problem, path_within
+from rayproof.cases.mesh_sandbox import Budget
+from rayproof.cases.scene import SceneError, shown
+
+
+class Light(TypedDict, total=False):
+    """A light of KHR_lights_punctual."""
+
+    type: str
+    name: str
+    intensity: float  # candela
+    color: list[float]
+    range: float
+
+
+class LightsOfDocument(TypedDict, total=False):
+    """All lights."""
+
+    lights: list[Light]
+
+
+class LightOfNode(TypedDict, total=False):
+    """Which light is there."""
+
+    light: int
+
+
+class DocumentExtensions(TypedDict, total=False):
+    """What extensions add to the document."""
+
+    KHR_lights_punctual: LightsOfDocument
+
+
+class NodeExtensions(TypedDict, total=False):
+    """What extensions add to a node."""
+
+    KHR_lights_punctual: LightOfNode
+
+
+class Root(TypedDict, total=False):
+    """The document itself (section 5.17), beside its lists of the objects below."""
+
+    scene: int
+    extensionsRequired: list[str]
+    extensionsUsed: list[str]
+    extensions: DocumentExtensions
+
+
+class SceneEntry(TypedDict, total=False):
+    """A scene: its root nodes."""
+
+    nodes: list[int]
+
+
+class NodeEntry(TypedDict, total=False):
+    """A node: what is there and where."""
+
+    name: str
+    children: list[int]
+    mesh: int
+    camera: int
+    matrix: list[float]  # by columns
+    rotation: list[float]  # x, y, z, w
+    scale: list[float]
+    translation: list[float]
+    extensions: NodeExtensions
+
+
+class LensEntry(TypedDict, total=False):
+    """A perspective projection."""
+
+    yfov: float  # radians
+    znear: float
+    zfar: float
+    aspectRatio: float
+
+
+class CameraEntry(TypedDict, total=False):
+    """A camera."""
+
+    type: str
+    perspective: LensEntry
+
+
+class PrimitiveEntry(TypedDict, total=False):
+    """A part of a mesh with one material."""
+
+    mode: int
+    attributes: dict[str, int]  # accessors
+    indices: int
+    material: int
+    extensions: Collection[str]
+
+
+class MeshEntry(TypedDict, total=False):
+    """A mesh."""
+
+    name: str
+    primitives: list[PrimitiveEntry]
+
+
+class SurfaceEntry(TypedDict, total=False):
+    """How a material reflects."""
+
+    baseColorFactor: list[float]
+    metallicFactor: float
+
+
+class MaterialEntry(TypedDict, total=False):
+    """A material."""
+
+    pbrMetallicRoughness: SurfaceEntry
+    emissiveFactor: list[float]
+    alphaMode: str
+    doubleSided: bool
+    extensions: Collection[str]
+
+
+class AccessorEntry(TypedDict, total=False):
+    """A typed array in a buffer view."""
+
+    type: str
+    componentType: int
+    count: int
+    bufferView: int
+    byteOffset: int
+    normalized: bool
+
+
+class BufferViewEntry(TypedDict, total=False):
+    """A part of a buffer."""
+
+    buffer: int
+    byteOffset: int
+    byteStride: int
+
+
+class BufferEntry(TypedDict, total=False):
+    """Bytes, here or in a file."""
+
+    byteLength: int
+    uri: str
+
+
+class AnimationEntry(TypedDict, total=False):
+    """An animation, of which nothing is read."""
+
+
+Entry = TypeVar("Entry")
+LISTS: dict[type, str] = {
+    SceneEntry: "scenes",
+    NodeEntry: "nodes",
+    CameraEntry: "cameras",
+    MeshEntry: "meshes",
+    MaterialEntry: "materials",
+    AccessorEntry: "accessors",
+    BufferViewEntry: "bufferViews",
+    BufferEntry: "buffers",
+    AnimationEntry: "animations",
+}
+
+
+# A glTF document and its buffers: GLB or JSON with data URIs or files of its own folder; nothing else is opened.
+
+
+LARGEST = 512 * 2**20  # bytes, of the file and of each buffer
+JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
+
+
+@dataclass(frozen=True, kw_only=True)
+class Document:
+    """The JSON part, the bytes of each buffer, and what may still be spent on them."""
+
+    json: Root
+    buffers: tuple[memoryview, ...]
+    budget: Budget = field(default_factory=Budget)
+
+    def listed(self, kind: type[Entry]) -> list[Entry]:
+        """Return the document's top-level list of a kind; empty where it has none."""
+        found = self.json.get(LISTS[kind], [])
+        if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+            raise SceneError(f"{LISTS[kind]} must be a list of objects")
+        return found
+
+    def one(self, kind: type[Entry], index: Any) -> Entry:
+        """Return the entry of a list that an index names; raise SceneError if there is none."""
+        entries = self.listed(kind)
+        if not isinstance(index, int) or not 0 <= index < len(entries):
+            raise SceneError(f"{LISTS[kind]} has {len(entries)} entries, none at {shown(index)}")
+        return entries[index]
+
+
+def read_document(path: Path) -> Document:
+    """Return the document in a .glb or .gltf file.
+
+    Raises:
+        SceneError: it is too large, cut off, not glTF 2.0, or keeps data outside its own folder.
+
+    """
+    try:
+        content = content_of(path, largest=LARGEST)
+    except OSError as error:
+        raise SceneError(f"cannot be read: {error.strerror}") from None
+    budget = Budget()
+    budget.count_file(path, len(content))
+    binary = b""
+    if path.suffix.lower() == ".glb":
+        problem = glb_problem(content)
+        if problem:
+            raise SceneError(problem)
+        (length,) = struct.unpack_from("<I", content, 12)
+        text, rest = content[20 : 20 + length], content[20 + length :]
+        if len(rest) >= 8:
+            size, kind = struct.unpack_from("<II", rest)
+            binary = rest[8 : 8 + size] if kind == BINARY_CHUNK else b""
+    else:
+        text = content
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError):
+        raise SceneError("is not glTF: its JSON cannot be read") from None
+    if (version := _version(document)) is None or not str(version).startswith("2."):
+        raise SceneError(f"must be glTF of version 2, got {shown(version)}")
+    found = Document(json=document, buffers=())
+    # The binary chunk is that of the first buffer (section 4.4.3.3); any other without a uri holds nothing.
+    files = _Files(path.parent, budget)
+    buffers = tuple(
+        _buffer(buffer, files, b"" if index else binary) for index, buffer in enumerate(found.listed(BufferEntry))
+    )
+    return Document(json=document, buffers=buffers, budget=budget)
+
+
+def _version(document: Any) -> Any:
+    return document.get("asset", {}).get("version") if isinstance(document, dict) else None
+
+
+class _Files:
+    """The files that buffers name, each read once however many name it."""
+
+    def __init__(self, folder: Path, budget: Budget) -> None:
+        self._folder, self._budget = folder, budget
+        self._contents: dict[str, bytes] = {}
+
+    def content(self, uri: str) -> bytes:
+        """Return the bytes of the file that a uri names, inside the folder."""
+        what = "a buffer's uri"
+        if uri not in self._contents:
+            if ":" in uri:
+                raise SceneError(f"{what} must be a relative path, got {shown(uri)}")
+            path = path_within(unquote(uri), self._folder, what=what, largest=LARGEST)
+            try:
+                content = content_of(path, largest=LARGEST)
+            except OSError as error:
+                raise SceneError(f"{what} names a file that cannot be read: {error.strerror}: {shown(uri)}") from None
+            # By what it is written, so that an alias of a file counts as often as it is held.
+            self._budget.count_file(path, len(content))
+            self._budget.expand(len(content), by=f"{what} {shown(uri)}")
+            self._contents[uri] = content
+        return self._contents[uri]
+
+
+def _buffer(buffer: BufferEntry, files: _Files, binary: bytes) -> memoryview:
+    """Return a buffer's bytes (section 3.6.1)."""
+    length, uri = buffer.get("byteLength"), buffer.get("uri")
+    if not isinstance(length, int) or not 0 <= length <= LARGEST:
+        raise SceneError(f"a buffer's byteLength must be from 0 to {LARGEST}, got {shown(length)}")
+    if uri is None:
+        content = binary
+    elif isinstance(uri, str) and uri.startswith("data:"):
+        head, _, body = uri.partition(",")
+        if not head.endswith(";base64"):
+            raise SceneError("a buffer's data URI must be base64")
+        try:
+            content = base64.b64decode(body, validate=True)
+        except (ValueError, binascii.Error):
+            raise SceneError("a buffer's data URI is not base64") from None
+    elif isinstance(uri, str):
+        content = files.content(uri)
+    else:
+        raise SceneError(f"a buffer's uri must be a text, got {shown(uri)}")
+    if len(content) < length:
+        raise SceneError(f"a buffer has {len(content)} bytes, {length} were announced")
+    return memoryview(content)[:length]
+
+
+# Typed arrays out of a glTF document's buffers (sections 3.6.1 and 3.6.2), checked against the bytes there are.
+
+
+COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+COUNTS = {"SCALAR": 1, "VEC3": 3}
+
+
+def array(document: Document, index: Any, kind: str) -> np.ndarray:
+    """Return an accessor's elements, shape (count, components), in the file's own type; normalized ones as float64.
+
+    Raises:
+        SceneError: the accessor is sparse, compressed, of another kind, or reaches beyond its bytes.
+
+    """
+    accessor = document.one(AccessorEntry, index)
+    if accessor.get("type") != kind or kind not in COUNTS:
+        raise SceneError(f"accessor {index} must be {kind}, got {shown(accessor.get('type'))}")
+    if "sparse" in accessor:
+        raise SceneError(f"accessor {index} is sparse, which is not read")
+    if accessor.get("componentType") not in COMPONENTS:
+        raise SceneError(f"accessor {index} has no known componentType: {shown(accessor.get('componentType'))}")
+    element = np.dtype(COMPONENTS[accessor["componentType"]])
+    components, count = COUNTS[kind], _whole(accessor, "count", index)
+    document.budget.expand(count * components * element.itemsize, by=f"accessor {shown(index)} of {count} elements")
+    if "bufferView" not in accessor:
+        return np.zeros((count, components), dtype=element)
+    view = document.one(BufferViewEntry, accessor["bufferView"])
+    buffer = _buffer_accessors(document, view)
+    start = _whole(view, "byteOffset", index, 0) + _whole(accessor, "byteOffset", index, 0)
+    stride = _whole(view, "byteStride", index, element.itemsize * components)
+    end = start + stride * (count - 1) + element.itemsize * components if count else start
+    if end > len(buffer) or stride < element.itemsize * components:
+        raise SceneError(f"accessor {index} reaches to byte {end} of {len(buffer)}")
+    found = np.ndarray((count, components), element, buffer, start, (stride, element.itemsize)).copy()
+    stands_for_fractions = accessor.get("normalized") is True and element.kind in "iu" and kind != "SCALAR"
+    if stands_for_fractions:
+        document.budget.expand(8 * found.size, by=f"accessor {shown(index)}, normalized,")
+        return _fractions(found)
+    return found
+
+
+def _fractions(whole: np.ndarray) -> np.ndarray:
+    """Return what normalized whole numbers stand for: 1 is the largest, -1 the least and its neighbour (3.11)."""
+    return np.maximum(whole / float(np.iinfo(whole.dtype).max), -1.0)
+
+
+def _buffer_accessors(document: Document, view: BufferViewEntry) -> memoryview:
+    index = view.get("buffer")
+    if not isinstance(index, int) or not 0 <= index < len(document.buffers):
+        raise SceneError(f"a buffer view names no buffer: {shown(index)}")
+    return document.buffers[index]
+
+
+def _whole(members: AccessorEntry | BufferViewEntry, name: str, index: Any, usual: int | None = None) -> int:
+    value = members.get(name, usual)
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise SceneError(f"accessor {index}: {name} must be a whole number >= 0, got {shown(value)}")
+    return value
+
+
+# A glTF scene's nodes with their matrices to the world (section 3.5).
+
+
+def placed_nodes(document: Document) -> Iterator[tuple[NodeEntry, np.ndarray]]:
+    """Yield each node of the default scene with its matrix to the world, float64 (4, 4).
+
+    Raises:
+        SceneError: a node has two parents or is its own ancestor, or its numbers are no transform.
+
+    """
+    scenes = document.listed(SceneEntry)
+    if not scenes:
+        raise SceneError("it has no scene")
+    roots = document.one(SceneEntry, document.json.get("scene", 0)).get("nodes", [])
+    waiting = [(index, np.eye(4)) for index in reversed(roots)]
+    seen: set[int] = set()
+    while waiting:
+        index, outer = waiting.pop()
+        node = document.one(NodeEntry, index)
+        if index in seen:
+            raise SceneError(f"node {index} has two parents, or is its own ancestor")
+        seen.add(index)
+        document.budget.spend("elements", 1, by=f"node {index}")
+        to_world = outer @ _local(node, index)
+        yield node, to_world
+        waiting += [(child, to_world) for child in reversed(node.get("children", []))]
+
+
+def _local(node: NodeEntry, index: int) -> np.ndarray:
+    """Return a node's matrix: given by columns, or translation times rotation times scale (section 3.5.3)."""
+    if "matrix" in node:
+        return _numbers(node["matrix"], 16, index).reshape(4, 4).T
+    matrix = np.eye(4)
+    turn = _numbers(node.get("rotation", (0, 0, 0, 1)), 4, index)
+    if not np.linalg.norm(turn) > 0:
+        raise SceneError(f"node {index}: the rotation must not be zero")
+    rotation = Rotation.from_quat(turn).as_matrix()  # x, y, z, w, of whatever length
+    matrix[:3, :3] = rotation * _numbers(node.get("scale", (1, 1, 1)), 3, index)
+    matrix[:3, 3] = _numbers(node.get("translation", (0, 0, 0)), 3, index)
+    return matrix
+
+
+def _numbers(values: Any, count: int, index: int) -> np.ndarray:
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != (count,):
+        raise SceneError(f"node {index}: {count} numbers are needed, got {shown(values)}")
+    return found

@@ -1,0 +1,250 @@
+"""A glTF file's default scene: triangles, strips and fans, perspective cameras, base colours.
+
+Of extensions it has KHR_lights_punctual (Khronos 2018), of which point lights, and KHR_mesh_quantization.
+"""
+
+from collections.abc import Callable, Iterator
+from math import degrees, pi
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from rayproof.cases.scene import Camera, Mesh, PointLight, Rgb, Scene, SceneError, shown
+from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
+from rayproof.reports.interchange.framing import SIZE, camera_for, light_for, matrix, vector
+from rayproof.reports.interchange.gltf_document import (
+    AnimationEntry,
+    CameraEntry,
+    Document,
+    LightOfNode,
+    MaterialEntry,
+    MeshEntry,
+    PrimitiveEntry,
+    SceneEntry,
+    array,
+    placed_nodes,
+    read_document,
+)
+
+LIGHTS: Final = "KHR_lights_punctual"
+UNDERSTOOD = (LIGHTS, "KHR_mesh_quantization")
+
+
+@IMPORTERS.register(".glb")
+@IMPORTERS.register(".gltf")
+def import_gltf(path: Path, size: Size, allowed: Folders) -> Imported:
+    """Return the default scene of a glTF file.
+
+    Raises:
+        SceneError: the file cannot be understood, or holds what the specification refuses.
+
+    """
+    dropped: dict[str, None] = {}
+
+    def drop(sentence: str) -> None:
+        dropped[f"{path.name}: {sentence}"] = None
+
+    try:
+        return Imported(scene=_scene(read_document(path), size, drop), dropped=tuple(dropped))
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+    except (TypeError, AttributeError, KeyError, ValueError, OverflowError) as error:
+        # Members of other types than glTF's: JSON may hold anything.
+        raise SceneError(f"{path}: is not glTF: {' '.join(str(error).split())}") from None
+
+
+def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene:
+    required = document.json.get("extensionsRequired", [])
+    for name in dict.fromkeys([*required, *document.json.get("extensionsUsed", [])]):
+        if name not in UNDERSTOOD:
+            drop(f"the extension {shown(name)}{', which it requires' if name in required else ''}")
+    meshes: list[Mesh] = []
+    cameras: list[Camera] = []
+    lights: list[PointLight] = []
+    nodes = list(placed_nodes(document))
+    # Before any is built: a mesh may be named by every node.
+    named = [document.one(MeshEntry, node["mesh"]) for node, _ in nodes if "mesh" in node]
+    document.budget.spend("shapes", sum(len(mesh.get("primitives", [])) for mesh in named), by="it with all its nodes")
+    for node, to_world in nodes:
+        if "skin" in node:
+            drop(f"the skin of node {shown(node.get('name', '?'))}; the mesh keeps its pose")
+        if "mesh" in node:
+            meshes += meshes_of(document, node["mesh"], to_world, drop)
+        if "camera" in node:
+            found = camera_of(document.one(CameraEntry, node["camera"]), to_world, size, drop)
+            cameras += [found] if found else []
+        light = node.get("extensions", {}).get(LIGHTS)
+        if light is not None:
+            lights += _light(document, light, to_world, drop)
+    if document.listed(AnimationEntry):
+        drop("its animations")
+    if (scenes := len(document.listed(SceneEntry))) > 1:
+        drop(f"{scenes - 1} of {scenes} scenes; the default one counts")
+    if len(cameras) > 1:
+        drop(f"{len(cameras) - 1} of {len(cameras)} cameras; the first one counts")
+    if not cameras:
+        drop("it has no perspective camera; one was made that shows everything")
+    camera = cameras[0] if cameras else camera_for(tuple(meshes), size, up=(0.0, 1.0, 0.0))
+    if not lights:
+        drop("it has no point light; one was made")
+        lights = [light_for(camera)]
+    return Scene(camera=camera, shapes=tuple(meshes), lights=tuple(lights))
+
+
+def _light(
+    document: Document, reference: LightOfNode, to_world: np.ndarray, drop: Callable[[str], None]
+) -> list[PointLight]:
+    """Return a point light: `intensity` is in candela, taken as W/sr, so the flux is 4 pi times it."""
+    known = document.json.get("extensions", {}).get(LIGHTS, {}).get("lights", [])
+    index = reference.get("light")
+    if not isinstance(index, int) or not 0 <= index < len(known):
+        raise SceneError(f"{LIGHTS} has {len(known)} lights, none at {shown(index)}")
+    light = known[index]
+    if light.get("type") != "point":
+        drop(f"the {light.get('type')} light {shown(light.get('name', index))}")
+        return []
+    if "range" in light:
+        drop(f"the range of the light {shown(light.get('name', index))}; it reaches as far as light does")
+    intensity = float(light.get("intensity", 1.0)) * np.asarray(light.get("color", (1.0, 1.0, 1.0)), dtype=np.float64)
+    return [PointLight(position=vector(to_world[:3, 3]), flux=vector(4 * pi * intensity))]
+
+
+# glTF meshes: each primitive of triangles a mesh of its own, its material's base colour as albedo (3.7.2, 3.9).
+
+
+TRIANGLES, STRIP, FAN = 4, 5, 6
+MODES = ("points", "lines", "a line loop", "a line strip", "triangles", "a triangle strip", "a triangle fan")
+DRACO = "KHR_draco_mesh_compression"
+# What an attribute is, by how its name begins (section 3.7.2.1); one that begins otherwise is an application's own.
+ATTRIBUTES = {
+    "NORMAL": "vertex normals; it is shaded by faces",
+    "TANGENT": "vertex tangents",
+    "TEXCOORD": "texture coordinates",
+    "COLOR": "vertex colours; its albedo is the material's base colour",
+    "JOINTS": "joints; the mesh keeps its pose",
+    "WEIGHTS": "weights of joints; the mesh keeps its pose",
+}
+TEXTURES = ("normalTexture", "occlusionTexture", "emissiveTexture")
+Drop = Callable[[str], None]
+
+
+def meshes_of(document: Document, index: Any, to_world: np.ndarray, drop: Drop) -> Iterator[Mesh]:
+    """Yield the primitives of a mesh, placed.
+
+    Raises:
+        SceneError: an array or a value is not what glTF or the specification allows.
+
+    """
+    mesh = document.one(MeshEntry, index)
+    for number, primitive in enumerate(mesh.get("primitives", [])):
+        place = f"mesh {shown(mesh.get('name', index))}, primitive {number}"
+        mode = primitive.get("mode", TRIANGLES)
+        if mode not in (TRIANGLES, STRIP, FAN):
+            drop(f"{place}: it is {MODES[mode] if mode in range(len(MODES)) else f'of the mode {shown(mode)}'}")
+            continue
+        if DRACO in primitive.get("extensions", {}):
+            drop(f"{place}: it is compressed by Draco ({DRACO})")
+            continue
+        attributes = primitive.get("attributes", {})
+        if "targets" in primitive:
+            drop(f"{place}: its morph targets")
+        for name in attributes:
+            if name != "POSITION":
+                drop(f"{place}: its {ATTRIBUTES.get(name.partition('_')[0], f'attribute {shown(name)}')}")
+        vertices = array(document, attributes.get("POSITION"), "VEC3")
+        corners = (
+            array(document, primitive["indices"], "SCALAR").ravel()
+            if "indices" in primitive
+            else np.arange(len(vertices))
+        )
+        albedo, two_sided = _material(document, primitive, place, drop)
+        whole = len(corners) // 3 * 3 if mode == TRIANGLES else len(corners)
+        count = whole // 3 if mode == TRIANGLES else max(0, len(corners) - 2)
+        document.budget.spend("triangles", count, by=place)
+        if whole < len(corners):
+            drop(f"{place}: its last {len(corners) - whole} vertices, which make no triangle")
+        if not count:
+            drop(f"{place}: it has {len(corners)} vertices, which make no triangle")
+            continue
+        faces = _faces(corners[:whole].astype(np.int64), mode)
+        yield Mesh(albedo=albedo, two_sided=two_sided, vertices=vertices, faces=faces, to_world=matrix(to_world))
+
+
+def _faces(corners: np.ndarray, mode: int) -> np.ndarray:
+    """Return the triangles (count, 3) of a list, a strip or a fan of vertices (section 3.7.2.1)."""
+    if mode == TRIANGLES:
+        return corners.reshape(-1, 3)
+    number = np.arange(len(corners) - 2)
+    if mode == FAN:
+        return corners[np.stack([number + 1, number + 2, np.zeros_like(number)], axis=1)]
+    odd = number % 2  # every other triangle of a strip winds the other way, and is turned
+    return corners[np.stack([number, number + 1 + odd, number + 2 - odd], axis=1)]
+
+
+def _material(document: Document, primitive: PrimitiveEntry, place: str, drop: Drop) -> tuple[Rgb, bool]:
+    """Return albedo and two-sidedness; glTF's default material is white, metal and one-sided (section 3.9.6)."""
+    if "material" not in primitive:
+        return (1.0, 1.0, 1.0), False
+    material = document.one(MaterialEntry, primitive["material"])
+    surface = material.get("pbrMetallicRoughness", {})
+    if "baseColorTexture" in surface:
+        drop(f"{place}: its base colour's texture")
+    if surface.get("metallicFactor", 1.0) != 0:
+        drop(f"{place}: its metal; the base colour is the albedo of a diffuse surface")
+    if "metallicRoughnessTexture" in surface:
+        drop(f"{place}: its texture of metal and roughness")
+    if any(material.get("emissiveFactor", ())):
+        drop(f"{place}: its emission")
+    for name in TEXTURES:
+        if name in material:
+            drop(f"{place}: its {name}")
+    if material.get("alphaMode", "OPAQUE") != "OPAQUE":
+        drop(f"{place}: its transparency ({shown(material['alphaMode'])}); it is opaque")
+    for name in material.get("extensions", {}):
+        drop(f"{place}: the extension {shown(name)} of its material")
+    color = surface.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
+    return vector(color[:3]), bool(material.get("doubleSided", False))
+
+
+# glTF perspective cameras: they look along -z with y up; `yfov` in radians is the full vertical angle (3.10).
+
+
+NO_END = 1e5  # an infinite projection's far plane, in units of its near plane
+
+
+def camera_of(camera: CameraEntry, to_world: np.ndarray, size: Size, drop: Callable[[str], None]) -> Camera | None:
+    """Return a perspective camera, placed; None for an orthographic one, and say so.
+
+    Raises:
+        SceneError: a value is missing, or one that the specification refuses.
+
+    """
+    if camera.get("type") != "perspective":
+        drop(f"a camera of type {camera.get('type')!r}")
+        return None
+    lens = camera.get("perspective", {})
+    try:
+        yfov, near = float(lens["yfov"]), float(lens["znear"])
+        far = float(lens.get("zfar", NO_END * near))
+        aspect = float(lens.get("aspectRatio", SIZE[0] / SIZE[1]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise SceneError(f"a perspective camera needs the numbers yfov and znear: {error}") from None
+    if "zfar" not in lens:
+        drop(f"the camera's view without end; it ends at {far:g} m")
+    height = SIZE[1]
+    linear = to_world[:3, :3]
+    if np.linalg.det(linear) < 0:
+        drop("the mirror in a camera's matrix; the image is not mirrored")
+    width, height = size or (max(1, round(height * aspect)), height)
+    eye, forward = to_world[:3, 3], -linear[:, 2] / np.linalg.norm(linear[:, 2])
+    return Camera(
+        eye=vector(eye),
+        target=vector(eye + forward),
+        up=vector(linear[:, 1]),
+        fovy=degrees(yfov),
+        width=width,
+        height=height,
+        near=near,
+        far=far,
+    )

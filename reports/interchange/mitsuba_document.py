@@ -1,0 +1,395 @@
+"""A Mitsuba XML file as a tree of plain values, read by Mitsuba's own parser in a process of its own.
+
+Before Mitsuba reads it, what the file asks for is counted: elements, nesting, includes, unfolded parameters. Only
+`include`, `path` and `default` are followed, which decide how much is read. The rest is Mitsuba's to understand.
+"""
+
+import json
+import re
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypedDict, final
+from xml.parsers import expat
+
+import numpy as np
+
+from rayproof.cases.mesh_files import content_of, path_within
+from rayproof.cases.mesh_sandbox import BYTES_A_BYTE, FREE_BYTES, Budget, ForeignError, Parser, ask
+from rayproof.cases.scene import SceneError, shown
+
+LARGEST = 256 * 2**20  # bytes of a file
+DEEPEST_INCLUDE = 8
+_PARAMETER = re.compile(r"\$(\w+)")
+
+
+def scan(path: Path, budget: Budget, allowed: tuple[Path, ...] = ()) -> tuple[Path, ...]:
+    """Spend what reading a file and all that it includes takes; return the folders in which it looks for files.
+
+    They lie in its own folder, or in those `allowed`.
+
+    Raises:
+        SceneError: it takes too much, is no XML, or includes what does not lie there; without the file's name.
+
+    """
+    reading = _Scan(path.parent, budget, allowed)
+    reading.file(path.resolve(), path.name, 0)
+    return tuple(reading.searched)
+
+
+class _Scan:
+    def __init__(self, folder: Path, budget: Budget, allowed: tuple[Path, ...]) -> None:
+        self._folder, self._budget, self._allowed = folder, budget, allowed
+        self._values: dict[str, str] = {}  # of the parameters so far; the first value counts
+        self.searched: list[Path] = []  # where `path` elements say that files lie
+
+    def file(self, path: Path, name: str, level: int) -> None:
+        """Scan one file; `level` includes lie around it."""
+        if level > DEEPEST_INCLUDE:
+            raise SceneError(f"{name} lies {level} includes deep; at most {DEEPEST_INCLUDE} are read")
+        try:
+            content = content_of(path, largest=LARGEST)
+        except OSError as error:
+            raise SceneError(f"{name} cannot be read: {error.strerror}") from None
+        self._budget.count_file(path, len(content))
+        self._budget.expand(len(content), by=name)
+        parser = expat.ParserCreate()
+        depth = 0
+
+        def start(tag: str, attributes: dict[str, str]) -> None:
+            nonlocal depth
+            depth += 1
+            place = f"{name}, line {parser.CurrentLineNumber}, <{shown(tag)[1:-1]}>"
+            self._budget.spend("elements", 1, by=place)
+            self._budget.go_down(depth, by=place)
+            self._element(tag, attributes, place, path.parent, level)
+
+        def end(_: str) -> None:
+            nonlocal depth
+            depth -= 1
+
+        def entity(declared: str, *_: object) -> None:
+            raise SceneError(f"{name} declares the entity {shown(declared)}, which Mitsuba does not read")
+
+        parser.StartElementHandler, parser.EndElementHandler, parser.EntityDeclHandler = start, end, entity
+        try:
+            parser.Parse(content, True)
+        except expat.ExpatError as error:
+            raise SceneError(f"{name} is no XML: {error}") from None
+
+    def _element(self, tag: str, attributes: dict[str, str], place: str, beside: Path, level: int) -> None:
+        for value in attributes.values():
+            if "$" in value:
+                self._budget.expand(self._length(value), by=f"{place} with its parameters filled in")
+        if tag == "default" and "name" in attributes:
+            self._values.setdefault(attributes["name"], self._filled(attributes.get("value", "")))
+        elif tag == "path":
+            self.searched.append(self._inside(self._filled(attributes.get("value", "")), place))
+        elif tag == "include":
+            self._budget.spend("includes", 1, by=place)
+            name = self._filled(attributes.get("filename", ""))
+            self.file(self._found(name, place, beside), name, level + 1)
+
+    def _found(self, name: str, place: str, beside: Path) -> Path:
+        """Return the path of an included file: beside the one that names it, or where a `path` said."""
+        candidates = [beside, *self.searched, self._folder]
+        usable = next((where for where in candidates if (where / name).exists()), beside) if _plain(name) else beside
+        within = next(one for one in (*self._allowed, self._folder) if _lies_in(usable, one) or one is self._folder)
+        return path_within(name, within, what=f"{place}: filename", largest=LARGEST, beside=usable)
+
+    def _inside(self, name: str, place: str) -> Path:
+        where = (self._folder / name).resolve() if _plain(name) else Path("/")
+        if not any(_lies_in(where, one) for one in (self._folder, *self._allowed)):
+            hint = "another one is let in by --allow-folder"
+            raise SceneError(f"{place}: value must be a folder inside the scene's own, got {shown(name)}; {hint}")
+        return where
+
+    def _length(self, text: str) -> int:
+        filled_in = sum(
+            len(self._values.get(match[1], match[0])) - len(match[0]) for match in _PARAMETER.finditer(text)
+        )
+        return len(text) + filled_in
+
+    def _filled(self, text: str) -> str:
+        return _PARAMETER.sub(lambda match: self._values.get(match[1], match[0]), text)
+
+
+def _lies_in(where: Path, folder: Path) -> bool:
+    return where.resolve().is_relative_to(folder.resolve())
+
+
+def _plain(name: str) -> bool:
+    """Say whether a name can be looked up at all: long and unprintable ones cannot."""
+    return name.isprintable() and len(name) < 1000 and all(len(part) < 250 for part in Path(name).parts)
+
+
+# Mitsuba's parser, in double precision. It runs in the sandbox (`cases/mesh_sandbox.py`), and nothing is loaded.
+
+
+NEWLINE = ord("\n")
+
+
+@final
+class StoredReference(TypedDict):
+    """A property that is another element, by its place among all of them."""
+
+    element: int
+
+
+@final
+class StoredSpectrum(TypedDict):
+    """A property that is a spectrum, by its samples."""
+
+    spectrum: list[float]
+    uniform: bool
+
+
+@final
+class StoredMatrix(TypedDict):
+    """A property that is a transform: four rows of four."""
+
+    matrix: list[list[float]]
+
+
+@final
+class StoredOther(TypedDict):
+    """A property of any other kind, in words."""
+
+    other: str
+
+
+Plain = bool | int | float | str | list[float] | list[list[float]]
+Stored = Plain | StoredReference | StoredSpectrum | StoredMatrix | StoredOther
+
+
+class StoredElement(TypedDict):
+    """One element as JSON holds it."""
+
+    kind: str
+    plugin: str
+    id: str
+    place: str  # file, line and column
+    properties: dict[str, Stored]
+
+
+class StoredFile(TypedDict):
+    """What the parser's process hands over of a file."""
+
+    files: list[str]  # that were read, the first one first
+    elements: list[StoredElement]  # the root first
+
+
+def xml_parser() -> Parser:
+    """Return Mitsuba's parser."""
+    return answer
+
+
+def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
+    """Return the files read and, as JSON, the elements of the file whose path `content` is.
+
+    Its parameters are filled in, older names brought up to date, references resolved.
+
+    Raises:
+        ValueError: Mitsuba's parser refuses the file, in its own words.
+
+    """
+    import mitsuba as mi  # here, so that who looks up a reader of another kind of file does not wait for it
+
+    if mi.variant() is None:
+        mi.set_variant("scalar_rgb")
+    path = content.decode()
+    config = mi.parser.ParserConfig("scalar_rgb")
+    config.max_include_depth = DEEPEST_INCLUDE
+    config.parallel = False
+    try:
+        state = mi.parser.parse_file(config, path)
+        mi.parser.transform_upgrade(config, state)
+        mi.parser.transform_resolve_references(config, state)
+    except RuntimeError as error:
+        raise ValueError(str(error)) from None
+    files = [_Lines(Path(str(name)), Path(path).parent) for name in state.files]
+    elements = [_element(node, files[node.file_index].place(node.offset)) for node in state.nodes]
+    found: StoredFile = {"files": [str(name) for name in state.files], "elements": elements}
+    return {}, json.dumps(found).encode()
+
+
+class _Lines:
+    """Where the lines of a file begin: Mitsuba's own word for a place counts them anew for every element."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        self._name = str(path).removeprefix(f"{folder}/")
+        content = path.read_bytes()
+        self._starts = [0, *(place + 1 for place, byte in enumerate(content) if byte == NEWLINE)]
+
+    def place(self, offset: int) -> str:
+        line = bisect_right(self._starts, offset)
+        return f"{self._name} (line {line}, col {offset - self._starts[line - 1] + 1})"
+
+
+def _element(node: Any, place: str) -> StoredElement:
+    properties = node.props
+    return {
+        "kind": str(node.type).rpartition(".")[2],
+        "plugin": properties.plugin_name(),
+        "id": properties.id(),
+        "place": place,
+        "properties": {name: _value(properties[name]) for name in properties.keys()},  # noqa: SIM118 - iterates over nothing
+    }
+
+
+def _value(value: Any) -> Stored:
+    """Return a property as JSON holds it; what is no number, text or list of numbers is an object with its kind."""
+    kind = type(value).__name__
+    if kind == "ResolvedReference":
+        return {"element": value.index()}
+    if kind == "Spectrum":
+        return {"spectrum": [float(level) for level in value.values], "uniform": bool(value.is_uniform())}
+    if "Transform" in kind:  # Dr.Jit's arrays have a member called matrix, too
+        return {"matrix": np.array(value.matrix, dtype=np.float64).tolist()}
+    if isinstance(value, bool | int | float | str):
+        return value
+    try:
+        return np.array(value, dtype=np.float64).tolist()
+    except (TypeError, ValueError, RuntimeError):
+        return {"other": f"{kind} {value}"[:80]}
+
+
+# What Mitsuba's parser may take beside its own code.
+SECONDS, BYTES_A_SECOND = 6.0, 2**20
+MEMORY, MEMORY_A_BYTE = 384 * 2**20, 64  # bytes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Transform:
+    """A property that is a matrix, float64 (4, 4)."""
+
+    matrix: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spectrum:
+    """A property that is a spectrum, by its samples."""
+
+    values: tuple[float, ...]
+    uniform: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """A property that is another element, by its place among all of them."""
+
+    element: int
+
+
+Property = Plain | Transform | Spectrum | Reference
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element:
+    """One element: its kind ("Shape", "BSDF", "Emitter", ...), its plug-in's name and its properties."""
+
+    kind: str
+    plugin: str
+    id: str
+    place: str  # file, line and column, with its id where it has one
+    properties: dict[str, Property]
+    budget: Budget  # the scene's: an element may be met again and again
+    folders: tuple[Path, ...]  # where the files lie that it may name
+    _all: list["Element"]
+    _read: set[str] = field(default_factory=set)  # names of properties that somebody asked for
+
+    def get(self, name: str, default: Any) -> Any:
+        """Return a property, or `default` where the file does not say."""
+        self._read.add(name)
+        return self.properties.get(name, default)
+
+    def has(self, name: str) -> bool:
+        """Return whether the file says something of a property."""
+        self._read.add(name)
+        return name in self.properties
+
+    def unread(self) -> list[str]:
+        """Return the names of plain properties that nobody asked for, if anybody asked for anything of this element."""
+        plain = [name for name, value in self.properties.items() if not isinstance(value, Reference)]
+        return [name for name in plain if name not in self._read] if self._read else []
+
+    def children(self, kind: str | None = None) -> Iterator[tuple[str, "Element"]]:
+        """Yield the names and elements below this one, in the file's order."""
+        for name, value in self.properties.items():
+            if isinstance(value, Reference):
+                self.budget.spend("references", 1, by=self.place)
+                child = self._all[value.element]
+                if kind is None or child.kind == kind:
+                    yield name, child
+
+    def everything(self) -> list["Element"]:
+        """Return all elements of the file."""
+        return self._all
+
+    def matrix(self) -> np.ndarray:
+        """Return `to_world`, float64 (4, 4); the identity where the file does not say."""
+        value = self.get("to_world", None)
+        if value is None:
+            return np.eye(4)
+        if not isinstance(value, Transform):
+            raise SceneError(f"{self.place}: to_world must be a transform, got {shown(value)}")
+        return value.matrix
+
+
+def read_tree(path: Path, allowed: tuple[Path, ...] = ()) -> Element:
+    """Return the root element of a file: its parameters filled in, older names brought up to date, references resolved.
+
+    Its `path` elements may name folders inside its own and inside those `allowed`.
+
+    Raises:
+        SceneError: it asks for too much, Mitsuba's parser refuses it, in its own words on one line, or it includes a
+            file from elsewhere.
+
+    """
+    budget = Budget()
+    searched = scan(path, budget, allowed)
+    try:
+        _, content = ask(
+            "rayproof.reports.interchange.mitsuba_document:xml_parser",
+            "xml",
+            str(path.resolve()).encode(),
+            seconds=SECONDS + budget.read / BYTES_A_SECOND,
+            memory=MEMORY + MEMORY_A_BYTE * budget.read,
+            most=FREE_BYTES + BYTES_A_BYTE * budget.read,
+        )
+    except ForeignError as error:
+        raise SceneError(str(error)) from None
+    document: StoredFile = json.loads(content)
+    inside = [folder.resolve() for folder in (path.parent, *allowed)]
+    for included in map(Path, document["files"][1:]):
+        if not any(included.resolve().is_relative_to(folder) for folder in inside):
+            raise SceneError(f"{included}, which it includes, must lie inside the file's folder")
+    elements: list[Element] = []
+    for stored in document["elements"]:
+        name = stored["id"]
+        elements.append(
+            Element(
+                kind=stored["kind"],
+                plugin=stored["plugin"],
+                id=name,
+                place=f"{stored['place']}{f', {name!r}' if name else ''}",
+                properties={key: _property(value) for key, value in stored["properties"].items()},
+                budget=budget,
+                folders=(path.parent, *searched),
+                _all=elements,
+            )
+        )
+    return elements[0]
+
+
+def _property(value: Stored) -> Property:
+    if not isinstance(value, dict):
+        return value
+    if "element" in value:
+        return Reference(element=value["element"])
+    if "matrix" in value:
+        return Transform(matrix=np.array(value["matrix"], dtype=np.float64))
+    if "spectrum" in value:
+        return Spectrum(values=tuple(value["spectrum"]), uniform=value["uniform"])
+    return value["other"]
