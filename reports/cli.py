@@ -24,7 +24,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "rayproof.reports.commands.run:run",
         "Judge the tracer or another renderer on cases or scene files; write a report.",
     ),
-    "audit": ("rayproof.reports.commands.audit:audit", "Plant faults one at a time and show which the harness kills."),
     "laws": ("rayproof.reports.commands.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
     "expect": (
         "rayproof.reports.commands.expect:expect",
@@ -66,10 +65,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "rayproof.reports.commands.tradeoff:tradeoff",
         "Draw error against run time: formulas, precisions, samples.",
     ),
-    "paths": (
-        "rayproof.reports.commands.paths:paths",
-        "Show the tracer's execution paths: run, compared, shown to matter.",
-    ),
     "history": (
         "rayproof.reports.commands.history:history",
         "Show error and time of each case over the runs that were kept.",
@@ -83,7 +78,9 @@ COMMANDS: dict[str, tuple[str, str]] = {
 
 # Commands of the version before, and what takes their place; the next version forgets them.
 GONE: dict[str, str] = {
+    "audit": "python -m tests.harness.audit, in a checkout of rayproof",
     "bench": "python -m tests.benchmarks.bench, in a checkout of rayproof",
+    "paths": "python -m tests.harness.paths, in a checkout of rayproof",
     "soak": "python -m tests.harness.soak, in a checkout of rayproof",
     "growth": "python -m tests.benchmarks.growth, in a checkout of rayproof",
 }

@@ -30,7 +30,7 @@ SHOWN = [(page.name, line) for page in PAGES for line in commands(page)]
 
 
 def test_there_are_commands_to_look_at() -> None:
-    assert len(SHOWN) > 60
+    assert len(SHOWN) > 40
     assert len({page for page, _ in SHOWN}) > 12
 
 

@@ -9,6 +9,13 @@ import pytest
 
 from rayproof.cases.families import all_cases
 from rayproof.reports.cli import COMMANDS, application
+from tests.benchmarks.bench.__main__ import bench
+from tests.benchmarks.growth.__main__ import growth
+from tests.command_line import program
+from tests.harness.audit.__main__ import audit
+from tests.harness.paths.__main__ import paths
+from tests.harness.soak.__main__ import soak
+from tests.harness.verdicts.__main__ import verdicts
 
 pytestmark = pytest.mark.process  # git lists the files
 
@@ -92,6 +99,9 @@ def known_options() -> frozenset[str]:
             if not inner.startswith("-"):
                 for argument in app[name][inner].assemble_argument_collection():
                     options.update(argument.names)
+    for command in (audit, bench, growth, paths, soak, verdicts):
+        for argument in program(command).assemble_argument_collection(parse_docstring=False):
+            options.update(argument.names)
     elsewhere = [*(CHECKOUT / ".ci").iterdir(), *(CHECKOUT / "tests").rglob("*.py"), *CHECKOUT.glob("examples/**/*.*")]
     elsewhere += [CHECKOUT / "launcher.py", CHECKOUT / "action.yml", *CHECKOUT.glob("reports/testing/*.py")]
     for file in elsewhere:

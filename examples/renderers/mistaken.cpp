@@ -5,7 +5,7 @@
 //     rayproof run --subject "exec:./mistaken --mistake no_pi {scene} {output}"
 //
 // Several mistakes at once: --mistake no_pi,left_handed. `--only radiance` writes one stage alone.
-// `rayproof audit --diagnose` measures on it how many mistakes are named rightly. Those marked U have no hypothesis,
+// `python -m tests.harness.audit --diagnose` measures on it how many mistakes are named rightly. Those marked U have no hypothesis,
 // those marked F are found by a fit.
 #include <algorithm>
 #include <array>

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 TRACER = "tracer"
 USUAL_LIMIT = 120.0  # s, for one render or one judgement
+MOST_DRAWN = 10_000  # random scenes, all of which are held in memory
 MOST_MEMORY = 2.0**33  # GiB; a process's limits are numbers of 63 bits
 
 
@@ -127,7 +128,7 @@ def run(
         brings images from there. Needs rayproof[artifacts], and for S3 s3fs.
     paths
         By which of its other ways the tracer renders a case too, to be held against the judged answer: each of them
-        on a few cases of the default suite, or all of them on every case (`rayproof paths` lists them).
+        on a few cases of the default suite, or all of them on every case (`python -m tests.harness.paths` lists them).
     single_file
         Also write report.html: the whole report in one file.
     dry_run
@@ -145,8 +146,7 @@ def run(
     json
         Also write results.json to this file.
     count
-        With `random`: draw so many scenes, numbers 0 and up, with hostile features; hold every verdict against
-        certified arithmetic; end with 0 only if none is wrong. In batches of 500. Default: 100.
+        With `random`: draw so many scenes, numbers 0 and up, with hostile features. Default: 100.
     seed
         With `random`: another seed draws other scenes. Default: 1.
     scenes
@@ -186,25 +186,15 @@ def run(
             piece = shard_of(shard)
     if piece is not None and not all(one is None for one in (expect, against, least_coverage, history)):
         raise UsageError("--expect, --against, --least-coverage and --history are for the whole: give them to merge")
-    numbers = drawn(selectors, count, seed)
+    selectors = drawn(selectors, count, seed)
     if scenes is not None and selectors:
         raise UsageError(f"--scenes says what is run, and so does {selectors[0]}")
-    if piece is not None and numbers is not None:
-        raise UsageError("--shard is a part of named cases; of random scenes each machine draws its own --seed")
-    if numbers is None:  # before anything is started for them
-        check_names(selectors)
+    check_names(selectors)  # before anything is started for them
     if subject != TRACER and paths == "all":
         raise UsageError("--paths are the tracer's own, and --subject puts another renderer under test")
     if subject != TRACER and (configuration or formula):
         raise UsageError(
             "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
-        )
-    if dry_run and numbers is not None:
-        raise UsageError("--dry-run says what cases and scene files take; random scenes are drawn as they are run")
-    if numbers is not None and (expect is not None or against is not None or least_coverage is not None):
-        raise UsageError(
-            "--expect, --against and --least-coverage are about named cases; of random scenes each verdict is held "
-            "against certified values"
         )
     if least_coverage is not None and not 0 <= least_coverage <= 100:
         raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
@@ -215,8 +205,6 @@ def run(
         usual_limit()
     if full and keep_images not in (None, "all"):
         raise UsageError(f"--full keeps all images, and --keep-images {keep_images} does not; ask for one")
-    if scheduler is not None and numbers is not None:
-        raise UsageError("--scheduler is for cases and scene files; random scenes are run on one machine")
     place = scheduler_at(scheduler, tls_ca, tls_cert, tls_key, insecure=insecure, wait=wait)
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
@@ -240,7 +228,7 @@ def run(
             chosen = configurations(configuration, formula)
             surroundings = Surroundings(variables=env, confined=confine)
             tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
-            check_selectors(selectors if numbers is None else (), tested)
+            check_selectors(selectors, tested)
             stream = None
             if scenes is not None:
                 from rayproof.reports.run.scene_stream import SceneStream
@@ -301,22 +289,16 @@ def run(
             sys.stdout.writelines(f"{legible(line)}\n" for line in lines)
             return 0
         try:
-            if numbers is not None:
-                from rayproof.reports.random.campaign import run as run_random
+            from rayproof.reports.run.suite import run as run_suite
 
-                code, folders = run_random(request, pool, count=numbers[0], seed=numbers[1])
-            else:
-                from rayproof.reports.run.suite import run as run_suite
-
-                code, folders = run_suite(request, cluster or pool), (out,)
+            code = run_suite(request, cluster or pool)
         except OSError as error:  # a full disk, say: what was finished is in the journal
             hint = f"{error.strerror or error}; what was finished is kept, and --resume goes on"
             raise OSError(error.errno, hint, error.filename or str(out)) from error
     # Not above: the tracer's worker should not wait until what prints tables is imported.
     from rayproof.reports.commands.report import write_one_file
 
-    for folder in folders:
-        write_one_file(folder, asked=single_file)
+    write_one_file(out, asked=single_file)
     return code
 
 
@@ -338,8 +320,8 @@ def gate_demands(expect: Path | None, against: Path | None, least_coverage: floa
     )
 
 
-def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tuple[int, int] | None:
-    """Return how many random scenes of which seed are asked for, or None if none are.
+def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tuple[str, ...]:
+    """Return the selectors, with the names of so many random scenes in place of `random`.
 
     Raises:
         UsageError: --count or --seed without `random`, `random` beside other selectors, or a number out of range.
@@ -350,15 +332,15 @@ def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tu
     if FAMILY not in selectors:
         if count is not None or seed is not None:
             raise UsageError("--count and --seed draw random scenes: rayproof run random --count N --seed S")
-        return None
+        return selectors
     if len(selectors) > 1:
         raise UsageError(f"`{FAMILY}` is run by itself; one of its scenes is called {FAMILY}/SEED/NUMBER")
     count, seed = 100 if count is None else count, 1 if seed is None else seed
-    if not 1 <= count <= LARGEST:
-        raise UsageError(f"--count must be from 1 to {LARGEST} scenes, got {count}")
+    if not 1 <= count <= MOST_DRAWN:
+        raise UsageError(f"--count must be from 1 to {MOST_DRAWN} scenes, got {count}; another --seed draws others")
     if not 0 <= seed <= LARGEST:
         raise UsageError(f"--seed must be from 0 to {LARGEST}, got {seed}")
-    return count, seed
+    return tuple(f"{FAMILY}/{seed}/{number}" for number in range(count))
 
 
 def under_test(

@@ -82,7 +82,7 @@ class PathEntry(TypedDict):
 
 
 class Ledger(TypedDict):
-    """What `rayproof paths --json` writes."""
+    """What `python -m tests.harness.paths --json` writes."""
 
     paths: list[PathEntry]
     empty: list[str]  # path and cell
@@ -163,7 +163,9 @@ def keep(document: Mapping[str, Any], planted: Faults) -> str:
         faults = dict(sorted({**faults, **killed}.items()))
         count, said = len(killed), f"{len(killed)} faults"
     if not count:
-        raise ValueError("it says nothing of paths; run: rayproof audit --only 'path/*', or rayproof run")
+        raise ValueError(
+            "it says nothing of paths; run: python -m tests.harness.audit --only 'path/*', or rayproof run"
+        )
     record = {"digest": code(CODE), "backend": backend(), "faults": faults, "worst": worst}
     write_text(RECORD, json.dumps(record, indent=1) + "\n")
     return said
@@ -202,7 +204,7 @@ def _worst(cases: Iterable[CaseRecord]) -> dict[str, dict[str, float]]:
 
 
 def ledger(cases: Sequence[Case], planted: Faults) -> Ledger:
-    """Return `paths` and `empty` as `rayproof paths --json` has them, with the faults that are planted in paths."""
+    """Return `paths` and `empty` as `python -m tests.harness.paths --json` has them, with the faults that are planted in paths."""
     by_path: dict[str, dict[str, set[str]]] = {}
     for path, case, route in _executed(cases):
         by_path.setdefault(path, {}).setdefault(route, set()).add(case)

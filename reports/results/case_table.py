@@ -34,7 +34,7 @@ LARGEST = 2**30  # bytes of one record: a deflated one that becomes more is dama
 WORST = [outcome.value for outcome in Outcome]
 # Of a case's record: what no list shows.
 HEAVY = frozenset({
-    "renders", "checks", "adjudication", "masks", "expectations", "consistency", "certified", "settings", "notes",
+    "renders", "checks", "adjudication", "masks", "expectations", "consistency", "settings", "notes",
     "unsupported", "versions", "paths", "trace", "compared", "ran", "shapes",
 })  # fmt: skip
 _TABLES = (

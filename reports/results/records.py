@@ -300,36 +300,6 @@ class MasksRecord(TypedDict, total=False):
     data: str
 
 
-class WrongVerdictRecord(TypedDict, total=False):
-    """A verdict that certified arithmetic contradicts, with the pixel that shows it."""
-
-    case: str
-    configuration: str
-    reference: str | None
-    stage: str
-    pixel: list[int] | None
-    value: list[Number] | None
-    enclosure: list[list[Number]] | None  # low and high of each channel
-    verdict: str
-    why: str
-
-
-class CertifiedRecord(TypedDict, total=False):
-    """What certified arithmetic says of a case's verdicts; the last four are of somebody who was tried beside."""
-
-    wrong: list[WrongVerdictRecord]
-    undecided: list[str]
-    undecidable: list[str]
-    abstained: list[str]
-    stopped: list[str]
-    why: str | None
-    seconds: float
-    tried: str
-    verdict: str
-    stage: str | None
-    reason: str | None
-
-
 class RepeatedRecord(TypedDict, total=False):
     """What came of rendering a case once more: whether one configuration's answer was the same to the last bit."""
 
@@ -392,7 +362,6 @@ class CaseFacts(TypedDict, total=False):
     paths: dict[str, list[str]]
     consistency: list[ConsistencyRecord]
     repeated: list[RepeatedRecord]
-    certified: list[CertifiedRecord]
     versions: dict[str, str]
     remembered: bool
     worker: str

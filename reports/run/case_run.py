@@ -74,7 +74,6 @@ class CaseRun:
         own: tuple[str, ...] = (),
         copies: tuple[tuple[str, str], ...] = (),
         images: KeptImages = EVERY_CASE,
-        certified: bool = False,
         seconds: float | None = None,
         most: float | None = None,
         finished: Callable[["CaseRun", CaseRecord], None],
@@ -89,12 +88,10 @@ class CaseRun:
         self._copies = copies  # of the user's own formulas: their paths, and where they lie here
         self._own = own  # the user's own formulas, each with the SHA-256 of its file
         self._images = images
-        self._certified = certified
         self._most, self._taken = most, 0.0  # s that the case may take, and that its steps so far did
         self._limit, self._large = seconds, is_large(planned.case.scene)
-        # Candidate -> who renders it: what is under test, and then those who are only tried.
+        # Candidate -> who renders it: what is under test.
         self._asked = dict.fromkeys(planned.configurations, subject)
-        self._asked |= {trial.name: trial.subject for trial in planned.trials}
         self._finished = finished
         self._repeated: list[RepeatedRecord] = []
 
@@ -184,9 +181,7 @@ class CaseRun:
             notes=renders.notes,
             images=self._images,
             cached=self._memory is not None,
-            certified=self._certified,
             again=again if varied else (),
-            trials=tuple(renders.candidates[trial.name] for trial in self.planned.trials),
         )
         # Judged before anything else is rendered: finished cases leave memory.
         reply = (yield {JUDGE: Request(kind=JUDGE, task=task, first=True)})[JUDGE]

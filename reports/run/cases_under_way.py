@@ -81,8 +81,8 @@ class CasesUnderWay:
     def start(self, one: PlannedCase) -> None:
         """Send a case on its way."""
         self._pixels[one.case.name] = _pixels(one.case)
-        subject, demands = self._terms.subject, self._terms.demands
-        bands = () if demands.certified or one.trials else bands_of(one.case, subject)
+        subject = self._terms.subject
+        bands = bands_of(one.case, subject)
         run = partial(self._run, seconds=self._patience(one))
         if not bands:
             run(one, self._done).start()
@@ -114,7 +114,6 @@ class CasesUnderWay:
             own=demands.own,
             copies=self._terms.copies,
             images=demands.images,
-            certified=demands.certified,
             seconds=seconds,
             most=self._terms.most,
             finished=finished,

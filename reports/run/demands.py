@@ -16,7 +16,6 @@ class Demands:
     references: tuple[str, ...]  # the panel, in its order
     require: tuple[str, ...]  # those that must answer
     images: KeptImages  # of which cases they are kept
-    certified: bool  # verdicts are held against certified arithmetic
     own: tuple[str, ...]  # the user's own formulas in use, each with the SHA-256 of its file
 
 
@@ -28,7 +27,6 @@ def demands(request: RunRequest, references: tuple[str, ...]) -> Demands:
         references=references,
         require=tuple(sorted(set(request.require))),
         images=request.images,
-        certified=request.certified,
         own=_own(request.configurations),
     )
 

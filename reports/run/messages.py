@@ -84,6 +84,4 @@ class JudgeTask:
     notes: tuple[str, ...] = ()  # what the subject says of its answers
     images: KeptImages = EVERY_CASE  # of which cases they are kept
     cached: bool = False  # the oracle's edges may be taken from the cache
-    certified: bool = False  # the verdict itself is held against certified arithmetic
     again: tuple[Candidate, ...] = ()  # the candidates' second answers, where one of them differs
-    trials: tuple[Candidate, ...] = ()  # others that are judged on the same case, one by one, and have no images kept

@@ -14,7 +14,6 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.cache.digests import Key, code, machine
 from rayproof.reports.paths.choice import routes_of
 from rayproof.reports.run.demands import Demands
-from rayproof.reports.run.request import Trial
 from rayproof.reports.run.scene_stream import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.capabilities import Capabilities
@@ -43,11 +42,10 @@ CODE = (
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedCase:
-    """A case, the configurations that it is put to, and who is tried on it beside them."""
+    """A case, and the configurations that it is put to."""
 
     case: Case
     configurations: tuple[str, ...]
-    trials: tuple[Trial, ...] = ()
     routes: tuple[str, ...] = ()  # other ways in which the tracer renders it too (`reports.paths`)
     twice: bool = False  # it is rendered once more, and must give the same image
 
@@ -82,9 +80,7 @@ LOOKED_AT = 32  # cases of a plan among which it is sought, so that it is an ear
 def with_one_twice(planned: Sequence[PlannedCase]) -> Sequence[PlannedCase]:
     """Return a plan of which one early case, small and lit, is rendered twice; none where there is no small one."""
     firsts = [(place, planned[place]) for place in range(min(LOOKED_AT, len(planned)))]
-    small = [
-        (place, one) for place, one in firsts if one.case.samples == 1 and not one.trials and _pixels(one) <= MOST_TWICE
-    ]
+    small = [(place, one) for place, one in firsts if one.case.samples == 1 and _pixels(one) <= MOST_TWICE]
     lit = [(place, one) for place, one in small if one.case.scene.lights]
     if not small:
         return planned
@@ -214,7 +210,7 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
     """Return all that a finished case depends on: under it `--resume` takes its record up again."""
     return RecordKey(
         case=planned.case,
-        configurations=(*planned.configurations, *(trial.title for trial in planned.trials)),
+        configurations=planned.configurations,
         routes=planned.routes,
         twice=planned.twice,
         demands=demands,

@@ -1,7 +1,6 @@
 """What a user asks of `rayproof run`, as plain data."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,19 +10,6 @@ from rayproof.reports.subjects import THE_TRACER, Subject
 if TYPE_CHECKING:
     from rayproof.reports.gate.gating import Demanded
     from rayproof.reports.run.scene_stream import SceneStream
-
-
-@dataclass(frozen=True, kw_only=True)
-class Trial:
-    """Somebody else who is judged on a case to see what the judge says: a planted fault, another program."""
-
-    name: str  # the candidate's: a configuration of the tracer, or the program's
-    subject: Subject = THE_TRACER
-
-    @property
-    def title(self) -> str:
-        """Return what tells this trial from another: whose, by what, and of a program which one."""
-        return " ".join(("tried:", self.name, *self.subject.identity))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +35,5 @@ class RunRequest:
     shard: tuple[int, int] | None = None  # the number of a part of the plan, and of how many
     images: KeptImages = EVERY_CASE  # of which cases they are kept
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
-    certified: bool = False  # hold the verdicts themselves against certified arithmetic
     scenes: "SceneStream | None" = None  # instead of selectors: scenes without number
     all_routes: bool = False  # render every case by every route of the tracer, not by a choice that meets them all
-    trials: Mapping[str, tuple[Trial, ...]] = field(default_factory=dict)  # case -> who else is judged on it

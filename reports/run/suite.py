@@ -278,8 +278,7 @@ def planned_cases(request: RunRequest) -> Sequence[PlannedCase]:
             return plan((case,), names, subject, all_routes=request.all_routes)[0]
 
         return with_one_twice(PlannedScenes(request.scenes, planned))
-    found = plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes)
-    return with_one_twice(tuple(replace(one, trials=request.trials.get(one.case.name, ())) for one in found))
+    return with_one_twice(plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes))
 
 
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:

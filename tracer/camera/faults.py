@@ -1,4 +1,4 @@
-"""Planted faults of the camera formulas, for `rayproof audit`; never in use unless named."""
+"""Planted faults of the camera formulas, for the audit; never in use unless named."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Planted faults of the feeler formulas, for `rayproof audit`; never in use unless named."""
+"""Planted faults of the feeler formulas, for the audit; never in use unless named."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Planted faults of the transforms formulas, for `rayproof audit`; never in use unless named."""
+"""Planted faults of the transforms formulas, for the audit; never in use unless named."""
 
 from collections.abc import Callable
 from typing import Any

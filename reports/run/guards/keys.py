@@ -22,7 +22,7 @@ from rayproof.reports.run import plan
 from rayproof.reports.run.demands import Demands, demands
 from rayproof.reports.run.guards import BrokenHarnessError
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.request import RunRequest, Trial
+from rayproof.reports.run.request import RunRequest
 from rayproof.reports.subjects import Subject
 
 _CORNERS = ((0.0, 0.0, 0.5), (1.0, 0.0, 0.5), (0.0, 1.0, 0.5))
@@ -73,7 +73,7 @@ REQUEST = RunRequest(
     selectors=(), out=Path("out"), resume=True, require=(), jobs=1, timeout=60.0, configurations=(), json=None
 )
 # Which cases, how a run goes about them, where to: none of it is part of what is found of a case. Configurations are
-# each a candidate of their own, by name and answers; trials and routes are their planned case's.
+# each a candidate of their own, by name and answers; routes are their planned case's.
 HOW = (
     "selectors",
     "scenes",
@@ -90,7 +90,6 @@ HOW = (
     "history",
     "demanded",
     "configurations",
-    "trials",
     "patient",
     "all_routes",
     "diagnose",
@@ -113,7 +112,6 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Candidate", "unsupported"): {Stage.NORMAL: "a guard says so"},
     ("Candidate", "lacking"): {Stage.NORMAL: "a guard says so"},
     ("Candidate", "authors"): {Stage.NORMAL: "a guard says so"},
-    ("PlannedCase", "trials"): (Trial(name="float32"),),
     ("RunRequest", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),
     ("PlannedCase", "routes"): ("numbers",),

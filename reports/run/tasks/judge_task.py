@@ -7,17 +7,15 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.cache.guards import ask_once
 from rayproof.reports.cache.references import KeepingOracle
 from rayproof.reports.cache.store import usual_store
-from rayproof.reports.certify.verdicts import certify
 from rayproof.reports.judge.comparison.repeated import repeated
 from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.oracle import FullOracle
 from rayproof.reports.judge.panel_record import adjudication
 from rayproof.reports.judge.renderers import Witness
 from rayproof.reports.judge.self_test.stand_guard import stand_guard
 from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, CertifiedRecord
+from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.messages import GuardTask, JudgeTask
 from rayproof.reports.run.record.common_factors import camera_and_lights
 from rayproof.reports.run.record.images import keep_images, masks
@@ -64,26 +62,7 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
         about = {"base": judged.ground, "varies": not task.subject.capabilities.deterministic}
         each = zip(task.candidates, task.again, strict=True)
         record["repeated"] = [repeated(task.case.name, first, again, **about) for first, again in each]
-    if task.certified:
-        record["certified"] = _certified(task, judged, oracle)
     return record
-
-
-def _certified(task: JudgeTask, judged: Judged, oracle: FullOracle) -> list[CertifiedRecord]:
-    """Return what certified arithmetic says of the verdicts on those under test, and on each who is tried beside."""
-    found = [certify(judged, task.candidates, task.witnesses, oracle).as_json()]
-    for trial in task.trials:
-        other = of_what_is_supported(judge_case(task.case, [trial], task.witnesses, oracle, task.versions), [trial])
-        found.append(
-            {
-                **certify(other, [trial], task.witnesses, oracle).as_json(),
-                "tried": trial.name,
-                "verdict": other.outcome.value,
-                "stage": other.stage,
-                "reason": other.reason,
-            }
-        )
-    return found
 
 
 def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> CaseRecord:

@@ -8,7 +8,6 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
-from rayproof.reports.audit.planted import planted
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.run import suite
 from rayproof.reports.run.demands import demands
@@ -119,14 +118,8 @@ def test_error_against_time_shows_it_beside_the_default_alone(folder: Path) -> N
     assert (sampled, [ladder.name for ladder in climbed]) == ((), ["SPH-FAR"])
 
 
-def test_the_audit_plants_it(folder: Path) -> None:
-    (fault,) = planted(FORMULA)
-
-    assert (fault.configuration, fault.covers) == (NAME, ("HIT-1",))
-
-
 @pytest.mark.process
-@pytest.mark.parametrize("command", ["run", "render", "probe", "stability", "tradeoff", "audit"])
+@pytest.mark.parametrize("command", ["run", "render", "probe", "stability", "tradeoff"])
 def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof, folder: Path, command: str) -> None:
     before, option = {
         "run": ((CASE,), "--formula"),
@@ -134,7 +127,6 @@ def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof,
         "probe": ((CASE, 1, 1), "--formula"),
         "stability": ((), None),
         "tradeoff": (("SPH-FAR",), "--formula"),
-        "audit": ((), "--only"),
     }[command]
     ended = rayproof(command, *before, *([option] if option else []), "sphere=mine.py:nearest")
 

@@ -5,13 +5,13 @@ import json
 import pytest
 
 from rayproof.cases.families import all_cases, select
-from rayproof.reports.audit.faults import FAULTS
-from rayproof.reports.audit.planted import in_paths
-from rayproof.reports.commands.paths import paths
 from rayproof.reports.paths import ledger
 from rayproof.reports.paths.verdict import count_paths, together
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.paths import PATHS
+from tests.harness.audit.faults import FAULTS
+from tests.harness.audit.planted import in_paths
+from tests.harness.paths.__main__ import paths
 
 
 @pytest.fixture(scope="module")

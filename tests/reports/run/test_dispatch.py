@@ -23,9 +23,7 @@ from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.subjects import THE_TRACER
 
 CASE = select(["primitives/sphere"])[0]
-DEMANDS = Demands(
-    subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, certified=False, own=()
-)
+DEMANDS = Demands(subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, own=())
 TERMS = Terms(demands=DEMANDS, subject=THE_TRACER, cached=False, patient=False)
 LIMITS = Limits(timeout=60.0, jobs=1)
 RECORD: dict[str, Any] = {

@@ -6,10 +6,10 @@ import pytest
 
 from rayproof.cases.scene import Camera
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.audit.faults import FAULTS
 from rayproof.reports.cache.digests import Key
 from rayproof.reports.judge.self_test.stand_guard import BrokenJudgeError, stand_guard
 from rayproof.reports.run.guards import BrokenHarnessError, keys, stand_guards
+from tests.harness.audit.faults import FAULTS
 
 GUARDED = [
     name

@@ -1,1 +1,0 @@
-"""Verdicts on scenes drawn at random: run in batches, each verdict certified, wrong ones counted."""

@@ -1,0 +1,800 @@
+"""Planted faults of the judge."""
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from copy import copy
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.rounding import gamma
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.mitsuba3.references import _Mitsuba
+from rayproof.reports.judge import judge_case, oracle, panel_record, renderers
+from rayproof.reports.judge.comparison import (
+    camera,
+    closed_forms,
+    copied_answers,
+    decidable,
+    image_shapes,
+    measurement,
+    pair_checks,
+)
+from rayproof.reports.judge.comparison.pair import Bench
+from rayproof.reports.judge.panel import adjudicate, known_defects, outlier
+from rayproof.reports.judge.panel.conventions import Tested
+from rayproof.reports.judge.panel.matrix import Matrix
+from rayproof.reports.judge.tolerance import calibration, edge_sides, limits, pair_limits, pixel_classes, surrounded
+from rayproof.reports.judge.tolerance.edge_light import Held
+from rayproof.reports.judge.tolerance.limits import Roundoff
+from rayproof.reports.judge.tolerance.output_resolution import Coarseness
+from rayproof.reports.results.outcomes import Outcome
+from tests.harness.audit.faults import FAULTS, altered, replaced
+
+
+@FAULTS.register(
+    "judge/analytic_is_a_copy",
+    where="judge",
+    stage=Stage.RAY,
+    who=("analytic",),
+    cases=(
+        "primitives/*",
+        "several_lights/*",
+        "shadows/*",
+    ),
+)
+@contextmanager
+def analytic_is_a_copy() -> Iterator[None]:
+    """Let analytic answer with the tracer's own answers.
+
+    Analytic's images are replaced by copies of the tracer's.
+    """
+
+    def wrong(self: Any, scene: Any, stages: Any, *, samples: int = 1) -> Any:
+        from rayproof.tracer.configuration import Configuration
+        from rayproof.tracer.render import render
+
+        return render(scene, stages, Configuration(precision="float32"), samples=samples)
+
+    with altered(Analytic, "render", wrong):
+        yield
+
+
+@FAULTS.register("judge/baseline_misnamed", where="judge", stage=None)
+@contextmanager
+def baseline_misnamed() -> Iterator[None]:
+    """Name a renderer that is no oracle.
+
+    The record names the wrong renderer as the one whose edges and limits it goes by.
+    """
+    with altered(panel_record, "ORACLE", "mitsuba_scalar"):
+        yield
+
+
+@FAULTS.register("judge/broadcast", where="judge", stage=None)
+@contextmanager
+def broadcast() -> Iterator[None]:
+    """Stretch an image of one row over all.
+
+    Images of different size are broadcast.
+    """
+    right, misshapen = measurement.measure, image_shapes.misshapen
+
+    def measure(stage: Any, ours: Any, theirs: Any, *rest: Any, **options: Any) -> Any:
+        return right(stage, np.broadcast_to(ours, theirs.shape), theirs, *rest, **options)
+
+    def none(*arguments: Any) -> dict[Any, str]:
+        return {}
+
+    with replaced(right, measure), replaced(misshapen, none):
+        yield
+
+
+@FAULTS.register("judge/calibration_times_1000", where="judge", stage=None)
+@contextmanager
+def calibration_times_1000() -> Iterator[None]:
+    """Give every reference a constant of 1000.
+
+    The references' constants multiplied by 1000.
+    """
+    right = calibration.calibration
+
+    def wrong(reference: str) -> Any:
+        return replace(right(reference), factor=1000.0)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/camera_limit_times_1000", where="judge", stage=None)
+@contextmanager
+def camera_limit_times_1000() -> Iterator[None]:
+    """Scale the camera's limits by 1000.
+
+    The camera's limits multiplied by 1000.
+    """
+    right = camera.scales
+
+    def wrong(*arguments: Any) -> dict[str, np.ndarray | float]:
+        return {part: 1000 * size for part, size in right(*arguments).items()}
+
+    with replaced(right, wrong):
+        yield
+
+
+# Red, green, or the visibility of every light but the first is not compared.
+LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+
+
+@contextmanager
+def _not_compared(stages: tuple[Stage, ...], channels: slice) -> Iterator[None]:
+    """Copy the reference's `channels` at some stages."""
+    right = measurement.ratios
+
+    def wrong(stage: Stage, ours: Any, theirs: Any, limit: Any) -> Any:
+        if stage in stages and ours.shape == theirs.shape:
+            ours = np.array(ours)
+            ours[..., channels] = theirs[..., channels]
+        return right(stage, ours, theirs, limit)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/red_ignored", where="judge", stage=None)
+def red_ignored() -> AbstractContextManager[None]:
+    """Leave red out."""
+    return _not_compared(LIGHT, slice(0, 1))
+
+
+@FAULTS.register("judge/green_ignored", where="judge", stage=None)
+def green_ignored() -> AbstractContextManager[None]:
+    """Leave green out."""
+    return _not_compared(LIGHT, slice(1, 2))
+
+
+@FAULTS.register("judge/first_light_only", where="judge", stage=None)
+def first_light_only() -> AbstractContextManager[None]:
+    """Compare the visibility of the first light alone."""
+    return _not_compared((Stage.VISIBILITY,), slice(1, None))
+
+
+@FAULTS.register("judge/closed_forms_ignored", where="judge", stage=None)
+@contextmanager
+def closed_forms_ignored() -> Iterator[None]:
+    """Judge no expectation.
+
+    Closed forms are not looked at.
+    """
+    right = closed_forms.closed_forms
+
+    def wrong(*arguments: Any) -> list[Any]:
+        return []
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/continued_limit_times_1000", where="judge", stage=None)
+@contextmanager
+def continued_limit_times_1000() -> Iterator[None]:
+    """Scale one kind of limit by 1000.
+
+    The limits of exitance and radiance given the stage before multiplied by 1000.
+    """
+    right = limits.continued_light_limit
+
+    def wrong(*arguments: Any) -> Any:
+        return 1000 * right(*arguments)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/conventions_explain_all", where="judge", stage=None)
+@contextmanager
+def conventions_explain_all() -> Iterator[None]:
+    """Say of every convention that it explains.
+
+    Whatever stands alone is explained by some convention, untested.
+    """
+    with altered(Tested, "explains", property(lambda self: True)):
+        yield
+
+
+@FAULTS.register("judge/copies_believed", where="judge", stage=None)
+@contextmanager
+def copies_believed() -> Iterator[None]:
+    """Never notice a copy.
+
+    A reference that repeats the tracer's output is believed.
+    """
+
+    def wrong(*_: Any, **__: Any) -> tuple[Stage, ...]:
+        return ()
+
+    with replaced(copied_answers.copied, wrong):
+        yield
+
+
+@FAULTS.register("judge/edge_swallows_light", where="judge", stage=None)
+@contextmanager
+def edge_swallows_light() -> Iterator[None]:
+    """Class every pixel as undecided for every light.
+
+    Every lit pixel is classed as a shadow's edge.
+    """
+    right = pixel_classes.classify
+
+    def wrong(*arguments: Any, **options: Any) -> Any:
+        found = right(*arguments, **options)
+        return replace(found, light=found.light | True)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/edge_swallows_object", where="judge", stage=None)
+@contextmanager
+def edge_swallows_object() -> Iterator[None]:
+    """Class every pixel of the first shape as an outline.
+
+    The edge class swallows a whole object.
+    """
+    right = pixel_classes.classify
+
+    def wrong(scene: Any, truth: Any, *rest: Any, **options: Any) -> Any:
+        found = right(scene, truth, *rest, **options)
+        return replace(found, outline=found.outline | (truth[Stage.OBJECT][..., 0] == 0))
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/edges_excused", where="judge", stage=None)
+@contextmanager
+def edges_excused() -> Iterator[None]:
+    """Excuse every edge pixel.
+
+    An edge pixel may have any value, not only a side's.
+    """
+    right = edge_sides.excused
+
+    def wrong(stage: Any, ours: Any, around: Any, limit: Any, objects: Any, **options: Any) -> Any:
+        return np.ones(objects.shape, dtype=bool)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/holes_excused", where="judge", stage=None)
+@contextmanager
+def holes_excused() -> Iterator[None]:
+    """Let every edge be dark.
+
+    A hole between the faces of a mesh passes by radiance alone.
+    """
+    with replaced(surrounded.may_be_dark, lambda _terms, _stage, where: where):
+        yield
+
+
+@FAULTS.register("judge/everything_known", where="judge", stage=None)
+@contextmanager
+def everything_known() -> Iterator[None]:
+    """Know a finding for everything.
+
+    Every suspect reference is explained by a finding that does not exist.
+    """
+    right = known_defects.explained
+
+    def wrong(reference: str, version: str, stage: Any, *_: Any) -> Any:
+        return known_defects.KnownFinding(
+            name="nothing",
+            reference=reference,
+            version=version,
+            stage=stage,
+            where="",
+            at_least=0.0,
+            smallest_scene="none.json",
+            command="none",
+            third_witness="nobody",
+            what="nothing",
+        )
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/float64_by_float32", where="judge", stage=None)
+@contextmanager
+def float64_by_float32() -> Iterator[None]:
+    """Take every party's rounding for that of float32.
+
+    Float64 is judged by the limits of float32.
+    """
+    right = pair_limits.roundoff
+
+    def wrong(party: Any) -> Roundoff:
+        rounding = copy(right(party))
+        rounding.precision = "float32"
+        return rounding
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/infinity_passes", where="judge", stage=None)
+@contextmanager
+def infinity_passes() -> Iterator[None]:
+    """Let an infinite value count as no error, and count no infinity.
+
+    An infinity where the reference is finite counts as no error.
+    """
+    right, counted = measurement.ratios, measurement.measure
+
+    def ratios(stage: Any, ours: Any, theirs: Any, limit: Any) -> Any:
+        ratio, wrong = right(stage, ours, theirs, limit)
+        return np.where(np.isinf(ours).any(axis=-1), 0.0, ratio), wrong
+
+    def measure(*arguments: Any, **options: Any) -> Any:
+        return replace(counted(*arguments, **options), inf=0)
+
+    with replaced(right, ratios), replaced(counted, measure):
+        yield
+
+
+@FAULTS.register("judge/interior_not_demanded", where="judge", stage=None)
+@contextmanager
+def interior_not_demanded() -> Iterator[None]:
+    """Ask for no interior pixels.
+
+    A case with too few pixels to judge passes.
+    """
+    right = decidable.too_little
+
+    def wrong(*arguments: Any) -> list[str]:
+        return []
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/last_channel_ignored", where="judge", stage=None)
+@contextmanager
+def last_channel_ignored() -> Iterator[None]:
+    """Copy the reference's other channels.
+
+    Only the first channel of an image is compared.
+    """
+    right = measurement.ratios
+
+    def wrong(stage: Any, ours: Any, theirs: Any, limit: Any) -> Any:
+        if ours.shape == theirs.shape:
+            ours = np.concatenate([ours[..., :1], theirs[..., 1:]], axis=-1)
+        return right(stage, ours, theirs, limit)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/light_at_edges_excused", where="judge", stage=None)
+@contextmanager
+def light_at_edges_excused() -> Iterator[None]:
+    """Excuse the light of every edge pixel.
+
+    At an edge light may have any value, not only that of a side.
+    """
+
+    def wrong(bench: Any, stage: Any, where: Any) -> Held:
+        return Held(good=where, interval=np.zeros_like(where))
+
+    with altered(Bench, "_lit", wrong):
+        yield
+
+
+@FAULTS.register("judge/limit_times_1000", where="judge", stage=None)
+@contextmanager
+def limit_times_1000() -> Iterator[None]:
+    """Scale the unit roundoff by 1000.
+
+    Every limit multiplied by 1000.
+    """
+
+    def wrong(roundoff: Any, count: float) -> float:
+        return 1000 * roundoff.scale * gamma(count, precision=roundoff.precision)
+
+    with altered(limits.Roundoff, "__call__", wrong):
+        yield
+
+
+# All limits, one stage's limit or the references' constants are a little too wide.
+STAGES = (Stage.RAY, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+
+
+@FAULTS.register("judge/limit_times_10", where="judge", stage=None)
+@contextmanager
+def limit_times_10() -> Iterator[None]:
+    """Scale the unit roundoff by 10."""
+
+    def wrong(roundoff: Any, count: float) -> float:
+        return 10 * roundoff.scale * gamma(count, precision=roundoff.precision)
+
+    with altered(limits.Roundoff, "__call__", wrong):
+        yield
+
+
+@contextmanager
+def _of_one_stage(stage: Stage) -> Iterator[None]:
+    """Scale both of a stage's limits by 100, as they leave `limits`."""
+    right = limits.limits
+
+    def wrong(*arguments: Any, **options: Any) -> Any:
+        found = right(*arguments, **options)
+        wide = {
+            name: {s: (100 if s is stage else 1) * limit for s, limit in getattr(found, name).items()}
+            for name in ("continued", "end_to_end")
+        }
+        return replace(found, **wide)
+
+    with replaced(right, wrong):
+        yield
+
+
+def _register(stage: Stage) -> None:
+    def planted() -> AbstractContextManager[None]:
+        """Scale the stage's limits."""
+        return _of_one_stage(stage)
+
+    FAULTS.register(f"judge/{stage}_limit_times_100", where="judge", stage=None)(planted)
+
+
+for each in STAGES:
+    _register(each)
+
+
+@FAULTS.register("judge/calibration_times_100", where="judge", stage=None)
+@contextmanager
+def calibration_times_100() -> Iterator[None]:
+    """Give every reference that has a constant one of 100."""
+    wide = {name: replace(constant, factor=100.0) for name, constant in calibration.CALIBRATED.items()}
+    with altered(calibration, "CALIBRATED", wide):
+        yield
+
+
+@FAULTS.register("judge/majority_alone", where="judge", stage=None)
+@contextmanager
+def majority_alone() -> Iterator[None]:
+    """Exchange the two.
+
+    The majority is said to stand alone, and the one that does is its judge.
+    """
+    right = outlier.standing
+
+    def wrong(matrix: Any, voice: Any) -> Any:
+        found = right(matrix, voice)
+        return replace(found, alone=found.majority, majority=found.alone) if found.alone else found
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/matrix_transposed", where="judge", stage=None)
+@contextmanager
+def matrix_transposed() -> Iterator[None]:
+    """Transpose both tables of the record.
+
+    The panel's matrix has its rows where its columns belong.
+    """
+    right = Matrix.as_json
+
+    def wrong(self: Any) -> Any:
+        told = right(self)
+        return told | {name: [list(row) for row in zip(*told[name], strict=True)] for name in ("ratio", "differing")}
+
+    with altered(Matrix, "as_json", wrong):
+        yield
+
+
+@FAULTS.register("judge/mean_for_maximum", where="judge", stage=None)
+@contextmanager
+def mean_for_maximum() -> Iterator[None]:
+    """Spread the errors evenly over the image.
+
+    The mean of an image's errors in place of the largest.
+    """
+    right = measurement.ratios
+
+    def wrong(stage: Any, ours: Any, theirs: Any, limit: Any) -> Any:
+        ratio, error = right(stage, ours, theirs, limit)
+        finite = ratio[np.isfinite(ratio)]
+        return np.full_like(ratio, finite.mean() if finite.size else np.inf), error
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register(
+    "judge/mitsuba_copies_light",
+    where="judge",
+    stage=Stage.IRRADIANCE,
+    who=(
+        "mitsuba_llvm",
+        "mitsuba_scalar",
+    ),
+    cases=(
+        "primitives/*",
+        "several_lights/*",
+        "shadows/*",
+    ),
+)
+@contextmanager
+def mitsuba_copies_light() -> Iterator[None]:
+    """Let Mitsuba answer irradiance with the tracer's own image.
+
+    Mitsuba's irradiance alone is replaced by a copy of the tracer's.
+    """
+    right = vars(_Mitsuba)["render"]
+
+    def wrong(self: Any, scene: Any, stages: Any, *, samples: int = 1) -> Any:
+        from rayproof.tracer.configuration import Configuration
+        from rayproof.tracer.render import render
+
+        found = right(self, scene, stages, samples=samples)
+        if Stage.IRRADIANCE in found:
+            found |= render(scene, (Stage.IRRADIANCE,), Configuration(precision="float32"))
+        return found
+
+    with altered(_Mitsuba, "render", wrong):
+        yield
+
+
+@FAULTS.register(
+    "judge/mitsuba_is_a_copy",
+    where="judge",
+    stage=Stage.RAY,
+    who=(
+        "mitsuba_llvm",
+        "mitsuba_scalar",
+    ),
+    cases=(
+        "primitives/*",
+        "several_lights/*",
+        "shadows/*",
+    ),
+)
+@contextmanager
+def mitsuba_is_a_copy() -> Iterator[None]:
+    """Let Mitsuba answer with the tracer's own answers.
+
+    Mitsuba's images are replaced by copies of the tracer's.
+    """
+
+    def wrong(self: Any, scene: Any, stages: Any, *, samples: int = 1) -> Any:
+        from rayproof.tracer.configuration import Configuration
+        from rayproof.tracer.render import render
+
+        return render(scene, stages, Configuration(precision="float32"), samples=samples)
+
+    with altered(_Mitsuba, "render", wrong):
+        yield
+
+
+@FAULTS.register("judge/nan_passes", where="judge", stage=None)
+@contextmanager
+def nan_passes() -> Iterator[None]:
+    """Let a NaN ratio count as no error, and count no NaN.
+
+    NaN compared with `>`, which is never true.
+    """
+    right, counted = measurement.ratios, measurement.measure
+
+    def ratios(stage: Any, ours: Any, theirs: Any, limit: Any) -> Any:
+        ratio, wrong = right(stage, ours, theirs, limit)
+        return np.where(np.isnan(ours).any(axis=-1), 0.0, ratio), wrong
+
+    def measure(*arguments: Any, **options: Any) -> Any:
+        return replace(counted(*arguments, **options), nan=0)
+
+    with replaced(right, ratios), replaced(counted, measure):
+        yield
+
+
+@FAULTS.register("judge/one_sided_error", where="judge", stage=None)
+@contextmanager
+def one_sided_error() -> Iterator[None]:
+    """Count no error where the value is below the reference's.
+
+    Only a value above the reference's counts as an error.
+    """
+    right = measurement.error
+
+    def wrong(stage: Any, ours: Any, theirs: Any) -> Any:
+        found = right(stage, ours, theirs)
+        below = (ours <= theirs) if found.ndim == ours.ndim else np.all(ours <= theirs, axis=-1)
+        return np.where(below, 0.0, found)
+
+    with replaced(right, wrong):
+        yield
+
+
+# A reference is not compared or not missed, or all are judged by the first one's answers.
+@FAULTS.register("judge/reference_not_compared", where="judge", stage=None)
+@contextmanager
+def reference_not_compared() -> Iterator[None]:
+    """Leave out one of the references, and plan nothing of it."""
+    right = judge_case.judge_case
+
+    def wrong(case: Any, candidates: Any, witnesses: Any, *rest: Any, **options: Any) -> Any:
+        heard = [witness for witness in witnesses if witness.name != "mitsuba_llvm"]
+        return right(case, candidates, heard, *rest, **options)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/lost_reference_not_missed", where="judge", stage=None)
+@contextmanager
+def lost_reference_not_missed() -> Iterator[None]:
+    """Plan what arrived, whoever was announced."""
+
+    def wrong(*_: Any) -> list[Any]:
+        return []
+
+    with replaced(renderers.lost, wrong):
+        yield
+
+
+@FAULTS.register("judge/first_candidates_answers", where="judge", stage=None)
+@contextmanager
+def first_candidates_answers() -> Iterator[None]:
+    """Judge every candidate by what the first one answered."""
+    right = judge_case.judge_case
+
+    def wrong(case: Any, candidates: Any, *rest: Any, **options: Any) -> Any:
+        return right(case, [replace(one, answers=candidates[0].answers) for one in candidates], *rest, **options)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/reference_never_suspect", where="judge", stage=None)
+@contextmanager
+def reference_never_suspect() -> Iterator[None]:
+    """Adjudicate nothing.
+
+    Whatever differs, the tracer is blamed.
+    """
+    right = adjudicate.adjudicated
+
+    def wrong(checks: Any, *rest: Any) -> Any:
+        return list(checks)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/renderers_misnamed", where="judge", stage=None)
+@contextmanager
+def renderers_misnamed() -> Iterator[None]:
+    """Shift the names by one.
+
+    The panel's matrix names its rows and columns in another order.
+    """
+    right = Matrix.as_json
+
+    def wrong(self: Any) -> Any:
+        told = right(self)
+        return told | {"renderers": [*told["renderers"][1:], *told["renderers"][:1]]}
+
+    with altered(Matrix, "as_json", wrong):
+        yield
+
+
+@FAULTS.register("judge/resolution_ignored", where="judge", stage=None)
+@contextmanager
+def resolution_ignored() -> Iterator[None]:
+    """Give every step as 0.
+
+    A coarse output is judged as if it were not.
+    """
+
+    def wrong(self: Any, stage: Any, value: Any) -> float:
+        return 0.0
+
+    with altered(Coarseness, "step", wrong):
+        yield
+
+
+@FAULTS.register("judge/resolution_twice", where="judge", stage=None)
+@contextmanager
+def resolution_twice() -> Iterator[None]:
+    """Double every step.
+
+    A coarse output's step is allowed twice.
+    """
+    right = Coarseness.step
+
+    def wrong(self: Any, stage: Any, value: Any) -> Any:
+        return 2 * right(self, stage, value)
+
+    with altered(Coarseness, "step", wrong):
+        yield
+
+
+class _Elsewhere:
+    """An oracle that answers three pixels to the right of where it is asked."""
+
+    def __init__(self, oracle: Any) -> None:
+        self._oracle, self.continue_from = oracle, oracle.continue_from
+
+    def at(self, scene: Any, stages: Any, points: Any) -> Any:
+        return self._oracle.at(scene, stages, np.add(points, (3.0, 0.0)))
+
+
+@FAULTS.register("judge/sides_elsewhere", where="judge", stage=None)
+@contextmanager
+def sides_elsewhere() -> Iterator[None]:
+    """Ask the oracle three pixels to the right of every edge.
+
+    The values of an edge's sides are taken three pixels away.
+    """
+    right = edge_sides.sides
+
+    def wrong(oracle: Any, *rest: Any) -> Any:
+        return right(_Elsewhere(oracle), *rest)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/stage_not_planned", where="judge", stage=None)
+@contextmanager
+def stage_not_planned() -> Iterator[None]:
+    """Forget one stage where the plan is made.
+
+    Normal is neither planned nor compared.
+    """
+    right = oracle.stages_of
+
+    def wrong(scene: Any) -> tuple[Stage, ...]:
+        return tuple(stage for stage in right(scene) if stage is not Stage.NORMAL)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/stage_skipped", where="judge", stage=None)
+@contextmanager
+def stage_skipped() -> Iterator[None]:
+    """Leave one planned stage out.
+
+    Exitance is silently not compared.
+    """
+    right = pair_checks.pair_checks
+
+    def wrong(bench: Any, stages: Any, *rest: Any) -> Any:
+        return right(bench, [stage for stage in stages if stage is not Stage.EXITANCE], *rest)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("judge/tracer_always_excused", where="judge", stage=None)
+@contextmanager
+def tracer_always_excused() -> Iterator[None]:
+    """Suspect the reference of every failure.
+
+    Whatever differs, the reference is suspected.
+    """
+    right = adjudicate.adjudicated
+
+    def wrong(checks: Any, *rest: Any) -> Any:
+        return [
+            replace(check, outcome=Outcome.REFERENCE_SUSPECT) if check.outcome is Outcome.FAIL else check
+            for check in right(checks, *rest)
+        ]
+
+    with replaced(right, wrong):
+        yield

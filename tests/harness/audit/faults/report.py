@@ -1,0 +1,53 @@
+"""Planted faults of what a report shows."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+from rayproof.reports.results import exr, image_script
+from rayproof.reports.run.record import images
+from tests.harness.audit.faults import FAULTS, replaced
+
+
+# The report shows another renderer's image, or another configuration's classes of pixels.
+@FAULTS.register("report/another_renderers_image", where="report", stage=None)
+@contextmanager
+def another_renderers_image() -> Iterator[None]:
+    """Write each renderer's images under the next one's name."""
+    right = image_script.write_pixels
+
+    def wrong(path: Any, name: str, renders: Any, camera: Any) -> Any:
+        names = list(renders)
+        return right(path, name, dict(zip(names[1:] + names[:1], renders.values(), strict=True)), camera)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("report/another_renderers_file", where="report", stage=None)
+@contextmanager
+def another_renderers_file() -> Iterator[None]:
+    """Write the first renderer's images into every file."""
+    right, first = exr.write_answers, []
+
+    def wrong(path: Any, answers: Any, **about: Any) -> Any:
+        first.append(answers)
+        return right(path, first[0], **about)
+
+    with replaced(right, wrong):
+        yield
+
+
+@FAULTS.register("report/another_configurations_masks", where="report", stage=None)
+@contextmanager
+def another_configurations_masks() -> Iterator[None]:
+    """Show the last configuration's classes as the first one's."""
+    right = images.masks
+
+    def wrong(task: Any, oracle: Any) -> Any:
+        found = right(replace(task, candidates=task.candidates[::-1]), oracle)
+        return found and found | {"configuration": task.candidates[0].name}
+
+    with replaced(right, wrong):
+        yield

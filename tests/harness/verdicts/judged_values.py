@@ -1,0 +1,325 @@
+"""A renderer's values held against certified ones: pixel by pixel right, wrong, or nobody's to decide."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reference.certified import Certified
+from rayproof.reference.certified.stage_of_image import continued
+from rayproof.reports.judge.comparison.declared_epsilons import ALLOWED, needed_shadow
+from rayproof.reports.judge.comparison.measurement import ratios
+from rayproof.reports.judge.comparison.pair import GEOMETRY
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.tolerance.calibration import calibration
+from rayproof.reports.judge.tolerance.channels import all_of, any_of, largest
+from rayproof.reports.judge.tolerance.edge_sides import widest_near
+from rayproof.reports.judge.tolerance.limits import Roundoff
+from rayproof.reports.judge.tolerance.pair_limits import LIGHT, Terms
+from rayproof.reports.judge.tolerance.scene_context import Ground
+from tests.harness.verdicts.perturbed import horizons, perturbed
+
+CERTIFIED = Certified()
+NAME = "certified"
+AMOUNTS = (2.0, 8.0, 32.0)  # units of roundoff by which a scene is perturbed; limits count 16 roundings and more
+TRIALS = 6  # scenes an amount
+SLACK = 2.0  # limits: analytic's own error is in the judge's, and not in this comparison
+JUMP = 10.0  # limits between the answers of scenes within rounding: more is a jump, and no error that grows
+RARE = 8  # times as many, of what is still wrong: an answer that few of the scenes within rounding have
+MOST = 40  # pixels of a renderer that are asked about in perturbed scenes
+
+Pixel = tuple[int, int]  # column, row
+# The decisions on which a stage's value depends.
+LIT = {stage: (Stage.OBJECT,) if stage in GEOMETRY else (Stage.OBJECT, Stage.VISIBILITY) for stage in IMAGE_STAGES}
+
+
+def certified_answers(scene: Scene, stages: tuple[Stage, ...]) -> StageImages | None:
+    """Return certified images of a scene, NaN where a tie cannot be decided; None if it has too many triangles."""
+    if CERTIFIED.unsupported(scene, stages[-1]) is not None:
+        return None
+    height, width = scene.camera.height, scene.camera.width
+    rows, columns = np.indices((height, width))
+    points = np.stack([columns, rows], axis=-1).reshape(-1, 2) + 0.5
+    found = CERTIFIED.at(scene, stages, points, exactly=False)
+    return {stage: image.reshape(height, width, -1) for stage, image in found.items()}
+
+
+@dataclass(kw_only=True)
+class Nearby:
+    """Certified answers of scenes within rounding, at some image points: stage -> (scenes, points, channels)."""
+
+    scene: Scene
+    stages: tuple[Stage, ...]
+    points: np.ndarray  # (n, 2) px: pixel centres
+    reach: np.ndarray  # (n,) px: how far rounding moves each point
+    roundoff: float
+    baked: bool
+    samples: dict[Stage, np.ndarray] = field(default_factory=dict)
+
+    def more(self, amount: float, truth: dict[Stage, np.ndarray], *, batch: int = 0) -> None:
+        """Add the trials of one amount; the scene as it is comes first of all, with the answers `truth`."""
+        if not self.samples:
+            self.samples = {stage: truth[stage][np.newaxis] for stage in self.stages}
+        generator = np.random.default_rng(int(amount) + 1000 * batch)
+        for number in range(TRIALS):
+            scene = perturbed(self.scene, generator, amount * self.roundoff, unshared=number % 2 == 1, baked=self.baked)
+            shift = np.minimum(self.reach * amount / AMOUNTS[-1] * 2, 0.75)[:, np.newaxis]
+            points = self.points + shift * generator.uniform(-1, 1, self.points.shape)
+            found = CERTIFIED.at(scene, self.stages, points, exactly=False)
+            self.samples = {
+                stage: np.concatenate([self.samples[stage], found[stage][np.newaxis]]) for stage in self.stages
+            }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Held:
+    """One party's answers, held against certified ones by the judge's limits for its precision."""
+
+    ground: Ground
+    truth: StageImages  # certified, NaN where undecided
+    party: Candidate
+
+    @cached_property
+    def stages(self) -> tuple[Stage, ...]:
+        """Return the image stages that the party answered in the right size."""
+        answers = self.party.answers or {}
+        return tuple(
+            stage
+            for stage in IMAGE_STAGES
+            if stage in answers and stage in self.truth and np.shape(answers[stage]) == self.truth[stage].shape
+        )
+
+    @cached_property
+    def exact(self) -> Witness:
+        """Return exact arithmetic as a witness; where it leaves a tie open it has the party's own value."""
+        answers = dict(self.truth)
+        for stage in self.stages:
+            ours = np.asarray((self.party.answers or {})[stage], dtype=np.float64)
+            answers[stage] = np.where(np.isnan(self.truth[stage]), ours, self.truth[stage])
+        return Witness(name=NAME, precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
+
+    @cached_property
+    def terms(self) -> Terms:
+        """Return what the party and exact arithmetic may differ by."""
+        return Terms(ground=self.ground, candidate=self.party, witness=self.exact)
+
+    def limit(self, stage: Stage) -> np.ndarray:
+        """Return the largest error (height, width, ...) end to end."""
+        shape = self.truth[stage].shape[:2]
+        return self.terms.limits.end_to_end.get(stage, np.zeros(shape))
+
+    def ratio(self, stage: Stage) -> np.ndarray:
+        """Return error over limit (height, width) against the certified value; infinite where that is a tie's."""
+        assert self.party.answers is not None
+        ours = np.asarray(self.party.answers[stage], dtype=np.float64)
+        return ratios(stage, ours, self.truth[stage], self.limit(stage))[0]
+
+    @cached_property
+    def over(self) -> dict[Stage, np.ndarray]:
+        """Return the pixels (height, width) whose value is not within the limit of the certified one."""
+        return {stage: ~(self.ratio(stage) <= 1) for stage in self.stages}
+
+    @cached_property
+    def chosen(self) -> list[Pixel]:
+        """Return pixels that are over a limit: the worst of each stage, strictly judged ones first."""
+        wanted: dict[Pixel, None] = {}
+        each = max(4, MOST // max(1, sum(bool(mask.any()) for mask in self.over.values())))
+        for stage, mask in self.over.items():
+            rows, columns = np.nonzero(mask)
+            inside = ~self.terms.classes.edge(stage)[rows, columns]
+            tie = any_of(np.isnan(self.truth[stage]))[rows, columns]
+            order = np.lexsort((-self.ratio(stage)[rows, columns], ~inside, tie))[:each]
+            wanted |= {(int(columns[i]), int(rows[i])): None for i in order}
+        return list(wanted)
+
+    def wrong(self, pixels: list[Pixel], *, strictly: bool) -> dict[Pixel, tuple[Stage, ...]]:
+        """Return of pixels the stages whose value no scene within rounding has.
+
+        A value within the limit of the certified one is right whatever else holds. A tie that stays one in scenes
+        within rounding is nobody's fault and left out. Who is accused has the benefit of all these scenes; `strictly`,
+        for who passed, they count only where rounding changes a decision: elsewhere the limit holds.
+        """
+        if not pixels or not self.stages:
+            return {}
+        left, tied = self._left(np.array(pixels), [(amount, 0) for amount in AMOUNTS], strictly=strictly)
+        doubtful = np.flatnonzero(np.any(list(left.values()), axis=0))
+        if len(doubtful):
+            # Of all these pixels few are left, of which so many scenes may be asked that a rare one is among them.
+            rare = [(amount, batch) for batch in range(1, RARE + 1) for amount in AMOUNTS]
+            again, also = self._left(np.array(pixels)[doubtful], rare, strictly=strictly)
+            for stage, mask in left.items():
+                mask[doubtful] &= again[stage]
+            tied[doubtful] |= also | self._on_the_horizon(np.array(pixels)[doubtful])
+        return {
+            pixels[i]: tuple(stage for stage in self.stages if left[stage][i])
+            for i in doubtful
+            if not tied[i] and any(mask[i] for mask in left.values())
+        }
+
+    def _left(
+        self, pixels: np.ndarray, amounts: list[tuple[float, int]], *, strictly: bool
+    ) -> tuple[dict[Stage, np.ndarray], np.ndarray]:
+        """Return of pixels (n, 2) by stage which values (n,) no scene has, and which pixels stay tied in some."""
+        columns, rows = pixels.T
+        left = {stage: self.over[stage][rows, columns] for stage in self.stages}
+        truth = {stage: self.truth[stage][rows, columns] for stage in self.stages}
+        near = Nearby(
+            scene=self.ground.scene,
+            stages=self.stages,
+            points=pixels + 0.5,
+            reach=self.terms.classes.reach[rows, columns],
+            roundoff=UNIT_ROUNDOFF[self.party.precision],
+            baked=calibration(self.party.name).baked_normals,
+        )
+        for amount, batch in amounts:
+            if not any(mask.any() for mask in left.values()):
+                break
+            near.more(amount, truth, batch=batch)
+            for stage, mask in left.items():
+                like = self._like(stage, near, rows, columns)
+                if strictly:
+                    like &= ~self._steady(stage, near, rows, columns) | (self.ratio(stage)[rows, columns] <= SLACK)
+                left[stage] = mask & ~like
+        tied = np.any([np.isnan(samples).any(axis=(0, 2)) for samples in near.samples.values()], axis=0)
+        return left, tied | self._lost(rows, columns)
+
+    def _lost(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return which pixels (n,) show a shape that the least rounding moves by half of its own size.
+
+        The eye's place and the shape's are rounded, each to either side. Of what such a shape looks like no number of
+        scenes shows everything, nor is a place on it one.
+        """
+        scene = self.ground.scene
+        farthest = max(
+            np.abs(place).max()
+            for place in (scene.camera.eye, *(np.asarray(shape.to_world)[:3, 3] for shape in scene.shapes))
+        )
+        step = AMOUNTS[0] * UNIT_ROUNDOFF[self.party.precision] * farthest
+        small = np.array([*(_size(shape) <= 4 * step for shape in scene.shapes), False])
+        found = np.zeros(len(rows), dtype=bool)
+        for answers in (self.truth, self.party.answers or {}):
+            if Stage.OBJECT in answers:
+                index = np.nan_to_num(np.asarray(answers[Stage.OBJECT])[rows, columns, 0], nan=-1.0)
+                found |= small[np.where((index >= 0) & (index < len(scene.shapes)), index, -1).astype(int)]
+        return found
+
+    def _on_the_horizon(self, pixels: np.ndarray) -> np.ndarray:
+        """Return which pixels (n, 2) see a light or not by how a triangle's corners are rounded to float32.
+
+        Its normal is that of object space and its plane that of these corners. Between the horizons of the two a light
+        is above one and below the other, whoever asks and however precisely.
+        """
+        if Stage.VISIBILITY not in self.stages:
+            return np.zeros(len(pixels), dtype=bool)
+        columns, rows = pixels.T
+        found = np.zeros(len(pixels), dtype=bool)
+        for near in horizons(self.ground.scene):
+            seen = CERTIFIED.at(near, (Stage.OBJECT, Stage.VISIBILITY), pixels + 0.5, exactly=False)
+            same = all_of(seen[Stage.OBJECT] == self.truth[Stage.OBJECT][rows, columns])
+            found |= same & any_of(seen[Stage.VISIBILITY] != self.truth[Stage.VISIBILITY][rows, columns])
+        return found
+
+    def _steady(self, stage: Stage, near: Nearby, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return where (n,) no trial changes what is seen, what lights it, or jumps to another side's value."""
+        decisions = [one for one in (Stage.OBJECT, Stage.VISIBILITY) if one in near.samples and (one in LIT[stage])]
+        same = [(near.samples[one] == near.samples[one][0]).all(axis=(0, 2)) for one in decisions]
+        values = near.samples[stage]
+        with np.errstate(invalid="ignore"):
+            span = np.nan_to_num(values.max(axis=0) - values.min(axis=0), nan=0.0).max(axis=1, initial=0.0)
+        return all_of(np.stack([*same, span <= JUMP * self._bound(stage, rows, columns)], axis=-1))
+
+    def _bound(self, stage: Stage, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return the limit of pixels (n,), the largest nearby: at an edge it may be that of the other side."""
+        limit = self.limit(stage)
+        return widest_near(largest(limit) if limit.ndim == 3 else limit)[rows, columns]
+
+    def _like(self, stage: Stage, near: Nearby, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return where (n,) the party's value is one that a scene within rounding has."""
+        assert self.party.answers is not None
+        if stage is Stage.RAY:
+            return np.zeros(len(rows), dtype=bool)
+        ours = {name: np.asarray(self.party.answers[name])[rows, columns] for name in self.stages}
+        same = np.ones(near.samples[stage].shape[:2], dtype=bool)
+        if Stage.OBJECT in ours:
+            same = all_of(near.samples[Stage.OBJECT] == ours[Stage.OBJECT])
+        if stage is Stage.OBJECT:
+            return np.logical_or.reduce(same, axis=0)
+        theirs, value = near.samples[stage], ours[stage]
+        if stage is Stage.VISIBILITY:
+            among = ((theirs == value) & same[..., np.newaxis]).any(axis=0)
+            return all_of(among | self._feels(ours, value, rows, columns))
+        bound = self._bound(stage, rows, columns)[:, np.newaxis]
+        if stage in LIGHT and Stage.VISIBILITY in ours:
+            alike = same & all_of(near.samples[Stage.VISIBILITY] == ours[Stage.VISIBILITY])
+            return _among(value, theirs, alike, bound) | self._follows(stage, ours, value, bound, rows, columns)
+        return _among(value, theirs, same, bound)
+
+    def _feels(self, ours: dict[Stage, np.ndarray], value: np.ndarray, rows: np.ndarray, columns: np.ndarray):
+        """Return which lights (n, lights) are seen or not, as the party says, from about the hit that it names.
+
+        That hit is off its surface by rounding, to either side, and feelers start above it by what the party declares,
+        as far as rounding needs it.
+        No scene within rounding shows that: its hits are on their surfaces.
+        """
+        if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
+            return np.zeros(value.shape, dtype=bool)
+        lifted = self.terms.limits.lifted[rows, columns]
+        needed = needed_shadow(
+            self.ground.conditioning,
+            self.ground.scene,
+            self.ground.truth[Stage.POSITION],
+            Roundoff(self.party.precision),
+        )
+        above = np.minimum(self.party.shadow_epsilon, ALLOWED * needed)
+        found = np.zeros(value.shape, dtype=bool)
+        for height in (-lifted, 0 * lifted, lifted, lifted + above[rows, columns]):
+            for side in (1.0, -1.0):
+                start = ours[Stage.POSITION] + side * height[:, np.newaxis] * ours[Stage.NORMAL]
+                found |= continued(self.ground.scene, Stage.VISIBILITY, ours | {Stage.POSITION: start}) == value
+        return found
+
+    def _follows(
+        self,
+        stage: Stage,
+        ours: dict[Stage, np.ndarray],
+        value: np.ndarray,
+        bound: np.ndarray,
+        rows: np.ndarray,
+        columns: np.ndarray,
+    ) -> np.ndarray:
+        """Return where (n,) light follows from the party's own other side of an edge, by certified arithmetic."""
+        before = [name for name in (*GEOMETRY, Stage.VISIBILITY) if name in self.stages]
+        elsewhere = np.any([self.over[name][rows, columns] for name in before], axis=0)
+        if not elsewhere.any() or not set(GEOMETRY) <= set(self.stages):
+            return np.zeros(len(rows), dtype=bool)
+        expected = continued(self.ground.scene, stage, ours)
+        slack = 2 * bound + 64 * UNIT_ROUNDOFF[self.party.precision] * np.abs(expected)
+        with np.errstate(invalid="ignore"):
+            close = (np.abs(value - expected) <= slack) | (value == expected)
+        return elsewhere & all_of(close)
+
+
+def _among(value: np.ndarray, theirs: np.ndarray, same: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    """Return where (n,) values lie in the range of the samples (k, n, channels) of the `same` object."""
+    mask = same[..., np.newaxis]
+    with np.errstate(invalid="ignore"):
+        low = np.where(mask, theirs, np.inf).min(axis=0)
+        high = np.where(mask, theirs, -np.inf).max(axis=0)
+        span = np.where(np.isfinite(high - low), high - low, 0.0)
+        inside = (value >= low - span - bound) & (value <= high + span + bound)
+    return all_of(inside) & same.any(axis=0)
+
+
+def _size(shape: Shape) -> float:
+    """Return a shape's extent in the world [m], infinite of a plane."""
+    linear = np.asarray(shape.to_world)[:3, :3]
+    if isinstance(shape, Plane):
+        return np.inf
+    if isinstance(shape, Triangle | Mesh):
+        corners = np.asarray(shape.vertices, dtype=np.float64) @ linear.T
+        return float(np.linalg.norm(np.ptp(corners, axis=0)))
+    unit = 2 * shape.radius if isinstance(shape, Sphere) else 1.0
+    return float(unit * np.linalg.norm(linear, 2))

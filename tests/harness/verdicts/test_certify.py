@@ -1,0 +1,234 @@
+"""Certified arithmetic finds the verdicts that are wrong, whichever side the judge erred on, and no others."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.cases.rounding import gamma
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.tolerance import limits
+from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.results.outcomes import Outcome
+from tests.harness.audit.faults import FAULTS, altered
+from tests.harness.verdicts.certify import Certified, Inquest, certify, steady
+from tests.harness.verdicts.perturbed import perturbed
+
+ORACLE = Analytic()
+(FULL,) = select(["random_scenes/seed_2"])
+SMALL = replace(FULL.scene, camera=replace(FULL.scene.camera, width=32, height=24))
+CASE = replace(FULL, scene=SMALL, least_interior=0, most_edge=0.5)
+TRUTH = ORACLE.render(CASE.scene, stages_of(CASE.scene))
+INSIDE = (16, 12)  # a pixel that hits something
+
+
+def rounded(changes: Mapping[Stage, float] | None = None) -> StageImages:
+    """Return the oracle's answers as float32 has them, some of them multiplied by a factor."""
+    factors = changes or {}
+    return {
+        stage: image if stage is Stage.CAMERA else np.float64(np.float32(image) * factors.get(stage, 1.0))
+        for stage, image in TRUTH.items()
+    }
+
+
+def candidate(answers: StageImages) -> Candidate:
+    """Return a renderer in float32 that answers so."""
+    return Candidate(name="ours", precision="float32", items=frozenset(), shadow_epsilon=0.0, answers=answers)
+
+
+def witness(answers: StageImages, *, name: str = "analytic", precision: str = "float64") -> Witness:
+    """Return a reference that answers so."""
+    return Witness(name=name, precision=precision, independent=True, shadow_epsilon=0.0, answers=answers)
+
+
+def judge(case: Case, ours: Candidate, witnesses: list[Witness]) -> Judged:
+    """Return what the judge says, sentinels aside."""
+    return judge_case(case, [ours], witnesses, ORACLE, {})
+
+
+def certified(judged: Judged, ours: Candidate, witnesses: list[Witness]) -> Certified:
+    """Return what certified arithmetic says of that."""
+    return certify(judged, [ours], witnesses, ORACLE)
+
+
+def test_a_right_renderer_that_passes_and_a_wrong_one_that_fails_are_no_wrong_verdicts() -> None:
+    panel = [witness(TRUTH)]
+    for factor, expected in ((1.0, Outcome.PASS), (1.001, Outcome.FAIL)):
+        ours = candidate(rounded({Stage.IRRADIANCE: factor, Stage.EXITANCE: factor, Stage.RADIANCE: factor}))
+        judged = judge(CASE, ours, panel)
+
+        assert judged.outcome is expected
+        assert certified(judged, ours, panel) == Certified()
+
+
+def test_a_wrong_renderer_that_a_blunt_judge_lets_pass_is_found() -> None:
+    answers, (column, row) = rounded(), INSIDE
+    radiance = answers[Stage.RADIANCE].copy()
+    radiance[row, column] *= 1.0001
+    panel, ours = [witness(TRUTH)], candidate(answers | {Stage.RADIANCE: radiance})
+    with FAULTS["judge/mean_for_maximum"]():
+        judged = judge(CASE, ours, panel)
+
+    found = certified(judged, ours, panel)
+
+    assert judged.outcome is Outcome.PASS
+    (wrong,) = found.wrong
+    assert (wrong.stage, wrong.pixel, wrong.verdict) == ("radiance", INSIDE, "pass")
+    assert wrong.value is not None
+    assert wrong.enclosure is not None
+    for value, (low, high) in zip(wrong.value, wrong.enclosure, strict=True):
+        assert float(low) <= float(high)
+        assert float(value) == pytest.approx(1.0001 * float(low), rel=1e-5)
+
+
+def test_a_right_renderer_that_an_unjust_judge_fails_is_found() -> None:
+    panel, ours = [witness(TRUTH)], candidate(rounded())
+
+    def stingy(roundoff: limits.Roundoff, count: float) -> float:
+        return 1e-3 * gamma(count, precision=roundoff.precision)
+
+    with altered(limits.Roundoff, "__call__", stingy):
+        judged = judge(CASE, ours, panel)
+
+    found = certified(judged, ours, panel)
+
+    assert judged.outcome is Outcome.FAIL
+    assert found.wrong
+    assert {wrong.verdict for wrong in found.wrong} == {"fail"}
+    assert {wrong.reference for wrong in found.wrong} == {"analytic"}
+
+
+@pytest.mark.parametrize(("factor", "guilty"), [(1.001, True), (1.0, False)])
+def test_a_reference_is_suspected_rightly_only_if_it_is_wrong(factor: float, *, guilty: bool) -> None:
+    ours = candidate(rounded())
+    other = witness(rounded({Stage.RADIANCE: factor}), name="embree", precision="float32")
+    panel = [witness(TRUTH), replace(other, answers=other.answers | {Stage.RAY: TRUTH[Stage.RAY]})]
+    judged = judge(CASE, ours, panel)
+    checks = []
+    for check in judged.checks:
+        if check.reference == "embree" and check.stage is Stage.RADIANCE:
+            assert (check.outcome is Outcome.REFERENCE_SUSPECT) == guilty or not guilty
+            checks.append(replace(check, outcome=Outcome.REFERENCE_SUSPECT))
+        elif check.outcome is Outcome.REFERENCE_SUSPECT:
+            checks.append(replace(check, outcome=Outcome.PASS))  # a copy of ours, to the last bit, as it was made
+        else:
+            checks.append(check)
+    judged = replace(judged, checks=checks)
+
+    found = certified(judged, ours, panel)
+
+    assert [(wrong.configuration, wrong.stage) for wrong in found.wrong] == ([] if guilty else [("embree", "radiance")])
+
+
+def test_garbage_at_one_pixel_is_found_wherever_the_judge_does_not_look() -> None:
+    answers = rounded()
+    radiance = answers[Stage.RADIANCE].copy()
+    radiance[INSIDE[1], INSIDE[0]] = 1e30
+    ours, panel = candidate(answers | {Stage.RADIANCE: radiance}), [witness(TRUTH)]
+    judged = judge(CASE, ours, panel)
+    judged = replace(judged, checks=[replace(check, outcome=Outcome.PASS) for check in judged.checks])
+
+    found = certified(judged, ours, panel)
+
+    assert [(wrong.stage, wrong.pixel) for wrong in found.wrong] == [("radiance", INSIDE)]
+
+
+def test_a_scene_within_rounding_keeps_what_is_seen_and_has_other_numbers() -> None:
+    moved = perturbed(CASE.scene, np.random.default_rng(1), 2.0**-20, unshared=True)
+
+    assert moved != CASE.scene
+    other = ORACLE.render(moved, IMAGE_STAGES)
+    assert np.mean(other[Stage.OBJECT][..., 0] == TRUTH[Stage.OBJECT][..., 0]) > 0.98
+    both = np.isfinite(other[Stage.DISTANCE]) & np.isfinite(TRUTH[Stage.DISTANCE])
+    assert 0 < np.median(np.abs(other[Stage.DISTANCE][both] - TRUTH[Stage.DISTANCE][both])) < 1e-4
+
+
+def test_what_rounding_decides_is_undecidable_and_no_fault_of_the_judges() -> None:
+    # Two planes share four fifths of what is seen.
+    (case,) = select(["random/1/18"])
+    truth = ORACLE.render(case.scene, stages_of(case.scene))
+    answers = {
+        stage: image if stage is Stage.CAMERA else np.float64(np.float32(image)) for stage, image in truth.items()
+    }
+    ours, panel = candidate(answers), [witness(truth)]
+    judged = judge(case, ours, panel)
+
+    found = certified(judged, ours, panel)
+
+    assert Outcome.UNDECIDED in {check.outcome for check in judged.checks}
+    assert (found.wrong, found.undecided, found.undecidable) == ((), (), ("ours",))
+
+
+def inquest(name: str) -> Inquest:
+    """Return a random scene before certified arithmetic."""
+    (case,) = select([name])
+    stages = tuple(stage for stage in stages_of(case.scene) if stage is not Stage.CAMERA)
+    base = ground(case.scene, stages_of(case.scene), ORACLE, known={})
+    return Inquest(case=case, base=base, truth={stage: base.truth[stage] for stage in stages})
+
+
+def test_a_tie_is_no_matter_of_luck() -> None:
+    # A light on a square: any four scenes nearby may have it on the same side.
+    found = inquest("random/1/86")
+    rows, columns = np.nonzero(found.base.truth[Stage.OBJECT][..., 0] == 0)
+    pixels = np.stack([columns, rows], axis=-1)[::100]
+
+    assert steady(found, pixels, "float64", lit=False, matrices=0.0) == 1
+    assert steady(found, pixels, "float64", lit=True, matrices=0.0) < 0.1
+
+
+def test_a_light_between_the_horizons_of_a_normal_and_of_its_baked_triangle_is_seen_or_not() -> None:
+    found, (column, row) = inquest("random/1/392"), (19, 16)
+    answers = {stage: image.copy() for stage, image in found.base.truth.items()}
+    answers[Stage.VISIBILITY][row, column, 1] = 0.0
+    answers[Stage.VISIBILITY][row, column, 2] = 1.0
+    ours = replace(candidate(answers), precision="float64")
+
+    assert found.wrong_at(ours, [(column, row)]) == {}
+    assert found.of(ours)._on_the_horizon(np.array([(column, row), (column + 5, row)])).tolist() == [True, False]
+
+
+def test_an_answer_that_few_scenes_within_rounding_have_is_right() -> None:
+    # So small and so far from the origin that float32 tells nothing apart, not even the sides of a cube.
+    found = inquest("random/1/147")
+    answers = {stage: image.copy() for stage, image in found.base.truth.items()}
+    answers[Stage.OBJECT][3, 4] = (1.0, 0.0)
+    answers[Stage.NORMAL][3, 4] = found.base.truth[Stage.NORMAL][found.base.truth[Stage.OBJECT][..., 0] == 1][0]
+
+    assert Stage.NORMAL not in found.wrong_at(candidate(answers), [(4, 3)]).get((4, 3), ())
+
+
+@pytest.mark.parametrize(("name", "precision", "pixel", "seen", "lit"), [
+    ("random/1/147", "float64", (12, 13), 2.0, (1.0, 0.0)),  # in the plane of a triangle that is baked far away
+    ("random/2/314", "float32", (24, 16), 4.0, (1.0,)),  # on one of two surfaces that coincide, the light behind them
+    ("random/1/334", "float32", (9, 0), 1.0, (0.0,)),  # of shapes that rounding moves by their own size
+])  # fmt: skip
+def test_what_rounding_alone_may_show_is_not_called_wrong(name, precision, pixel, seen, lit) -> None:
+    found, (column, row) = inquest(name), pixel
+    answers = {stage: np.array(image) for stage, image in found.base.truth.items()}
+    answers[Stage.OBJECT][row, column] = (seen, 0.0)
+    answers[Stage.VISIBILITY][row, column] = lit
+    ours = replace(candidate(answers), precision=precision, shadow_epsilon=1e-6)
+
+    wrong = found.of(ours).wrong([pixel], strictly=True)
+
+    assert not {Stage.OBJECT, Stage.VISIBILITY} & set(wrong.get(pixel, ())), wrong
+
+
+def test_a_light_that_nothing_makes_undecided_is_wrong_if_it_is_not_seen() -> None:
+    found, (column, row) = inquest("random/2/314"), (0, 0)
+    lit = found.base.truth[Stage.VISIBILITY][..., 0] > 0
+    row, column = np.argwhere(lit & ~found.of(candidate(found.base.truth)).terms.classes.edge(Stage.VISIBILITY))[0]
+    answers = {stage: np.array(image) for stage, image in found.base.truth.items()}
+    answers[Stage.VISIBILITY][row, column] = 0.0
+    pixel = (int(column), int(row))
+
+    assert Stage.VISIBILITY in found.of(replace(candidate(answers), name="dark")).wrong([pixel], strictly=True)[pixel]
