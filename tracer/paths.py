@@ -1,7 +1,7 @@
 """The tracer's execution paths, each with what says of a rendering whether it takes it.
 
 A path is code that one scene, configuration or way of asking runs through and another does not. They are declared here
-so that somebody can count which of them a suite of cases meets (`python -m tests.harness.paths`); nothing in the tracer reads this.
+so that `tests.harness.paths` can count which of them a suite of cases meets; nothing in the tracer reads this.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,8 @@
 """Scenes that show a tolerance where none belongs, however small: tiny ones, and rays and lights that all but graze.
 
-`python -m tests.harness.audit --only 'mutant/*'` puts numbers of 1e-2 to 1e-8 into tests that need none, and the other families left
-them alive. What lies close to the origin has small coordinates and so small roundings: float32 can tell there what it
-could not elsewhere.
+The audit's mutants put numbers of 1e-2 to 1e-8 into tests that need none, and the other families left them alive.
+What lies close to the origin has small coordinates and so small roundings: float32 can tell there what it could not
+elsewhere.
 """
 
 from collections.abc import Callable, Iterator

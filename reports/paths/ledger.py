@@ -82,7 +82,7 @@ class PathEntry(TypedDict):
 
 
 class Ledger(TypedDict):
-    """What `python -m tests.harness.paths --json` writes."""
+    """What `--json` writes."""
 
     paths: list[PathEntry]
     empty: list[str]  # path and cell
@@ -204,7 +204,7 @@ def _worst(cases: Iterable[CaseRecord]) -> dict[str, dict[str, float]]:
 
 
 def ledger(cases: Sequence[Case], planted: Faults) -> Ledger:
-    """Return `paths` and `empty` as `python -m tests.harness.paths --json` has them, with the faults that are planted in paths."""
+    """Return `paths` and `empty` as `--json` has them, with the faults that are planted in paths."""
     by_path: dict[str, dict[str, set[str]]] = {}
     for path, case, route in _executed(cases):
         by_path.setdefault(path, {}).setdefault(route, set()).add(case)
