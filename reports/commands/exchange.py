@@ -1,7 +1,7 @@
 """`rayproof import` and `rayproof export`: scenes from other programs' files, and into them."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -17,6 +17,7 @@ def import_scene(
     out: Path | None = None,
     width: int | None = None,
     height: int | None = None,
+    up: Literal["y", "z"] | None = None,
     allow_folder: Annotated[tuple[Path, ...], Parameter(negative="", show_default=False)] = (),
 ) -> int:
     """Turn another program's scene into a scene file, and list what was dropped.
@@ -34,6 +35,8 @@ def import_scene(
         Image width [px], in place of the file's. With --height.
     height
         Image height [px], in place of the file's. With --width.
+    up
+        The axis that points up in an OBJ, PLY or STL file, none of which says so. Default: z.
     allow_folder
         A folder outside of FILE's own in which the `<path>` of a Mitsuba scene may look for files. Repeatable.
 
@@ -45,17 +48,23 @@ def import_scene(
         raise UsageError(f"the scene file must end in .json, got {target}")
     from rayproof.cases.scene_json import save_scene
     from rayproof.reports import interchange
+    from rayproof.reports.interchange.framing import is_dark
 
-    size = None if width is None or height is None else (width, height)
+    options = interchange.ImportOptions(
+        size=None if width is None or height is None else (width, height), allowed=allow_folder, up=up
+    )
     with told_in_one_line():
         for folder in allow_folder:
             if not folder.is_dir():
                 raise UsageError(f"--allow-folder {folder}: there is no such folder")
-        imported = interchange.import_scene(file, size, allow_folder)
+        imported = interchange.import_scene(file, options)
+        dark = is_dark(imported.scene)
         writable_folder(target.parent)
         save_scene(imported.scene, target)
     for sentence in imported.dropped:
         say(f"dropped: {sentence}")
+    if dark:
+        say("note: no pixel of it is lit: every surface in view is in shadow, or turned away from camera or lights")
     shapes, lights = len(imported.scene.shapes), len(imported.scene.lights)
     say(f"{target}: {shapes} shapes, {lights} lights; judge it with: {called()} run {target}")
     return 0

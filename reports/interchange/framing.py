@@ -1,18 +1,38 @@
-"""Where to stand and what to light with when a file says neither: everything in view, lit from behind the shoulder."""
+"""The camera and the light of a file that has none: everything in view, lit from behind the right shoulder."""
 
+from dataclasses import replace
 from math import pi, radians, sin
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from rayproof.cases.placement import world_triangles
-from rayproof.cases.scene import Camera, Cube, Matrix, Mesh, Plane, PointLight, Shape, Sphere, Square, Triangle, Vector
+from rayproof.cases.scene import (
+    Camera,
+    Cube,
+    Matrix,
+    Mesh,
+    Plane,
+    PointLight,
+    Scene,
+    Shape,
+    Sphere,
+    Square,
+    Triangle,
+    Vector,
+)
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange import Size
 
 FOVY = 40.0  # degrees
 SIZE = (320, 240)  # px
-DIRECTION = np.array([0.6, -0.7, 0.4])  # from the target to the eye, z upward
+# From the target to the eye: in front of the object and to its right, by the axis that points up. Front is -y where z
+# points up (Blender, CAD) and +z where y does (glTF 2.0, section 3.4).
+DIRECTIONS = {"z": (0.6, -0.7, 0.4), "y": (0.6, 0.4, 0.7)}
+UP = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
 MARGIN = 1.1  # of the bounding sphere
+PIXELS, RAY_TRIANGLES = (35.0, 800.0), 2e7  # of the images that show what is in view, and rays times triangles of each
 
 
 def bounds(shapes: tuple[Shape, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -23,21 +43,19 @@ def bounds(shapes: tuple[Shape, ...]) -> tuple[np.ndarray, np.ndarray]:
     return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
 
-def camera_for(
-    shapes: tuple[Shape, ...], size: Size = None, up: tuple[float, float, float] = (0.0, 0.0, 1.0)
-) -> Camera:
-    """Return a camera that has all shapes in view, with `up` upward."""
+def camera_for(shapes: tuple[Shape, ...], size: Size = None, *, up: Literal["y", "z"]) -> Camera:
+    """Return a camera that has all shapes in view, from in front of them, with the axis `up` upward."""
     low, high = bounds(shapes)
     center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, float(np.finfo(np.float32).tiny))
     width, height = size or SIZE
     # The narrower of the two angles must hold the bounding sphere.
     half = radians(FOVY) / 2 * min(1.0, width / height)
     distance = MARGIN * radius / sin(half)
-    eye = center + distance * _upright(up) @ (DIRECTION / np.linalg.norm(DIRECTION))
+    eye = center + distance * np.array(DIRECTIONS[up]) / np.linalg.norm(DIRECTIONS[up])
     return Camera(
         eye=vector(eye),
         target=vector(center),
-        up=up,
+        up=UP[up],
         fovy=FOVY,
         width=width,
         height=height,
@@ -46,24 +64,48 @@ def camera_for(
     )
 
 
-def light_for(camera: Camera) -> PointLight:
-    """Return a white light above the eye's right shoulder that gives about 1 W/m^2 at the target."""
-    eye, target, up = (np.asarray(value) for value in (camera.eye, camera.target, camera.up))
-    forward = target - eye
-    distance = float(np.linalg.norm(forward))
+def light_for(camera: Camera, shapes: tuple[Shape, ...]) -> tuple[PointLight, str | None]:
+    """Return a white light for what is in view, and a sentence if nothing that is seen can be lit by it.
+
+    It stands above the eye's right shoulder, as far away as the surface nearest to the image's centre asks,
+    or closer to the eye where that point would be dark, and gives 1 W/m^2 there.
+    """
+    scene = Scene(camera=replace(camera, **_grid(camera, shapes)), shapes=shapes, lights=())
+    positions = Analytic().render(scene, [Stage.POSITION])[Stage.POSITION]
+    seen = np.argwhere(np.isfinite(positions).all(axis=-1))
+    eye, forward, up = (np.asarray(value) for value in (camera.eye, np.subtract(camera.target, camera.eye), camera.up))
     right = np.cross(forward, up)
-    right /= np.linalg.norm(right)
-    position = eye + distance * (0.4 * right + 0.5 * np.cross(right, forward / distance))
-    flux = 4 * pi * float(np.sum((target - position) ** 2))
-    return PointLight(position=vector(position), flux=(flux, flux, flux))
+    right = right / np.linalg.norm(right)
+    above = np.cross(right, forward / np.linalg.norm(forward))
+    middle = (np.array(positions.shape[:2]) - 1) / 2
+    row, column = min(seen.tolist(), key=lambda pixel: float(np.sum((pixel - middle) ** 2)), default=(0, 0))
+    distance = float(np.linalg.norm(positions[row, column] - eye)) if len(seen) else float(np.linalg.norm(forward))
+    for nearer in (1.0, 0.25, 0.05):
+        position = vector(eye + nearer * distance * (0.4 * right + 0.5 * above))
+        strength = 4 * pi * distance**2
+        unit = PointLight(position=position, flux=(strength, strength, strength))
+        irradiance = Analytic().render(replace(scene, lights=(unit,)), [Stage.IRRADIANCE])[Stage.IRRADIANCE]
+        if len(seen) and irradiance[row, column, 0] > 0:
+            flux = strength / float(irradiance[row, column, 0])
+            return PointLight(position=position, flux=(flux, flux, flux)), None
+    dark = "what is nearest to its centre" if len(seen) else "nothing"
+    return unit, f"no light can be placed so that it is lit: the camera shows {dark}, and that from its unlit side"
 
 
-def _upright(up: tuple[float, float, float]) -> np.ndarray:
-    """Return a rotation that takes the z axis to `up`."""
-    axis = np.asarray(up) / np.linalg.norm(up)
-    side = np.cross(np.roll(axis, 1), axis)
-    side /= np.linalg.norm(side)
-    return np.stack([side, np.cross(axis, side), axis], axis=1)
+def is_dark(scene: Scene) -> bool:
+    """Return whether no pixel of a small image of the scene is lit."""
+    small = replace(scene, camera=replace(scene.camera, **_grid(scene.camera, scene.shapes)))
+    return not (Analytic().render(small, [Stage.RADIANCE])[Stage.RADIANCE] > 0).any()
+
+
+def _grid(camera: Camera, shapes: tuple[Shape, ...]) -> dict[str, int]:
+    """Return width and height of a small image, an odd number each: fewer pixels where there are many triangles."""
+    triangles = sum(len(shape.faces) for shape in shapes if isinstance(shape, Mesh)) + len(shapes)
+    pixels = float(np.clip(RAY_TRIANGLES / max(1, triangles), *PIXELS))
+    aspect = camera.width / camera.height
+    height = min(max(1.0, (pixels / aspect) ** 0.5), camera.height)
+    width = min(max(1.0, height * aspect), camera.width)
+    return {"width": 2 * int(width / 2) + 1, "height": 2 * int(height / 2) + 1}
 
 
 def _box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:

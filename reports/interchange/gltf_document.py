@@ -145,6 +145,7 @@ class AccessorEntry(TypedDict, total=False):
     bufferView: int
     byteOffset: int
     normalized: bool
+    sparse: dict[str, Any]
 
 
 class BufferViewEntry(TypedDict, total=False):
@@ -314,29 +315,28 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
     """Return an accessor's elements, shape (count, components), in the file's own type; normalized ones as float64.
 
     Raises:
-        SceneError: the accessor is sparse, compressed, of another kind, or reaches beyond its bytes.
+        SceneError: the accessor is compressed, of another kind, or reaches beyond its bytes.
 
     """
     accessor = document.one(AccessorEntry, index)
     if accessor.get("type") != kind or kind not in COUNTS:
         raise SceneError(f"accessor {index} must be {kind}, got {shown(accessor.get('type'))}")
-    if "sparse" in accessor:
-        raise SceneError(f"accessor {index} is sparse, which is not read")
     if accessor.get("componentType") not in COMPONENTS:
         raise SceneError(f"accessor {index} has no known componentType: {shown(accessor.get('componentType'))}")
     element = np.dtype(COMPONENTS[accessor["componentType"]])
     components, count = COUNTS[kind], _whole(accessor, "count", index)
     document.budget.expand(count * components * element.itemsize, by=f"accessor {shown(index)} of {count} elements")
     if "bufferView" not in accessor:
-        return np.zeros((count, components), dtype=element)
+        return _substituted(document, accessor, index, np.zeros((count, components), dtype=element))
     view = document.one(BufferViewEntry, accessor["bufferView"])
-    buffer = _buffer_accessors(document, view)
+    buffer = _buffer_of(document, view)
     start = _whole(view, "byteOffset", index, 0) + _whole(accessor, "byteOffset", index, 0)
     stride = _whole(view, "byteStride", index, element.itemsize * components)
     end = start + stride * (count - 1) + element.itemsize * components if count else start
     if end > len(buffer) or stride < element.itemsize * components:
         raise SceneError(f"accessor {index} reaches to byte {end} of {len(buffer)}")
     found = np.ndarray((count, components), element, buffer, start, (stride, element.itemsize)).copy()
+    found = _substituted(document, accessor, index, found)
     stands_for_fractions = accessor.get("normalized") is True and element.kind in "iu" and kind != "SCALAR"
     if stands_for_fractions:
         document.budget.expand(8 * found.size, by=f"accessor {shown(index)}, normalized,")
@@ -344,12 +344,40 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
     return found
 
 
+def _substituted(document: Document, accessor: AccessorEntry, index: Any, values: np.ndarray) -> np.ndarray:
+    """Return an accessor's elements with those that it lists as sparse replaced (section 3.6.2.3)."""
+    sparse = accessor.get("sparse")
+    if sparse is None:
+        return values
+    count, places, replaced = sparse["count"], sparse["indices"], sparse["values"]
+    if not isinstance(count, int) or not 0 < count <= len(values):
+        raise SceneError(f"accessor {index}: sparse.count must be from 1 to {len(values)}, got {shown(count)}")
+    if places.get("componentType") not in (5121, 5123, 5125):
+        raise SceneError(f"accessor {index}: sparse indices have no known componentType")
+    rows = _packed(document, places, index, np.dtype(COMPONENTS[places["componentType"]]), (count,))
+    if (rows >= len(values)).any():
+        raise SceneError(f"accessor {index}: a sparse index is {int(rows.max())}, where {len(values)} elements are")
+    values[rows.astype(np.int64)] = _packed(document, replaced, index, values.dtype, (count, values.shape[1]))
+    return values
+
+
+def _packed(document: Document, part: Any, index: Any, element: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
+    """Return the indices or values of a sparse accessor, which lie one after another."""
+    view = document.one(BufferViewEntry, part.get("bufferView"))
+    buffer = _buffer_of(document, view)
+    start = _whole(view, "byteOffset", index, 0) + _whole(part, "byteOffset", index, 0)
+    end = start + int(np.prod(shape)) * element.itemsize
+    if end > len(buffer):
+        raise SceneError(f"accessor {index}: its sparse part reaches to byte {end} of {len(buffer)}")
+    return np.ndarray(shape, element, buffer, start)
+
+
 def _fractions(whole: np.ndarray) -> np.ndarray:
     """Return what normalized whole numbers stand for: 1 is the largest, -1 the least and its neighbour (3.11)."""
     return np.maximum(whole / float(np.iinfo(whole.dtype).max), -1.0)
 
 
-def _buffer_accessors(document: Document, view: BufferViewEntry) -> memoryview:
+def _buffer_of(document: Document, view: BufferViewEntry) -> memoryview:
     index = view.get("buffer")
     if not isinstance(index, int) or not 0 <= index < len(document.buffers):
         raise SceneError(f"a buffer view names no buffer: {shown(index)}")
@@ -373,10 +401,12 @@ def placed_nodes(document: Document) -> Iterator[tuple[NodeEntry, np.ndarray]]:
         SceneError: a node has two parents or is its own ancestor, or its numbers are no transform.
 
     """
-    scenes = document.listed(SceneEntry)
-    if not scenes:
-        raise SceneError("it has no scene")
-    roots = document.one(SceneEntry, document.json.get("scene", 0)).get("nodes", [])
+    if document.listed(SceneEntry):
+        roots = document.one(SceneEntry, document.json.get("scene", 0)).get("nodes", [])
+    else:  # a library of objects (section 3.5.1): all nodes that no other one holds
+        nodes = document.listed(NodeEntry)
+        held = {child for node in nodes for child in node.get("children", [])}
+        roots = [index for index in range(len(nodes)) if index not in held]
     waiting = [(index, np.eye(4)) for index in reversed(roots)]
     seen: set[int] = set()
     while waiting:

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from rayproof.cases.scene import Camera, Mesh, PointLight, Rgb, Scene, SceneError, shown
-from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
+from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size
 from rayproof.reports.interchange.framing import SIZE, camera_for, light_for, matrix, vector
 from rayproof.reports.interchange.gltf_document import (
     AnimationEntry,
@@ -33,7 +33,7 @@ UNDERSTOOD = (LIGHTS, "KHR_mesh_quantization")
 
 @IMPORTERS.register(".glb")
 @IMPORTERS.register(".gltf")
-def import_gltf(path: Path, size: Size, allowed: Folders) -> Imported:
+def import_gltf(path: Path, options: ImportOptions) -> Imported:
     """Return the default scene of a glTF file.
 
     Raises:
@@ -46,7 +46,7 @@ def import_gltf(path: Path, size: Size, allowed: Folders) -> Imported:
         dropped[f"{path.name}: {sentence}"] = None
 
     try:
-        return Imported(scene=_scene(read_document(path), size, drop), dropped=tuple(dropped))
+        return Imported(scene=_scene(read_document(path), options.size, drop), dropped=tuple(dropped))
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
     except (TypeError, AttributeError, KeyError, ValueError, OverflowError) as error:
@@ -69,7 +69,10 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
     for node, to_world in nodes:
         if "skin" in node:
             drop(f"the skin of node {shown(node.get('name', '?'))}; the mesh keeps its pose")
-        if "mesh" in node:
+        if "mesh" in node and not np.linalg.det(to_world[:3, :3]):
+            name = shown(node.get("name", "?"))
+            drop(f"the mesh of node {name}: its matrix is singular, as a scale of 0 makes it, and leaves nothing of it")
+        elif "mesh" in node:
             meshes += meshes_of(document, node["mesh"], to_world, drop)
         if "camera" in node:
             found = camera_of(document.one(CameraEntry, node["camera"]), to_world, size, drop)
@@ -85,10 +88,13 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
         drop(f"{len(cameras) - 1} of {len(cameras)} cameras; the first one counts")
     if not cameras:
         drop("it has no perspective camera; one was made that shows everything")
-    camera = cameras[0] if cameras else camera_for(tuple(meshes), size, up=(0.0, 1.0, 0.0))
+    camera = cameras[0] if cameras else camera_for(tuple(meshes), size, up="y")
     if not lights:
         drop("it has no point light; one was made")
-        lights = [light_for(camera)]
+        light, dark = light_for(camera, tuple(meshes))
+        lights = [light]
+        if dark:
+            drop(dark)
     return Scene(camera=camera, shapes=tuple(meshes), lights=tuple(lights))
 
 

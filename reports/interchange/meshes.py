@@ -9,7 +9,7 @@ from rayproof.cases.mesh_files import read_mesh
 from rayproof.cases.mesh_sandbox import Budget
 from rayproof.cases.polygon_files import CORNERS, ply_header
 from rayproof.cases.scene import Mesh, Scene, SceneError
-from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
+from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions
 from rayproof.reports.interchange.framing import camera_for, light_for
 
 ALBEDO = (0.5, 0.5, 0.5)
@@ -31,7 +31,7 @@ PLY = {"x", "y", "z", *CORNERS}
 @IMPORTERS.register(".obj")
 @IMPORTERS.register(".ply")
 @IMPORTERS.register(".stl")
-def import_mesh(path: Path, size: Size, allowed: Folders) -> Imported:
+def import_mesh(path: Path, options: ImportOptions) -> Imported:
     """Return a scene with the mesh in `path`, two-sided, since such files often have their windings mixed up."""
     try:
         budget = Budget()
@@ -39,12 +39,16 @@ def import_mesh(path: Path, size: Size, allowed: Folders) -> Imported:
         mesh = Mesh(albedo=ALBEDO, two_sided=True, vertices=vertices, faces=faces)
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
-    camera = camera_for((mesh,), size)
-    scene = Scene(camera=camera, shapes=(mesh,), lights=(light_for(camera),))
+    up = options.up or "z"
+    camera = camera_for((mesh,), options.size, up=up)
+    light, dark = light_for(camera, (mesh,))
+    scene = Scene(camera=camera, shapes=(mesh,), lights=(light,))
+    turned = "" if options.up else f" (--up {'y' if up == 'z' else 'z'} turns it)"
     dropped = (
         *(f"{path.name}: {sentence}" for sentence in (*_left_out(path), *budget.notes[path.resolve()])),
         f"{path.name}: it says nothing of the surface that is read; it is grey (0.5), two-sided and shaded by faces",
-        f"{path.name}: it has no camera and no light; one of each was made that shows the whole mesh",
+        f"{path.name}: it has no camera and no light; one of each was made that shows it all, with {up} upward{turned}",
+        *([f"{path.name}: {dark}"] if dark else []),
     )
     return Imported(scene=scene, dropped=dropped)
 

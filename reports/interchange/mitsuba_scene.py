@@ -14,7 +14,7 @@ import numpy as np
 
 from rayproof.cases.mesh_files import read_mesh
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Rgb, Scene, SceneError, Shape, Sphere, Square
-from rayproof.reports.interchange import IMPORTERS, Folders, Imported, Size
+from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size
 from rayproof.reports.interchange.framing import camera_for, light_for, matrix, vector
 from rayproof.reports.interchange.mitsuba_document import Element, Spectrum, read_tree
 
@@ -53,7 +53,7 @@ def lights_of(scene: Element, drop: Callable[[str], None]) -> Iterator[PointLigh
 
 
 @IMPORTERS.register(".xml")
-def import_mitsuba(path: Path, size: Size, allowed: Folders) -> Imported:
+def import_mitsuba(path: Path, options: ImportOptions) -> Imported:
     """Return the scene in a Mitsuba XML file; direct light only, whatever its integrator would add.
 
     Raises:
@@ -61,7 +61,7 @@ def import_mitsuba(path: Path, size: Size, allowed: Folders) -> Imported:
 
     """
     try:
-        return _scene(path, size, allowed)
+        return _scene(path, options)
     except SceneError:
         raise
     except (TypeError, AttributeError, KeyError, ValueError, OverflowError) as error:
@@ -69,9 +69,9 @@ def import_mitsuba(path: Path, size: Size, allowed: Folders) -> Imported:
         raise SceneError(f"{path}: is no scene for Mitsuba: {' '.join(str(error).split())}") from None
 
 
-def _scene(path: Path, size: Size, allowed: Folders) -> Imported:
+def _scene(path: Path, options: ImportOptions) -> Imported:
     try:
-        root = read_tree(path, allowed)
+        root = read_tree(path, options.allowed)
         root.budget.spend("shapes", count_shapes(root), by="it with its instances")
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
@@ -93,11 +93,14 @@ def _scene(path: Path, size: Size, allowed: Folders) -> Imported:
             drop(f"{sensor.place}: the sensor {sensor.plugin}{'; the first one counts' if usable else ''}")
     if not usable:
         drop(f"{path.name}: it has no perspective sensor; a camera was made that shows every shape")
-    camera = camera_of(usable[0], size, drop) if usable else camera_for(shapes, size, up=(0.0, 1.0, 0.0))
+    camera = camera_of(usable[0], options.size, drop) if usable else camera_for(shapes, options.size, up="y")
     lights = tuple(lights_of(root, drop))
     if not lights:
         drop(f"{path.name}: it has no point light; one was made")
-        lights = (light_for(camera),)
+        light, dark = light_for(camera, shapes)
+        lights = (light,)
+        if dark:
+            drop(f"{path.name}: {dark}")
     for name, child in root.children():
         if child.kind == "Integrator" and child.plugin != "direct":
             drop(f"{child.place}: the integrator {child.plugin}; direct light is all that is computed")

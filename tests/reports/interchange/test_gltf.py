@@ -14,6 +14,7 @@ from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Mesh, SceneError
 from rayproof.reports.interchange import import_scene
+from rayproof.reports.interchange.framing import is_dark
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype="<f4")
 INDICES = np.array([0, 1, 2, 2, 1, 3], dtype="<u2")
@@ -83,6 +84,55 @@ def test_a_scene_is_read_whole(tmp_path: Path) -> None:
     assert camera.fovy == pytest.approx(np.degrees(0.8))
     assert camera.width / camera.height == 1.5
     assert (camera.near, camera.far) == (0.5, 20)
+
+
+def test_sparse_elements_replace_those_of_the_buffer(tmp_path: Path) -> None:
+    whole = document()
+    moved = np.array([[7, 8, 9], [-1, -2, -3]], dtype="<f4")
+    content = CORNERS.tobytes() + INDICES.tobytes() + bytes([1, 3]) + bytes(2) + moved.tobytes()
+    whole["buffers"] = [{"byteLength": len(content), "uri": "data:;base64," + base64.b64encode(content).decode()}]
+    whole["bufferViews"] += [
+        {"buffer": 0, "byteOffset": 60, "byteLength": 2},
+        {"buffer": 0, "byteOffset": 64, "byteLength": 24},
+    ]
+    sparse = {"count": 2, "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 3}}
+    expected = CORNERS.copy()
+    expected[[1, 3]] = moved
+
+    for base, start in (
+        (expected, {}),
+        (np.where([[False], [True], [False], [True]], expected, 0), {"bufferView": None}),
+    ):
+        whole["accessors"][0] = {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "sparse": sparse}
+        for name in start:
+            del whole["accessors"][0][name]
+        (mesh,) = read(tmp_path, whole).scene.shapes
+
+        assert isinstance(mesh, Mesh)
+        np.testing.assert_array_equal(mesh.vertices, base)
+
+
+def test_without_scenes_all_roots_are_read_and_a_scale_of_0_is_named(tmp_path: Path) -> None:
+    whole = document()
+    del whole["scenes"]
+    whole["nodes"] = [{"children": [1]}, {"mesh": 0}, {"mesh": 0, "name": "hidden", "scale": [0, 1, 1]}]
+
+    imported = read(tmp_path, whole)
+
+    assert len(imported.scene.shapes) == 1
+    assert any('the mesh of node "hidden": its matrix is singular' in sentence for sentence in imported.dropped)
+
+
+def test_without_a_camera_it_is_seen_from_its_front(tmp_path: Path) -> None:
+    # Section 3.4: the front of an asset faces +z. From behind, one-sided faces are black.
+    whole = document(nodes=[{"mesh": 0}], scenes=[{"nodes": [0]}])
+    whole["materials"][0]["doubleSided"] = False
+
+    scene = read(tmp_path, whole).scene
+
+    assert scene.camera.eye[2] > 0
+    assert scene.camera.up == (0, 1, 0)
+    assert not is_dark(scene)
 
 
 def test_nodes_are_placed_as_trimesh_places_them(tmp_path: Path) -> None:
@@ -233,7 +283,11 @@ HOSTILE = {
     "an accessor beyond its bytes": (changed("accessors.0.count", 400), "reaches to byte"),
     "a count of minus one": (changed("accessors.0.count", -1), "whole number >= 0"),
     "more elements than memory": (changed("accessors.0.count", 10**12), "at most"),
-    "a sparse accessor": (changed("accessors.0.sparse", {}), "sparse"),
+    "a sparse accessor of nothing": (changed("accessors.0.sparse", {}), "count"),
+    "too many sparse elements": (
+        changed("accessors.0.sparse", {"count": 9, "indices": {}, "values": {}}),
+        "sparse.count must be from 1 to 4, got 9",
+    ),
     "a node below itself": (changed("nodes.0.children", [0]), "two parents"),
     "a mesh that is not there": (changed("nodes.0.mesh", 7), "none at 7"),
     "a file outside the folder": (changed("buffers.0.uri", "../secret.bin"), "inside the scene's folder"),

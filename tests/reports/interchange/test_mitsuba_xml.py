@@ -10,7 +10,7 @@ from rayproof.cases.mesh_sandbox import LIMITS
 from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.interchange import export_scene, import_scene
+from rayproof.reports.interchange import ImportOptions, export_scene, import_scene
 
 pytestmark = pytest.mark.process
 
@@ -265,12 +265,12 @@ def test_another_folder_is_let_in_only_where_it_is_allowed(tmp_path: Path) -> No
 
     with pytest.raises(SceneError, match=r"inside the scene's own.*--allow-folder"):
         read(folder, body)
-    allowed = import_scene(folder / "scene.xml", None, (common,))
+    allowed = import_scene(folder / "scene.xml", ImportOptions(allowed=(common,)))
 
     assert [type(shape) for shape in allowed.scene.shapes] == [Cube, Mesh]
     (folder / "scene.xml").write_text(f'{HEAD}{body}<path value=".."/><include filename="secret.xml"/></scene>')
     with pytest.raises(SceneError, match="inside the scene's own"):
-        import_scene(folder / "scene.xml", None, (common,))
+        import_scene(folder / "scene.xml", ImportOptions(allowed=(common,)))
 
 
 def test_the_deepest_element_that_is_read_lies_as_deep_as_is_said(tmp_path: Path) -> None:
