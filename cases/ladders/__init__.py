@@ -1,28 +1,167 @@
-"""Ladders: ill-conditioned sweeps as data, each with its condition number, predicted slope and first victim.
+"""Ladders: sweeps from easy to ill-conditioned as data, and what is predicted to happen on the way up.
 
-To add one: a `Ladder` in the list `LADDERS` of the file of its group, or of a new file. Renders nothing: what a
-formula makes of the inputs is measured in `reports.studies.stability`.
+To add one: a `Ladder` in the list `LADDERS` of the page of its group, with a seeded draw of its inputs beside it, or a
+new page, named in PAGES. What a formula makes of the inputs is measured in `reports.studies.stability`.
 """
 
 import importlib
-import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
 
-from rayproof.cases.ladders.ladder import Ladder
+import numpy as np
+
+Inputs = dict[str, np.ndarray]  # float64 arrays of numbers that the working precision has, (rays,) or (rays, 3)
+Draw = Callable[[float, int, np.random.Generator, str], Inputs]  # parameter, rays, generator, precision
+Formulas = tuple[str, ...]  # variants, or "slot/variant" where slots share a name, or "*" for all others
+BOTH = ("float32", "float64")
+DTYPES = {"float32": np.float32, "float64": np.float64}
+# In the order in which ladders are listed.
+PAGES = (
+    "boxes",
+    "camera",
+    "camera_matrices",
+    "light",
+    "shadows",
+    "spheres",
+    "flat_shapes",
+    "transforms",
+    "triangles",
+    "values",
+    "watertight",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PredictedSlope:
+    """The predicted slope of the median error, in the ladder's unit, in a log-log plot against the parameter."""
+
+    formulas: Formulas
+    slope: float
+    because: str
+    precisions: tuple[str, ...] = BOTH
+    within: float = 0.15
+    skip: int = 0  # first values of the sweep, at which a constant still hides the slope
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gate:
+    """How far a formula must climb: the breakpoint may not lie before `reaches`, a value of the sweep."""
+
+    reaches: Mapping[str, float]  # per precision
+    misclassified: float = 1e-3  # largest share of rays, of false hits and false misses together
+    index: float = 4.0  # largest error / (K u); inf where K does not judge
+    faultless: Formulas = ()  # variants that may not answer a single ray wrongly
+
+
+@dataclass(frozen=True, kw_only=True)
+class Failure:
+    """Formulas that are expected to fail the gate, and why. One that passes all the same is a surprise."""
+
+    formulas: Formulas
+    because: str
+    precisions: tuple[str, ...] = BOTH
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ladder:
+    """One sweep of the catalogue. Values run from easy to hard; the inputs are drawn with a seed of the ladder's own.
+
+    `question` names how truth is found and a formula is asked (`reports.studies.stability.questions`); `condition` is K
+    as the question understands it, `unit` what an error is divided by.
+    """
+
+    name: str
+    group: str
+    question: str
+    slots: tuple[str, ...]
+    parameter: str  # what is swept, and its unit
+    values: tuple[float, ...]
+    draw: Draw
+    unit: str  # of the error, for the reader
+    condition: str  # K, for the reader
+    gate: Gate
+    first_to_break: str
+    survivor: str
+    slopes: tuple[PredictedSlope, ...] = ()
+    fails: tuple[Failure, ...] = ()
+    rays: int = 1000  # per value
+    quick_rays: int = 200
+    saturated: float = 0.3  # median error from which on a value says nothing about the slope
+    options: Mapping[str, object] = field(default_factory=dict)  # for the question
+    only: Formulas = ()  # variants that the question makes sense for; empty: all
+    measured: str = ""  # where the design predicted otherwise, what was measured and why
+    kind: Literal["sweep", "count", "values"] = "sweep"
+
+    def __post_init__(self) -> None:
+        missing = [value for value in self.gate.reaches.values() if value not in self.values]
+        if missing:
+            raise ValueError(f"ladder {self.name}: the gate reaches {missing[0]}, which is none of {self.values}")
+
+    @property
+    def seed(self) -> int:
+        """Return the seed of the ladder's inputs: its name."""
+        return int.from_bytes(self.name.encode()) % 2**63
+
+    def predicted(self, formula: str, precision: str) -> PredictedSlope | None:
+        """Return the slope that is predicted for "slot/variant", or None."""
+        return next(
+            (slope for slope in self.slopes if precision in slope.precisions and _named(slope.formulas, formula)), None
+        )
+
+    def failure(self, formula: str, precision: str) -> Failure | None:
+        """Return why "slot/variant" is expected to fail, or None."""
+        return next((one for one in self.fails if precision in one.precisions and _named(one.formulas, formula)), None)
+
+
+def _named(formulas: Formulas, formula: str) -> bool:
+    return formula in formulas or formula.rpartition("/")[2] in formulas or "*" in formulas
+
+
+# What seeded draws of inputs share: numbers that the working precision has.
+
+
+def rounded(values: np.ndarray, precision: str) -> np.ndarray:
+    """Return `values` rounded to the working precision, as float64. What overflows becomes an infinity."""
+    with np.errstate(over="ignore"):
+        return np.asarray(values).astype(DTYPES[precision]).astype(np.float64)
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Return the vectors (count, 3) at length 1."""
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def directions(count: int, generator: np.random.Generator) -> np.ndarray:
+    """Return unit vectors in random directions, (count, 3). No rotation is a special one: axes hide rounding errors."""
+    vectors = generator.normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def across(vectors: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Return random unit vectors at right angles to unit `vectors`."""
+    other = np.cross(vectors, directions(len(vectors), generator))
+    return other / np.linalg.norm(other, axis=1, keepdims=True)
+
+
+def rotation(generator: np.random.Generator) -> np.ndarray:
+    """Return a random rotation matrix (3, 3)."""
+    q, r = np.linalg.qr(generator.normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q * np.sign(np.linalg.det(q))
 
 
 def all_ladders() -> tuple[Ladder, ...]:
-    """Return every ladder of every group, in the order of the files' names and of their lists.
+    """Return every ladder of every page, in the order of PAGES and of their lists.
 
     Raises:
         ValueError: two ladders share a name.
 
     """
-    found: dict[str, Ladder] = {}
-    for module in sorted(pkgutil.iter_modules(__path__), key=lambda module: module.name):
-        if module.ispkg:
-            continue
-        for ladder in getattr(importlib.import_module(f"{__name__}.{module.name}"), "LADDERS", ()):
-            if ladder.name in found:
+    ladders: dict[str, Ladder] = {}
+    for page in PAGES:
+        for ladder in importlib.import_module(f"{__name__}.{page}").LADDERS:
+            if ladder.name in ladders:
                 raise ValueError(f"two ladders are called {ladder.name}")
-            found[ladder.name] = ladder
-    return tuple(found.values())
+            ladders[ladder.name] = ladder
+    return tuple(ladders.values())

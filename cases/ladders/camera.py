@@ -2,9 +2,56 @@
 
 from typing import Any
 
-from rayproof.cases.ladders.draws.camera import cameras
-from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
+import numpy as np
 
+from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, PredictedSlope, across, directions, rounded
+
+# Draws. Cameras in random orientations: with an axis-aligned up some errors do not show at all.
+ASPECT = 1.75  # exact in both precisions
+
+
+def cameras(
+    *,
+    eye: float = 6.0,
+    near: float = 0.125,
+    far: float = 128.0,
+    fovy: float = 60.0,
+    aspect: float = ASPECT,
+    lean: float = 1.0,
+    swept: str = "",
+) -> Draw:
+    """Return a draw of cameras `eye` m from the origin; the value replaces the quantity called `swept`.
+
+    Quantities: eye, near, ratio (far / near), fovy, aspect, lean (between F and up [rad]), flare (180 - fovy).
+    """
+
+    def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+        now = {"eye": eye, "near": near, "far": far, "fovy": fovy, "aspect": aspect, "lean": lean}
+        if swept == "ratio":
+            now["far"] = near * value
+        elif swept == "flare":
+            now["fovy"] = 180 - value
+        elif swept:
+            now[swept] = value
+        position = rounded(directions(count, generator) * now["eye"], precision)
+        forward = directions(count, generator)
+        target = rounded(position + forward * 6.0, precision)
+        up = np.cos(now["lean"]) * forward + np.sin(now["lean"]) * across(forward, generator)
+        single = {name: rounded(np.full(count, now[name]), precision) for name in ("near", "far", "aspect")}
+        return {
+            "eye": position,
+            "target": target,
+            "up": rounded(up, precision),
+            "sx": rounded(generator.uniform(-1, 1, count), precision),
+            "sy": rounded(generator.uniform(-1, 1, count), precision),
+            "fovy": np.full(count, now["fovy"]),
+            **single,
+        }
+
+    return draw
+
+
+# The ladders.
 K_VIEW = "1 + 1 / sin(F, up): the eye's coordinates do not enter, target - eye does"
 MULTIPLIED = ("matrix", "matrix_w_divide", "analytic_inverse")  # C3, C4, C5
 
@@ -40,7 +87,9 @@ LADDERS = (
         ),
         first_to_break="ray/matrix, matrix_w_divide, analytic_inverse (C3, C4, C5)",
         survivor="ray/reference_free, rotated (C2, C6)",
-        laws=(Law(formulas=MULTIPLIED, slope=-1.0, because="w is off by u far / near and multiplies the eye"),),
+        slopes=(
+            PredictedSlope(formulas=MULTIPLIED, slope=-1.0, because="w is off by u far / near and multiplies the eye"),
+        ),
     ),
     _ladder(
         name="CAM-NEAR-ORIGIN",
@@ -51,7 +100,7 @@ LADDERS = (
         fails=(Failure(formulas=("analytic_inverse",), because="w is 0 at far / near = 1e7", precisions=("float32",)),),
         first_to_break="none: w multiplies an eye of zero",
         survivor="all: an ordinary scene hides the fault",
-        laws=(Law(formulas=MULTIPLIED, slope=0.0, because="w multiplies an eye of zero"),),
+        slopes=(PredictedSlope(formulas=MULTIPLIED, slope=0.0, because="w multiplies an eye of zero"),),
     ),
     _ladder(
         name="CAM-RATIO",
@@ -97,10 +146,12 @@ LADDERS = (
         measured="predicted: reference_point (C1) off by u T / len. The default puts its reference point as far "
         "off as the eye is from the origin and stays flat; reference_point_at_target is the form that "
         "was predicted for",
-        laws=(
-            Law(formulas=("reference_point", "reference_free", "rotated"), slope=0.0, because="no eye is left over"),
-            Law(formulas=MULTIPLIED, slope=1.0, because="p - eye is left with u T"),
-            Law(
+        slopes=(
+            PredictedSlope(
+                formulas=("reference_point", "reference_free", "rotated"), slope=0.0, because="no eye is left over"
+            ),
+            PredictedSlope(formulas=MULTIPLIED, slope=1.0, because="p - eye is left with u T"),
+            PredictedSlope(
                 formulas=("reference_point_at_target", "inverse_matrices", "w_divided_in_view"),
                 slope=1.0,
                 skip=3,
@@ -128,7 +179,9 @@ LADDERS = (
         survivor="float64",
         measured="found: Dr.Jit's float64 tangent is off by alpha^2 / 3 below 1e-4, 1 800 K u at fovy 0.01; "
         "half_extent divides sine by cosine since",
-        laws=(Law(formulas=("reference_free",), slope=-1.0, because="the same angle, ever smaller pixels"),),
+        slopes=(
+            PredictedSlope(formulas=("reference_free",), slope=-1.0, because="the same angle, ever smaller pixels"),
+        ),
     ),
     _ladder(
         name="CAM-WIDE",
@@ -190,8 +243,8 @@ LADDERS = (
         ),
         first_to_break="all alike: K is 1 / angle",
         survivor="a fall-back up vector",
-        laws=(
-            Law(
+        slopes=(
+            PredictedSlope(
                 formulas=("right_handed", "reference_free"), slope=-1.0, skip=2, because="F x up is left with u / angle"
             ),
         ),

@@ -1,11 +1,90 @@
-"""Ladders of irradiance and of the cosine."""
+"""Ladders of light: irradiance, the cosine, sums of lights, exitance and radiance, and which side is meant."""
 
 from typing import Any
 
-from rayproof.cases.ladders.draws.light import ways
-from rayproof.cases.ladders.draws.special import dark
-from rayproof.cases.ladders.ladder import Failure, Gate, Ladder, Law
+import numpy as np
 
+from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, PredictedSlope, across, directions, rounded
+from rayproof.cases.ladders.transforms import edge_on
+
+
+# Draws. Ways to lights.
+def slanted(normal: np.ndarray, cosine: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Return random unit vectors at these cosines to unit normals."""
+    c = cosine[:, None]
+    return c * normal + np.sqrt(1 - c * c) * across(normal, generator)
+
+
+def ways(*, flux: float = 100.0, length: float = 1.0, swept: str = "length", narrow: bool = False) -> Draw:
+    """Return a draw of ways to a light in all directions above random unit normals, and a flux; one is `swept`.
+
+    Swept "cosine": dot(N, L) is about the value.
+    """
+
+    def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+        now = {"flux": flux, "length": length, "cosine": 0.0} | {swept: value}
+        normal = rounded(directions(count, generator), precision)
+        unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        cosine = np.full(count, now["cosine"]) if now["cosine"] else generator.uniform(0.1, 1, count)
+        way = slanted(unit, cosine, generator) * generator.uniform(1.0, 1.9, (count, 1))
+        with np.errstate(over="ignore"):
+            way = way * now["length"]
+        return {
+            "flux": np.full(count, rounded(np.array(now["flux"]), precision)),
+            "normal": normal,
+            "away": rounded(way, precision),
+        }
+
+    return draw
+
+
+def dark(kind: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return lights 1 exactly at the point, 2 behind the surface, 3 along it with n . L = +0 or -0."""
+    normal = rounded(directions(count, generator), precision)
+    away = np.where(generator.random((count, 3)) < 0.5, -0.0, 0.0)
+    if kind == 2:
+        away = -normal * generator.uniform(0.5, 2, (count, 1))
+    if kind == 3:
+        # Swapped components with a changed sign, of so few digits that their products are exact: a right angle.
+        normal = generator.integers(1, 9, (count, 3)) / 8.0
+        normal[:, 2] = np.where(generator.random(count) < 0.5, -0.0, 0.0)
+        away = np.stack([-normal[:, 1], normal[:, 0], generator.normal(size=count)], axis=1)
+    return {"flux": np.full(count, 100.0), "normal": normal, "away": rounded(away, precision)}
+
+
+# Contributions of lights, albedos and exitances.
+MOST = 64  # lights
+
+
+def _lights(parts: np.ndarray, precision: str) -> Inputs:
+    return {f"light{k}": column for k, column in enumerate(rounded(parts, precision).T)}
+
+
+def of_all_sizes(spread: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return eight contributions whose sizes are spread evenly over a range of `spread`, in any order."""
+    sizes = spread ** (generator.permuted(np.tile(np.linspace(-0.5, 0.5, 8), (count, 1)), axis=1))
+    return _lights(sizes * generator.uniform(0.5, 1, (count, 8)), precision)
+
+
+def many(lights: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return `lights` contributions of about one size, and nothing from the others of MOST."""
+    parts = generator.uniform(0.5, 1, (count, MOST))
+    parts[:, int(lights) :] = 0
+    return _lights(parts, precision)
+
+
+def leaving(size: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return albedos, and irradiances of about `size`, in three channels."""
+    albedo, irradiance = generator.uniform(0.01, 1, (2, count, 3))
+    return {"albedo": rounded(albedo, precision), "irradiance": rounded(irradiance * size, precision)}
+
+
+def exitances(size: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    """Return exitances of about `size`."""
+    return {"exitance": rounded(generator.uniform(0.1, 1, count) * size, precision)}
+
+
+# Ladders of irradiance and of the cosine.
 ULPS = "1: error / ulp of the result"
 
 
@@ -23,7 +102,7 @@ def _light(slot: str, **about: Any) -> Ladder:
     return Ladder(**(given | about))
 
 
-LADDERS = (
+ONE_LIGHT = (
     _light(
         "falloff",
         name="LGT-NEAR",
@@ -34,7 +113,11 @@ LADDERS = (
         fails=(Failure(formulas=("none",), because="erratum E9: no falloff"),),
         first_to_break="the data, not the formula: end to end u |p| / r",
         survivor="both",
-        laws=(Law(formulas=("inverse_square", "scaled"), slope=0.0, because="four roundings at every distance"),),
+        slopes=(
+            PredictedSlope(
+                formulas=("inverse_square", "scaled"), slope=0.0, because="four roundings at every distance"
+            ),
+        ),
     ),
     _light(
         "falloff",
@@ -133,7 +216,7 @@ LADDERS = (
         unit="u, absolute",
         first_to_break="none: the absolute error is flat, and light is what counts",
         survivor="both",
-        laws=(Law(formulas=("direct", "scaled"), slope=0.0, because="the absolute error is a few u"),),
+        slopes=(PredictedSlope(formulas=("direct", "scaled"), slope=0.0, because="the absolute error is a few u"),),
     ),
     Ladder(
         name="LGT-DARK",
@@ -156,3 +239,102 @@ LADDERS = (
         survivor="cosine/direct, scaled: 0 by definition at the point",
     ),
 )
+
+
+# Ladders of what follows one light: their sum, exitance and radiance, and which side of a surface is meant.
+SIZES = (1.0, 1e6, 1e12, 1e24, 1e36, 1e-6, 1e-12, 1e-24, 1e-33)
+
+
+def _ladder(slot: str, *, slope: float | None, because: str, **about: Any) -> Ladder:
+    last = about["values"][-1]
+    given: dict[str, Any] = {
+        "group": "light and shadow",
+        "question": "value",
+        "slots": (slot,),
+        "unit": "roundings",
+        "condition": "sum of |x df/dx| over the inputs x, over the value: at most 2, and nothing cancels",
+        "saturated": float("inf"),
+        "options": {"natural": "roundings"},
+        "gate": Gate(reaches={"float32": last, "float64": last}),
+        "slopes": () if slope is None else (PredictedSlope(formulas=("*",), slope=slope, because=because),),
+        "first_to_break": "none: no input is negative",
+        "survivor": "all",
+    }
+    return Ladder(**(given | about))
+
+
+def _side(slot: str, **about: Any) -> Ladder:
+    return Ladder(
+        group="light and shadow",
+        question="decision",
+        slots=(slot,),
+        values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8),
+        draw=edge_on,
+        kind="count",
+        unit="surfaces on the wrong side",
+        condition="none: right or wrong",
+        gate=Gate(reaches={"float32": 1e-6, "float64": 1e-8}),
+        first_to_break="the sign of a dot product at u",
+        survivor="float64",
+        **about,
+    )
+
+
+SUMS = (
+    _ladder(
+        "sum_lights",
+        slope=0.0,
+        because="n - 1 roundings of a sum of nothing negative, whatever the order: gamma(7) for eight lights",
+        name="LGT-RANGE",
+        parameter="largest over smallest of eight contributions",
+        values=(1.0, 1e2, 1e4, 1e8, 1e12, 1e16, 1e20, 1e24),
+        draw=of_all_sizes,
+        gate=Gate(reaches={"float32": 1e24, "float64": 1e24}, index=7.0),
+        first_to_break="none: what is too small to be added is smaller than a rounding",
+    ),
+    _ladder(
+        "sum_lights",
+        slope=0.5,
+        because="roundings of either sign add up like a random walk, far below gamma(n - 1)",
+        name="LGT-MANY",
+        parameter="lights of about one size",
+        values=(2.0, 4.0, 8.0, 16.0, 32.0, 64.0),
+        draw=many,
+        gate=Gate(reaches={"float32": 64.0, "float64": 64.0}, index=63.0),
+        first_to_break="none up to 64 lights; then sums in one go, before sums by halves",
+    ),
+    _ladder(
+        "exitance",
+        slope=0.0,
+        because="one product rounds once",
+        name="EXI-RANGE",
+        parameter="irradiance [W/m^2], smallest last",
+        values=SIZES,
+        draw=leaving,
+        gate=Gate(reaches={"float32": 1e-33, "float64": 1e-33}, index=1.0),
+    ),
+    _ladder(
+        "radiance",
+        slope=0.0,
+        because="pi is rounded once, and the quotient",
+        name="RAD-RANGE",
+        parameter="exitance [W/m^2], smallest last",
+        values=SIZES,
+        draw=exitances,
+        gate=Gate(reaches={"float32": 1e-33, "float64": 1e-33}, index=2.0),
+    ),
+    _ladder(
+        "radiance_simplified",
+        slope=0.0,
+        because="nothing is computed",
+        name="RAD-SIMPLIFIED",
+        parameter="exitance [W/m^2], smallest last",
+        values=SIZES,
+        draw=exitances,
+        gate=Gate(reaches={"float32": 1e-33, "float64": 1e-33}, index=0.0),
+    ),
+    _side("hidden", name="HID-EDGE", parameter="|cosine| between a one-sided surface's normal and the view"),
+    _side("horizon", name="HOR-EDGE", parameter="|cosine| between normal and light, by the default formula"),
+)
+
+LADDERS = (*ONE_LIGHT, *SUMS)

@@ -1,14 +1,54 @@
 """Ladders of special values: NaN, infinities, subnormals, signed zeros and the largest numbers, in every input."""
 
+from itertools import combinations, product
 from typing import Any
 
-from rayproof.cases.ladders.draws import box, sphere, triangle
-from rayproof.cases.ladders.draws.camera import cameras
-from rayproof.cases.ladders.draws.light import ways
-from rayproof.cases.ladders.draws.special import planted
-from rayproof.cases.ladders.ladder import Failure, Gate, Ladder
+import numpy as np
+
+from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, boxes, flat_shapes, spheres, triangles
+from rayproof.cases.ladders.camera import cameras
+from rayproof.cases.ladders.light import ways
+
+# Draws. Special values put into ordinary inputs: value 1 one at a time, value 2 in every pair of places.
+TINIEST = {"float32": (2.0**-149, 2.0**-127), "float64": (2.0**-1074, 2.0**-1023)}
+LARGEST = {"float32": float(np.finfo(np.float32).max), "float64": float(np.finfo(np.float64).max)}
+PAIRS = 4000  # at most
 
 
+def specials(precision: str) -> tuple[float, ...]:
+    """Return NaN, infinities, subnormals, zeros and the largest numbers, of both signs where there are two."""
+    tiny, small = TINIEST[precision]
+    return (np.nan, np.inf, -np.inf, tiny, -tiny, small, -0.0, 0.0, LARGEST[precision], -LARGEST[precision])
+
+
+def planted(draw: Draw, value: float = 1.0) -> Draw:
+    """Return a draw that plants special values in the inputs of `draw` at `value`; without any it asks nothing."""
+
+    def planting(places: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+        plain = draw(value, 1, np.random.default_rng(5), precision)
+        slots = [
+            (name, index)
+            for name, array in plain.items()
+            if name not in ("fovy", "aspect", "near", "far")
+            for index in np.ndindex(array.shape[1:])
+        ]
+        wanted = [
+            [*zip(where, what, strict=True)]
+            for where in combinations(slots, int(places))
+            for what in product(specials(precision), repeat=int(places))
+        ]
+        if len(wanted) > max(count, 1000):
+            wanted = [wanted[i] for i in np.sort(generator.choice(len(wanted), max(count, 1000), replace=False))]
+        drawn = draw(value, len(wanted), generator, precision)
+        for ray, plants in enumerate(wanted):
+            for (name, index), special in plants:
+                drawn[name][(ray, *index)] = special
+        return drawn
+
+    return planting
+
+
+# The ladders.
 def _ladder(question: str, **about: Any) -> Ladder:
     return Ladder(
         group="values",
@@ -31,7 +71,7 @@ LADDERS = (
         "special_distance",
         name="VAL-SPHERE",
         slots=("sphere",),
-        draw=planted(sphere.inside, 0.5),
+        draw=planted(spheres.inside, 0.5),
         options={"shape": "sphere"},
         first_to_break="a clamp that turns a NaN discriminant into 0",
     ),
@@ -39,7 +79,7 @@ LADDERS = (
         "special_distance",
         name="VAL-TRIANGLE",
         slots=("triangle",),
-        draw=planted(triangle.slivers),
+        draw=planted(triangles.slivers),
         options={"shape": "triangle"},
         fails=(
             Failure(
@@ -56,7 +96,7 @@ LADDERS = (
         "special_distance",
         name="VAL-PLANE",
         slots=("plane",),
-        draw=planted(triangle.plane_far),
+        draw=planted(flat_shapes.plane_far),
         options={"shape": "plane"},
         first_to_break="plane/unguarded",
     ),
@@ -64,7 +104,7 @@ LADDERS = (
         "special_distance",
         name="VAL-SQUARE",
         slots=("square",),
-        draw=planted(triangle.border, 1e6),
+        draw=planted(flat_shapes.border, 1e6),
         options={"shape": "square"},
         fails=(Failure(formulas=("full_vectors",), because="erratum E7: twice the size"),),
         first_to_break="a negated comparison, which is true for NaN",
@@ -73,7 +113,7 @@ LADDERS = (
         "special_distance",
         name="VAL-CUBE",
         slots=("cube",),
-        draw=planted(box.around, 3.0),
+        draw=planted(boxes.around, 3.0),
         options={"shape": "cube"},
         fails=(
             Failure(

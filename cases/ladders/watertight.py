@@ -2,9 +2,54 @@
 
 from typing import Any
 
-from rayproof.cases.ladders.draws import triangle as draws
-from rayproof.cases.ladders.ladder import Failure, Gate, Ladder
+import numpy as np
 
+from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, across, rounded, unit
+
+# Draws. Rays at the inner edges and vertices of a jittered sheet.
+SHEET = 33  # vertices along a side of the jittered sheet
+
+
+def sheet(fan: str, *, scaled_by_value: bool) -> Draw:
+    """Return a draw of rays at inner edges or vertices of a jittered sheet, its value a translation or a scale."""
+
+    def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+        offset, scale = (0.0, value) if scaled_by_value else (value, 1.0)
+        return _drawn(fan, offset, scale, count, generator, precision)
+
+    return draw
+
+
+def _drawn(fan: str, offset: float, scale: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
+    # Fewer, larger cells far from the origin: a cell must be many float spacings wide.
+    rows, columns = np.meshgrid(np.arange(SHEET), np.arange(SHEET), indexing="ij")
+    vertices = np.stack([rows, columns, np.zeros_like(rows)], axis=-1) + generator.uniform(
+        -0.25, 0.25, (SHEET, SHEET, 3)
+    )
+    turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+    vertices = rounded((vertices @ turn + offset * np.array([0.6, -0.48, 0.64])) * scale, precision)
+    if fan == "edge":
+        i, j = generator.integers(1, SHEET - 2, (2, count))
+        steps = np.array(
+            [[(0, 0), (1, 1), (0, 1), (1, 0)], [(0, 0), (0, 1), (-1, 0), (1, 1)], [(0, 0), (1, 0), (1, 1), (0, -1)]]
+        )
+        step = steps[generator.integers(3, size=count)]
+        corners = [vertices[i + step[:, k, 0], j + step[:, k, 1]] for k in range(4)]
+        share = generator.uniform(0.05, 0.95, (count, 1))
+        target = corners[0] * (1 - share) + corners[1] * share
+    else:
+        i, j = generator.integers(1, SHEET - 1, (2, count))
+        ring = ((0, 0), (0, 1), (1, 1), (1, 0), (0, -1), (-1, -1), (-1, 0))
+        corners = [vertices[i + a, j + b] for a, b in ring]
+        target = corners[0]
+    normal = turn[2]
+    direction = -normal * generator.uniform(0.5, 1.0, (count, 1)) + across(np.tile(normal, (count, 1)), generator) * 0.7
+    origin = rounded(target - direction * 20 * scale, precision)
+    aimed = rounded(unit(target - origin), precision)
+    return {"o": origin, "d": aimed} | {f"p{k}": corner for k, corner in enumerate(corners)}
+
+
+# The ladders.
 LEAKING = (
     "moeller_trumbore",
     "moeller_trumbore_epsilon",
@@ -21,7 +66,7 @@ def _sheet(fan: str, by_scale: bool, **about: Any) -> Ladder:
         group="triangle, square, plane",
         question="watertight",
         slots=("triangle",),
-        draw=draws.sheet(fan, scaled_by_value=by_scale),
+        draw=sheet(fan, scaled_by_value=by_scale),
         options={"fan": fan},
         unit="leaks and double hits per 10^6 rays",
         condition="none: right or wrong",

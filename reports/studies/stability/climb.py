@@ -6,7 +6,7 @@ from typing import TypedDict
 import numpy as np
 from scipy import stats
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.reports.studies.stability.questions import QUESTIONS, Grades, Truth
 from rayproof.reports.studies.stability.slopes import Slope, fitted
 from rayproof.tracer.catalogue import FORMULAS
@@ -106,7 +106,7 @@ def climb(given: Drawn, formula: Formula) -> Climb:
     errors = [_finite(grades.error[part]) for part in parts]
     # Of a user's own formula nothing is predicted; where a slope can begin to show, the default's law says.
     known = FORMULAS.slots[formula.slot] if is_own(formula.variant) else formula.variant
-    law = ladder.law(f"{formula.slot}/{known}", given.precision)
+    law = ladder.predicted(f"{formula.slot}/{known}", given.precision)
     first = law.skip if law else 0
     slope = fitted(ladder.values[first:], errors[first:], saturated=ladder.saturated, seed=ladder.seed % 2**32)
     return Climb(ladder=ladder, formula=formula, precision=given.precision, rungs=rungs, slope=slope)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import cast
 
-from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.ladders import Ladder
 from rayproof.reports.studies.stability.climb import Climb, Rung
 from rayproof.reports.studies.stability.judge import Verdict
 from rayproof.reports.studies.stability.records import ClimbRecord, LadderAbout, RungRecord
@@ -103,7 +103,7 @@ def about(ladder: Ladder) -> LadderAbout:
                 "because": law.because,
                 "first": ladder.values[law.skip],
             }
-            for law in ladder.laws
+            for law in ladder.slopes
         ],
     }
 

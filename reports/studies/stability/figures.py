@@ -13,7 +13,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, NullLocator, StrMethodFormatter
 
-from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.ladders import Ladder
 from rayproof.reports.studies.stability.records import ClimbRecord, RungRecord
 
 MARKERS = "os^vD<>ph*Xd"

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from rayproof.cases.ladders.ladder import Ladder, Law
+from rayproof.cases.ladders import Ladder, PredictedSlope
 from rayproof.reports.studies.stability.climb import Climb, Drawn
 from rayproof.tracer.formula import is_own
 
@@ -14,7 +14,7 @@ class Verdict:
     """The outcome of one climb."""
 
     climb: Climb
-    law: Law | None
+    law: PredictedSlope | None
     expected: str  # pass or fail; of a user's own formula, none
     verdict: str  # pass or fail
     reasons: tuple[str, ...]  # why it failed
@@ -35,7 +35,7 @@ def judged(climb: Climb) -> Verdict:
             surprise="",
         )
     failure = ladder.failure(name, climb.precision)
-    law = ladder.law(name, climb.precision)
+    law = ladder.predicted(name, climb.precision)
     gate, slope = _gate(climb), _slope(climb, law)
     expected = "fail" if failure else "pass"
     surprise = slope
@@ -73,7 +73,7 @@ def _gate(climb: Climb) -> str:
     return f"breaks at {rung.value:g}, before {needed:g}: {', '.join(part for part in told if part)}"
 
 
-def _slope(climb: Climb, law: Law | None) -> str:
+def _slope(climb: Climb, law: PredictedSlope | None) -> str:
     """Return in words how the slope differs from the predicted one, or nothing."""
     if law is None:
         return ""

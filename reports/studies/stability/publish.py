@@ -5,7 +5,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.ladders import Ladder
 from rayproof.reports.results.json_numbers import plain
 from rayproof.reports.studies.stability.document import about
 from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord

@@ -4,8 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from rayproof.cases.ladders import all_ladders
-from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.ladders import Ladder, all_ladders
 from rayproof.reports.studies.stability.climb import climb, drawn
 from rayproof.reports.studies.stability.document import record
 from rayproof.reports.studies.stability.guards import broken

@@ -6,8 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from rayproof.cases.ladders import all_ladders
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder, all_ladders
 from rayproof.cases.rounding import PRECISIONS, UNIT_ROUNDOFF
 from rayproof.reports.studies.stability.questions import QUESTIONS, Grades, Question
 from rayproof.reports.studies.tradeoff.clocks import kernel_seconds

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.ladders import Ladder
 from rayproof.reports.studies.tradeoff.clocks import interleave
 from rayproof.reports.studies.tradeoff.formulas import Task, entries
 from rayproof.reports.studies.tradeoff.ladders import LADDER, ladder_entries

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from rayproof.cases.families import select
-from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.ladders import Ladder
 from rayproof.cases.scene import Scene
 from rayproof.cases.stresses import STRESSES
 from rayproof.reports.studies.compare.concerned import concerned

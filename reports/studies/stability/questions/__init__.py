@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.registry import Registry
 from rayproof.tracer.formula import Formula
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import Columns, Mathematics, confirmed, decided, sample
 from rayproof.reports.studies.stability.mathematics import dot

@@ -5,7 +5,7 @@ Truth: the face that the exact ray enters last or leaves first; ties, where it m
 
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing

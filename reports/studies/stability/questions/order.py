@@ -7,7 +7,7 @@ Inputs: o, d, the first triangle a, b, c and the second one a2, b2, c2.
 
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import Columns, confirmed, decided, sample
 from rayproof.reports.studies.stability.geometry import ahead, ray_of, record

@@ -12,7 +12,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.reports.studies.stability.bounded_pairs import Pair
 from rayproof.reports.studies.stability.device import downloaded, uploaded

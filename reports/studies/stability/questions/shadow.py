@@ -14,7 +14,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import Columns, confirmed, decided, rational, sample, single
 from rayproof.reports.studies.stability.geometry import ahead, ray_of

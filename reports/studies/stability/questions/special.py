@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from flint import arb, ctx
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import WITNESS_BITS, Columns, Mathematics, single
 from rayproof.reports.studies.stability.mathematics import dot

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.placement import camera_around
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.reports.studies.stability.device import downloaded, uploaded

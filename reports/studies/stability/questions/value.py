@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.reports.studies.stability.bounded_pairs import Pair
 from rayproof.reports.studies.stability.conditioned import Conditioned

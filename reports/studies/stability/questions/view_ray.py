@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.reports.studies.stability.device import downloaded, number, uploaded
 from rayproof.reports.studies.stability.exactly import Columns, evaluated, sample, witnessed

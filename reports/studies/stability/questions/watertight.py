@@ -8,7 +8,7 @@ whatever the inner edges say. Silhouettes, on which a ray may properly miss all,
 import drjit as dr
 import numpy as np
 
-from rayproof.cases.ladders.ladder import Inputs, Ladder
+from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import Columns, rational, sample, single
 from rayproof.reports.studies.stability.geometry import ahead, ray_of

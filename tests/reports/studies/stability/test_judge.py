@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.cases.ladders import all_ladders
-from rayproof.cases.ladders.ladder import Failure, Ladder, Law
+from rayproof.cases.ladders import Failure, Ladder, PredictedSlope, all_ladders
 from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung
 from rayproof.reports.studies.stability.judge import doubted, judged
 from rayproof.reports.studies.stability.questions import Truth, Witness
@@ -74,7 +73,7 @@ def test_a_known_failure_must_still_keep_its_law() -> None:
     known = replace(
         SPH_FAR,
         fails=(Failure(formulas=("*",), because="a test says so"),),
-        laws=(Law(formulas=("*",), slope=2.0, because="squared"),),
+        slopes=(PredictedSlope(formulas=("*",), slope=2.0, because="squared"),),
     )
 
     assert "squared" in judged(climbed(known, broken_from=1e2, slope=1.0)).surprise
@@ -84,7 +83,7 @@ def test_a_known_failure_must_still_keep_its_law() -> None:
 def test_the_catalogue_names_formulas_that_there_are(ladder: Ladder) -> None:
     known = {formula.variant for slot in ladder.slots for formula in FORMULAS.variants(slot)} | {"*"}
 
-    named = {name.rpartition("/")[2] for one in (*ladder.laws, *ladder.fails) for name in one.formulas}
+    named = {name.rpartition("/")[2] for one in (*ladder.slopes, *ladder.fails) for name in one.formulas}
 
     assert set(ladder.slots) <= set(FORMULAS.slots)
     # What fails on all ladders of a group may be named on one whose slots do not hold it: never the other way round.
@@ -105,7 +104,7 @@ def test_a_missed_gate_says_what_was_wrong_there() -> None:
 
 @pytest.mark.parametrize(("median", "law", "passes"), [(0.0, 0.0, True), (1e-9, 0.0, False), (0.0, 1.0, False)])
 def test_no_error_at_all_is_a_flat_law_and_no_other(median: float, law: float, passes: bool) -> None:
-    flat = replace(SPH_FAR, laws=(Law(formulas=("*",), slope=law, because="a test says so"),))
+    flat = replace(SPH_FAR, slopes=(PredictedSlope(formulas=("*",), slope=law, because="a test says so"),))
     climb = climbed(flat, broken_from=1e9, slope=0.0)
     none = Slope(value=None, interval=None, used=())
 

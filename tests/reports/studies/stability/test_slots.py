@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.cases.ladders import all_ladders
-from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.ladders import Ladder, all_ladders
 from rayproof.reports.studies.stability.climb import climb, drawn
 from rayproof.reports.studies.stability.conditioned import Conditioned
 from rayproof.reports.studies.stability.judge import judged

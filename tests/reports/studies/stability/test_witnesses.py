@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from flint import arb
 
-from rayproof.cases.ladders import all_ladders
-from rayproof.cases.ladders.ladder import Ladder
+from rayproof.cases.ladders import Ladder, all_ladders
 from rayproof.reports.studies.stability.climb import drawn
 from rayproof.reports.studies.stability.judge import doubted
 from rayproof.reports.studies.stability.questions.special import dark, impossible

@@ -1,11 +1,12 @@
 """The ladders are data: complete, drawn by seed, and made of numbers that the precision has."""
 
+from pkgutil import iter_modules
+
 import numpy as np
 import pytest
 
-from rayproof.cases.ladders import all_ladders
-from rayproof.cases.ladders.draws import rounded
-from rayproof.cases.ladders.ladder import Gate, Ladder
+from rayproof.cases import ladders
+from rayproof.cases.ladders import PAGES, Gate, Ladder, all_ladders, rounded
 
 LADDERS = all_ladders()
 GROUPS = {
@@ -17,6 +18,10 @@ GROUPS = {
     "light and shadow",
     "values",
 }
+
+
+def test_every_page_is_named() -> None:
+    assert sorted(PAGES) == sorted(page.name for page in iter_modules(ladders.__path__))
 
 
 def test_there_are_at_least_fifty_over_all_groups() -> None:
