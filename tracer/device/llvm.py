@@ -4,8 +4,14 @@ LLVM 15 and 16 abort the process on float minimum and maximum, and LLVM 15 on fl
 newest library that it finds. Imports no Dr.Jit, because Dr.Jit loads LLVM when it is imported.
 """
 
+import ctypes
 import os
+import platform
+import struct
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
@@ -43,3 +49,40 @@ def select() -> None:
             f"which aborts the process; import rayproof's packages first, or set {VARIABLE} to {library}"
         )
     os.environ[VARIABLE] = str(library)
+
+
+# glibc's fenv_t on x86-64: where MXCSR is in it, and its bits that flush subnormal results and operands to zero.
+FENV, MXCSR, FLUSH = 32, 28, 0x8040
+
+
+@cache
+def _libm() -> ctypes.CDLL | None:
+    """Return the library that changes the calling thread's floating-point environment, or None elsewhere."""
+    if not (sys.platform.startswith("linux") and platform.machine() == "x86_64" and platform.libc_ver()[0] == "glibc"):
+        return None
+    return ctypes.CDLL("libm.so.6")
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let Dr.Jit compute on the calling thread alone while the body runs, to the same last bit.
+
+    The threads of its pool spin between kernels, which for a small image takes as long as the kernels do. Without a
+    pool the calling thread computes, which keeps subnormal numbers where Dr.Jit's threads flush them: so it flushes
+    them too. Where that cannot be done the pool stays.
+    """
+    import drjit as dr
+
+    libm, before = _libm(), ctypes.create_string_buffer(FENV)
+    if libm is None or libm.fegetenv(before) != 0:
+        yield
+        return
+    flushing, threads = ctypes.create_string_buffer(before.raw, FENV), dr.thread_count()
+    struct.pack_into("<I", flushing, MXCSR, struct.unpack_from("<I", before, MXCSR)[0] | FLUSH)
+    dr.set_thread_count(0)
+    libm.fesetenv(flushing)
+    try:
+        yield
+    finally:
+        libm.fesetenv(before)
+        dr.set_thread_count(threads)

@@ -1,7 +1,9 @@
 """The tracer's task: render a scene by one configuration."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
+from rayproof.cases.scene import Scene
 from rayproof.cases.stages import StageImages
 from rayproof.reports.judge.comparison.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
@@ -11,9 +13,12 @@ from rayproof.reports.results.records import ConsistencyRecord
 from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.device.llvm import one_thread
 from rayproof.tracer.device.versions import versions
 from rayproof.tracer.formula import copied
 from rayproof.tracer.render import render
+
+SMALL = 2**16  # px of an image that one thread renders no later than several, with half of their processor time
 
 
 def prepare() -> None:
@@ -35,10 +40,8 @@ def trace(
     configuration = Configuration.parse(task.configuration)
     if task.own:
         _unchanged(configuration, task.own)
-    answers = render(task.scene, stages_of(task.scene), configuration)
-    fine = None
-    if task.samples > 1:
-        fine = render(finer(task.scene, task.samples), stages_of(task.scene), configuration)
+    answers = _images(task.scene, configuration)
+    fine = _images(finer(task.scene, task.samples), configuration) if task.samples > 1 else None
     paths = met_by_case(task.scene, configuration, task.routes)
     candidate = Candidate(
         name=configuration.name,
@@ -49,6 +52,11 @@ def trace(
         fine=fine,
     )
     return candidate, versions(), (), _consistency(task, configuration, answers), paths
+
+
+def _images(scene: Scene, configuration: Configuration) -> StageImages:
+    with one_thread() if scene.camera.width * scene.camera.lines <= SMALL else nullcontext():
+        return render(scene, stages_of(scene), configuration)
 
 
 def _unchanged(configuration: Configuration, known: tuple[str, ...]) -> None:
