@@ -394,6 +394,6 @@ def check_selectors(selectors: tuple[str, ...], subject: "Subject") -> None:
 
     for selector in selectors:
         if selector.endswith(".json"):
-            refuse_beyond_all(case_of_file(Path(selector)), selector, subject)
+            refuse_beyond_all(case_of_file(Path(selector)), selector)
         else:
             select([selector])

@@ -196,5 +196,5 @@ def _failing(check: Check, parties: Mapping[str, Candidate | Witness], base: Gro
     for one in (check.end_to_end, check.continued):
         if one is not None and one.pixel is not None and not one.worst_ratio <= 1:
             column, row = one.pixel
-            found[row - base.scene.camera.first_row, column] = True
+            found[row, column] = True
     return found

@@ -66,9 +66,6 @@ LINES: Mapping[str, str] = {
     'catalogue.py:slot, _, variant = name.partition("/")': OWN,
     "catalogue.py:if is_own(variant):": OWN,
     'catalogue.py:return own_formula(variant, default=self[f"{slot}/{self.slots[slot]}"])': OWN,
-    (
-        'stages/camera_rays.py:row = row + context.parameters("first_row", types.Int(camera.first_row * view.per_side))'
-    ): "bands of an image too large for one piece: tests/reports/run/test_banded_run.py",
     "catalogue.py:if slot not in self.slots:": REFUSED,
     'shapes/kinds.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
     (

@@ -2,20 +2,17 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import cast
 
 from rayproof.cases.case import Case
 from rayproof.reports.cache.store import Store
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.results.artifacts import Artifacts, hand_over
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.banded_run import BandedRun, Finished, Merging
 from rayproof.reports.run.case_run import CaseRun
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.size import bands_of, deadline
+from rayproof.reports.run.size import deadline
 from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import Subject
 
@@ -64,7 +61,6 @@ class CasesUnderWay:
         self._store = None if terms.artifacts is None else Artifacts(terms.artifacts)
         self._memory = None if store is None else Memory(store, terms.demands)
         self._pixels: dict[str, int] = {}  # by name
-        self._in_bands: dict[str, BandedRun] = {}
 
     @property
     def has_room(self) -> bool:
@@ -74,25 +70,13 @@ class CasesUnderWay:
 
     @property
     def doing(self) -> list[str]:
-        """Return the names of the cases, and of one in bands how far it has come."""
-        in_bands = self._in_bands
-        return [f"{name}, {in_bands[name].about}" if name in in_bands else name for name in self._pixels]
+        """Return the names of the cases."""
+        return list(self._pixels)
 
     def start(self, one: PlannedCase) -> None:
         """Send a case on its way."""
         self._pixels[one.case.name] = _pixels(one.case)
-        subject = self._terms.subject
-        bands = bands_of(one.case, subject)
-        run = partial(self._run, seconds=self._patience(one))
-        if not bands:
-            run(one, self._done).start()
-            return
-        from rayproof.reports.run.record.merging import merged  # and with it much of the judge
-
-        together = cast("Merging", partial(merged, folder=self._folder, subject=subject))
-        banded = BandedRun(one, bands, run=run, merged=together, finished=self._done)
-        self._in_bands[one.case.name] = banded
-        banded.start()
+        self._run(one, seconds=self._patience(one)).start()
 
     def step(self) -> None:
         """Wait a little for something to happen, and take it up."""
@@ -101,7 +85,7 @@ class CasesUnderWay:
             self._memory.prepare()
         self._pool.step()
 
-    def _run(self, planned: PlannedCase, finished: Finished, *, seconds: float | None) -> CaseRun:
+    def _run(self, planned: PlannedCase, *, seconds: float | None) -> CaseRun:
         demands = self._terms.demands
         return CaseRun(
             planned,
@@ -116,12 +100,11 @@ class CasesUnderWay:
             images=demands.images,
             seconds=seconds,
             most=self._terms.most,
-            finished=finished,
+            finished=self._done,
         )
 
-    def _done(self, run: CaseRun | BandedRun, record: CaseRecord) -> None:
+    def _done(self, run: CaseRun, record: CaseRecord) -> None:
         del self._pixels[run.planned.case.name]
-        self._in_bands.pop(run.planned.case.name, None)
         if self._store is not None:
             hand_over(self._store, record, self._folder)
         self._finished(run.planned, record)
@@ -131,7 +114,7 @@ class CasesUnderWay:
         if not self._terms.patient:
             return None
         about = {"candidates": len(planned.configurations), "references": len(self._terms.demands.references)}
-        return deadline(planned.case, **about, subject=self._terms.subject)
+        return deadline(planned.case, **about)
 
 
 def has_room(pixels: Collection[int], *, waiting: bool = False) -> bool:

@@ -2,7 +2,6 @@
 
 import shutil
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import psutil
@@ -18,7 +17,6 @@ from rayproof.reports.run.size import (
     BY_ANOTHER_ROUTE,
     LARGE,
     Estimate,
-    bands_of,
     deadline,
     estimate,
     triangles_of,
@@ -42,23 +40,18 @@ def plan_in_words(request: RunRequest) -> list[str]:
     subject = request.subject
     planned = planned_cases(request)
     heard = panel(request.require, subject)
-    each = [
-        estimate(one.case, candidates=len(one.configurations), references=len(heard.names), subject=subject)
-        for one in planned
-    ]
+    each = [estimate(one.case, candidates=len(one.configurations), references=len(heard.names)) for one in planned]
     routes = sum(len(asked(one.routes, name)) for one in planned for name in one.configurations)
     renders = sum((1 + one.twice) * len(one.configurations) + len(heard.names) for one in planned)
     checks = sum(_checks(one, heard.names, subject) for one in planned)
     configurations = configurations_of(planned)
     largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
-    bands = bands_of(largest[0].case, subject)
     counts = f"{len(planned)} cases, {len(configurations)} configurations, {len(heard.names)} references"
     return [
         f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks",
         *([f"other routes of the tracer: at most {routes} renders"] if routes else []),
         *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
         f"largest case: {_about(largest[0])}",
-        *([f"judged in {len(bands)} bands of {bands[0][1]} rows"] if bands else []),
         *_estimated(request, planned, each, references=len(heard.names), routes=routes),
     ]
 
@@ -77,8 +70,6 @@ def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject)
     from rayproof.reference import REFERENCES
 
     scene = planned.case.scene
-    bands = bands_of(planned.case, subject)
-    scene = replace(scene, camera=replace(scene.camera, rows=bands[0])) if bands else scene
     answered = sum(
         unable(REFERENCES[name](), scene, stage) is None for name in references for stage in stages_of(scene)
     )
@@ -105,10 +96,7 @@ def _estimated(
     yield f"estimated disk: at most {disk / GB:.2g} GB in {request.out}; {disk_there / GB:.1f} GB are free{lacking}"
     limit = request.timeout
     if request.patient:
-        limit = max(
-            deadline(one.case, candidates=len(one.configurations), references=references, subject=request.subject)
-            for one in planned
-        )
+        limit = max(deadline(one.case, candidates=len(one.configurations), references=references) for one in planned)
     yield f"deadline: {limit:.0f} s for one render or one judgement" + (
         " of the largest case" * (limit > request.timeout)
     )

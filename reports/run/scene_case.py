@@ -20,7 +20,7 @@ def place_of(name: str) -> str:
     """Return where a case's files lie below `scenes`, `images` and `calls` of a results folder: under its name.
 
     Of scene files there may be any number, so that they are spread over 256 folders by a digest: of a hundred thousand
-    none has more than some 500 entries. The bands of a case lie with it.
+    none has more than some 500 entries.
     """
     family, _, rest = name.partition("/")
     if family != FAMILY:

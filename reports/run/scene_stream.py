@@ -50,7 +50,7 @@ class SceneStream(Sequence[Case]):
         for number, data in enumerate(self._folder() if path.is_dir() else self._lines()):
             case = self._case(data, number)
             try:
-                refuse_beyond_all(case, "", subject)
+                refuse_beyond_all(case, "")
             except SceneError as error:
                 raise SceneError(f"{self._where(number)}{error}") from None
             if case.name in taken:

@@ -3,13 +3,12 @@
 The constants are measured: docs/performance.md, "What a case takes", says on what, and how well they do.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import psutil
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Mesh, Scene, SceneError
-from rayproof.reports.subjects import THE_TRACER, Subject
 
 # Seconds of one processor. A renderer's are those of the slowest; the judge's are for one candidate.
 RENDER_A_PIXEL, JUDGE_A_PIXEL = 17e-6, 30e-6
@@ -24,8 +23,7 @@ BYTES_AN_IMAGE = 330  # a pixel, of the tracer's image alone
 # Bytes of the results folder a pixel and renderer: of a case that passed an eighth.
 KEPT_A_PIXEL, KEPT_A_PIXEL_AND_LIGHT = 90, 4
 
-BAND = 0.65e9  # bytes that the judge takes for a band of a large image
-KEPT_IN_BANDS = 2**17  # pixels
+MOST_PIXELS = 2**22  # of an image that is judged
 USUAL_LIMIT = 120.0  # s, for one render or one judgement
 SLACK = 10.0  # times what is estimated: this machine may be slower, and others busy on it
 LARGE = 2**30  # bytes of a process, from which on one of them runs at a time
@@ -47,25 +45,10 @@ def triangles_of(scene: Scene) -> int:
     return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
 
 
-def estimate(case: Case, *, candidates: int, references: int, subject: Subject = THE_TRACER) -> Estimate:
-    """Return what it takes to put so many candidates of a subject to a case before so many references.
-
-    Of an image in bands the longest task and the largest process are those of a band, and what is kept is thinned.
-    """
-    bands = bands_of(case, subject)
-    if bands:
-        part = replace(case, scene=replace(case.scene, camera=replace(case.scene.camera, rows=bands[0])))
-        one = _estimate(part, candidates, references)
-        kept = (
-            KEPT_IN_BANDS * (candidates + references) * (KEPT_A_PIXEL + KEPT_A_PIXEL_AND_LIGHT * len(case.scene.lights))
-        )
-        return replace(one, seconds=len(bands) * one.seconds, disk=kept)
-    return _estimate(case, candidates, references)
-
-
-def _estimate(case: Case, candidates: int, references: int) -> Estimate:
+def estimate(case: Case, *, candidates: int, references: int) -> Estimate:
+    """Return what it takes to put so many candidates of a subject to a case before so many references."""
     scene, camera = case.scene, case.scene.camera
-    pixels, lights, triangles = camera.width * camera.lines, len(scene.lights), triangles_of(scene)
+    pixels, lights, triangles = camera.width * camera.height, len(scene.lights), triangles_of(scene)
     lit = pixels * max(0, lights - 1)  # the first light is in what a pixel takes
     finer = case.samples**2 if case.samples > 1 else 0
     render = RENDER_A_PIXEL * pixels * (1 + finer) + RENDER_A_PIXEL_AND_LIGHT * lit + RENDER_A_TRIANGLE * triangles
@@ -81,7 +64,7 @@ def _estimate(case: Case, candidates: int, references: int) -> Estimate:
 
 def memory_of(scene: Scene) -> float:
     """Return about how much memory [bytes] the largest process takes for what is drawn of a scene at once."""
-    pixels = scene.camera.width * scene.camera.lines
+    pixels = scene.camera.width * scene.camera.height
     return BEGINNING + pixels * _bytes_a_pixel(scene) + triangles_of(scene) * BYTES_A_TRIANGLE
 
 
@@ -89,37 +72,35 @@ def _bytes_a_pixel(scene: Scene) -> float:
     return BYTES_A_PIXEL + BYTES_A_PIXEL_AND_LIGHT * max(0, len(scene.lights) - 1)
 
 
-def bands_of(case: Case, subject: Subject) -> tuple[tuple[int, int], ...]:
-    """Return the rows of the bands in which a case is drawn and judged, from first to before last; none if it is whole.
-
-    Only images that are large are, and of those only where nothing is asked of the image as a whole: a case of the
-    suite promises how many pixels are at edges, closed forms and means are sums, and a program draws what it draws.
-    """
-    scene, camera = case.scene, case.scene.camera
-    most = BAND // _bytes_a_pixel(scene)  # pixels
-    if camera.width * camera.height <= 2 * most or case.tuned or case.expectations or case.samples > 1:
-        return ()
-    if not subject.is_tracer and not _draws_bands(subject):
-        return ()
-    rows = max(1, int(most // camera.width))
-    return tuple((first, min(first + rows, camera.height)) for first in range(0, camera.height, rows))
-
-
-def _draws_bands(subject: Subject) -> bool:
-    from rayproof.reference import REFERENCES
-
-    return subject.name in REFERENCES and bool(getattr(REFERENCES[subject.name], "in_bands", False))
-
-
 def is_large(scene: Scene) -> bool:
     """Say whether a scene's renders and judgement are to run one at a time."""
     return memory_of(scene) > LARGE
 
 
-def deadline(case: Case, *, candidates: int, references: int, subject: Subject = THE_TRACER) -> float:
+def deadline(case: Case, *, candidates: int, references: int) -> float:
     """Return how long [s] one render of a case, or its judgement, may take where nobody says."""
-    takes = estimate(case, candidates=candidates, references=references, subject=subject)
+    takes = estimate(case, candidates=candidates, references=references)
     return max(USUAL_LIMIT, SLACK * takes.longest)
+
+
+def refuse_beyond_all(case: Case, name: str) -> None:
+    """Raise SceneError if a case is too large to be judged: by its pixels, its memory, or its processor time."""
+    camera = case.scene.camera
+    size = f"{name}: {camera.width} x {camera.height} px"
+    if camera.width * camera.height > MOST_PIXELS:
+        raise SceneError(f"{size} are more than the {MOST_PIXELS} that are judged; make the image smaller")
+    takes = estimate(case, candidates=2, references=5)
+    there = psutil.virtual_memory().total
+    if takes.memory > there:
+        raise SceneError(
+            f"{size} and its meshes take about {takes.memory / 1e9:.0f} GB of memory to judge, and this machine has "
+            f"{there / 1e9:.0f} GB; make the image smaller"
+        )
+    if takes.seconds > LONGEST:
+        raise SceneError(
+            f"{size} take about {takes.seconds / 86400:.0f} days of processor time, and at most "
+            f"{LONGEST / 86400:.0f} are tried; make the image smaller"
+        )
 
 
 def refuse_too_large(scene: Scene, name: str) -> None:
@@ -127,26 +108,9 @@ def refuse_too_large(scene: Scene, name: str) -> None:
 
     Half, since the estimate is rough: a scene that might do is tried.
     """
-    pixels = scene.camera.width * scene.camera.height
-    _refuse(scene, name, pixels * BYTES_AN_IMAGE + triangles_of(scene) * BYTES_A_TRIANGLE)
-
-
-def refuse_beyond_all(case: Case, name: str, subject: Subject) -> None:
-    """Raise SceneError if judging a case takes more than twice this machine's memory, or more than `LONGEST`."""
-    takes = estimate(case, candidates=2, references=5, subject=subject)
-    _refuse(case.scene, name, takes.memory)
-    if takes.seconds > LONGEST:
-        camera, days = case.scene.camera, takes.seconds / 86400
-        raise SceneError(
-            f"{name}: {camera.width} x {camera.height} px take about {days:.0f} days of processor time, "
-            f"and at most {LONGEST / 86400:.0f} are tried; make the image smaller"
-        )
-
-
-def _refuse(scene: Scene, name: str, takes: float) -> None:
-    there = psutil.virtual_memory().total
+    camera, there = scene.camera, psutil.virtual_memory().total
+    takes = camera.width * camera.height * BYTES_AN_IMAGE + triangles_of(scene) * BYTES_A_TRIANGLE
     if takes > 2 * there:
-        camera = scene.camera
         raise SceneError(
             f"{name}: {camera.width} x {camera.height} px and its meshes take about {takes / 1e9:.0f} GB of memory, "
             f"and this machine has {there / 1e9:.0f} GB; make the image smaller"

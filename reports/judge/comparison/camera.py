@@ -64,7 +64,7 @@ OF_PIXELS = ("ndc", "pixel")
 def _shapes(camera: Camera) -> dict[str, tuple[int, ...]]:
     """Return the shape of each part, as cases/stages.py says."""
     matrices = dict.fromkeys(("view", "view_inverse", "projection", "projection_inverse"), (4, 4))
-    pixels = dict.fromkeys(OF_PIXELS, (camera.lines, camera.width, 2))
+    pixels = dict.fromkeys(OF_PIXELS, (camera.height, camera.width, 2))
     return matrices | {"frustum_corners": (8, 3)} | pixels
 
 
@@ -86,14 +86,11 @@ def compared(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> Compared:
     shapes = _shapes(camera)
     for name, scale in scales(camera).items():
         mine, other = (np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (ours, theirs))
-        told = name in OF_PIXELS or camera.rows is None or not camera.rows[0]  # once of an image in bands
         if not mine.shape == other.shape == shapes[name]:
-            wrong = math.prod(shapes[name]) if told else 0
+            wrong = math.prod(shapes[name])
             examined += Examined(pixels=wrong, wrong=wrong)
             ratio, part, error, limit = np.inf, name, np.inf, 0.0
             continue
-        if name in OF_PIXELS:
-            mine, other = mine[camera.inner], other[camera.inner]
         allowed = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), mine.shape)
         with np.errstate(invalid="ignore"):  # inf - inf is NaN, which `over` counts as infinitely wrong
             errors = np.where(mine == other, 0.0, np.abs(mine - other))
@@ -105,7 +102,7 @@ def compared(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> Compared:
         kinds = kinds_of(
             ratios, nowhere, wide=wide, bounded=np.isfinite(allowed), edge=nowhere, interval=None, window=None
         )
-        examined += counted(kinds if told else kinds[:0])
+        examined += counted(kinds)
         worst = np.unravel_index(int(ratios.argmax()), ratios.shape)
         if ratios[worst] > ratio:
             ratio, part, error, limit = float(ratios[worst]), name, float(errors[worst]), float(allowed[worst])
@@ -149,7 +146,7 @@ def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
         g(4 * COUNT) * depth**2 * (1 + basis_condition(camera) * (1 + size) / near / min(1.0, np.tan(camera.alpha)))
     )
     residuals.append(np.abs(clip - cube).max() / amplified)
-    columns, rows = np.arange(camera.width) + 0.5, np.arange(camera.lines) + (camera.first_row + 0.5)
+    columns, rows = np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5
     centres = np.stack(np.meshgrid(columns, rows), axis=-1)
     residuals.append(np.abs(parts["pixel"] - centres).max() / (g(4 * COUNT) * scale["pixel"]))
     return float(np.max(np.where(np.isnan(residuals), np.inf, residuals)))

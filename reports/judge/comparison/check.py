@@ -151,7 +151,7 @@ def stage_check(bench: Bench, stage: Stage) -> Check:
     if by_oracle and stage in LIGHT:
         shared = bench.shared_factors(stage, continued=False)
     informative = MeasurementRecord()
-    if stage is INFORMED and (by_oracle or bench.candidate.name == ORACLE) and bench.ground.scene.camera.rows is None:
+    if stage is INFORMED and (by_oracle or bench.candidate.name == ORACLE):
         both = ours[stage], bench.witness.answers[stage]
         informative = bench.ground.once(("informative", *bench.authors(stage)), lambda: _inform(*both))
     outcome, ratio, reason = _conclusion(

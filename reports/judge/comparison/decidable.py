@@ -120,10 +120,9 @@ def _judged(terms: Terms, stage: Stage, excusing: np.ndarray | None = None) -> t
     Of edge pixels only those that are `excusing` count as such.
     """
     # What a renderer says that it does not see before the eye is excused as an edge is, and counts as one.
-    inner = terms.scene.camera.inner
     edge = terms.classes.edge(stage) | terms.near
-    edge = (edge if excusing is None else edge & excusing)[inner]
-    return int(np.count_nonzero(terms.conditioning.hit[inner] & ~edge)), float(np.count_nonzero(edge) / edge.size)
+    edge = edge if excusing is None else edge & excusing
+    return int(np.count_nonzero(terms.conditioning.hit & ~edge)), float(np.count_nonzero(edge) / edge.size)
 
 
 def mostly_edges(case: Case, terms: Terms) -> bool:
@@ -162,5 +161,5 @@ def only_at_edges(check: Check, checks: Sequence[Check], terms: Terms) -> bool:
 def _holed(terms: Terms, stage: Stage, wrong: np.ndarray) -> bool:
     """Say whether one of the wrong pixels, of those that are judged, is a hole."""
     where = np.zeros_like(terms.classes.outline)
-    where[terms.scene.camera.inner] = wrong
+    where[:] = wrong
     return bool(holes(terms, stage, where).any())

@@ -65,7 +65,7 @@ def excess(terms: Terms) -> Excess:
     most = ALLOWED * needed_ray(scene, g)
     if candidate.ray_epsilon > most:
         near = terms.near & (c.distance > most)
-    return Excess(shadow=shadow[scene.camera.inner], near=near[scene.camera.inner])
+    return Excess(shadow=shadow, near=near)
 
 
 def held_to_epsilons(checks: Sequence[Check], beyond: Mapping[str, Excess], most_edge: float) -> list[Check]:

@@ -69,11 +69,9 @@ def counted(kinds: np.ndarray) -> Examined:
 
 def unexamined(stage: Stage, camera: Camera) -> Examined:
     """Return the ledger of a check that ended before anything was measured."""
-    pixels = camera.width * (camera.inner.stop - camera.inner.start)
+    pixels = camera.width * camera.height
     if stage is Stage.CAMERA:
-        # Of an image in bands the first one's ledger has what all of them share.
-        matrices = 0 if camera.rows is not None and camera.rows[0] else MATRIX_ENTRIES + CORNER_ENTRIES
-        pixels = matrices + ENTRIES_PER_PIXEL * pixels
+        pixels = MATRIX_ENTRIES + CORNER_ENTRIES + ENTRIES_PER_PIXEL * pixels
     return Examined(pixels=pixels, unexamined=pixels)
 
 

@@ -15,7 +15,7 @@ Party = TypeVar("Party", Candidate, Witness)
 
 def misshapen(scene: Scene, answers: StageImages | None) -> dict[Stage, str]:
     """Return a reason for each image stage of another size than the camera's; nothing is ever broadcast."""
-    size, lights = (scene.camera.lines, scene.camera.width), len(scene.lights)
+    size, lights = (scene.camera.height, scene.camera.width), len(scene.lights)
     right = {stage: (*size, len(exr_channels(stage, lights=lights))) for stage in IMAGE_STAGES}
     return {
         stage: f"{stage} has shape {np.shape(image)}, not {right[stage]}"

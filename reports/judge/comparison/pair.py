@@ -246,8 +246,7 @@ class Bench:
             bases.append(self.ground.beyond(self.candidate.ray_epsilon))
         for base in bases:
             kinds = Bench(ground=base, candidate=mine, witness=_oracle(base.truth)).end_to_end(stage).kinds
-            inner = base.scene.camera.inner
-            good[inner] |= differ[inner] & (kinds != Kind.WRONG) & (kinds != Kind.UNEXAMINED)
+            good |= differ & (kinds != Kind.WRONG) & (kinds != Kind.UNEXAMINED)
         return good
 
     def _measure(
@@ -271,27 +270,22 @@ class Bench:
             held = self.ground.once(key, lambda: held_to(stage, limit, theirs, size))
         else:
             held = held_to(stage, limit, theirs, size)
-        camera = self.ground.scene.camera
-        inner = camera.inner
-        found = measure(
+        return measure(
             stage,
-            self._ours(stage)[inner],
-            theirs[inner],
-            limit[inner],
-            edge=edge[inner],
-            hit=self.ground.conditioning.hit[inner],
-            flagged=self.terms.classes.flagged[inner],
-            excused=good[inner],
-            interval=side.interval[inner],
-            window=self.terms.window[inner],
-            held=(held[0][inner], held[1][inner]),
+            self._ours(stage),
+            theirs,
+            limit,
+            edge=edge,
+            hit=self.ground.conditioning.hit,
+            flagged=self.terms.classes.flagged,
+            excused=good,
+            interval=side.interval,
+            window=self.terms.window,
+            held=held,
             precision=self.candidate.precision,
             finite=self._finite(stage),
-            compared=(compared[0][inner], compared[1][inner]),
+            compared=compared,
         )
-        if camera.rows is None or found.pixel is None:
-            return found
-        return replace(found, pixel=(found.pixel[0], found.pixel[1] + camera.rows[0]))
 
 
 def _oracle(truth: StageImages) -> Witness:

@@ -84,8 +84,7 @@ def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
     # A pixel more each way and as large as before: its centres are the corners of the image asked for.
     fovy = math.degrees(2 * math.atan(math.tan(camera.alpha) * (camera.height + 1) / camera.height))
     if fovy < 180:
-        rows = None if camera.rows is None else (camera.rows[0], camera.rows[1] + 1)
-        larger = replace(camera, width=camera.width + 1, height=camera.height + 1, fovy=fovy, rows=rows)
+        larger = replace(camera, width=camera.width + 1, height=camera.height + 1, fovy=fovy)
         for (down, right), what in CORNERS.items():
             yield what, replace(scene, camera=larger), _placed(down, right)
 

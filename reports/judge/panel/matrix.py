@@ -141,4 +141,4 @@ def _within(bench: Bench, stage: Stage) -> Cell | None:
 def _worst(bench: Bench, stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> float:
     """Return the worst error over limit in the whole image."""
     found = ratios(stage, ours, theirs, bench.terms.limits.end_to_end[stage])[0]
-    return float(found[bench.ground.scene.camera.inner].max())
+    return float(found.max())

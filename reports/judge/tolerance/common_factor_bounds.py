@@ -167,9 +167,7 @@ def _lit(terms: Terms) -> np.ndarray:
 def _receiving(terms: Terms) -> np.ndarray:
     """Return the interior pixels that receive light, as flat indices."""
     interior = terms.conditioning.hit & ~terms.classes.edge(Stage.IRRADIANCE) & ~terms.near
-    inner = np.zeros_like(interior)
-    inner[terms.scene.camera.inner] = True
-    return np.flatnonzero((interior & inner).ravel() & _lit(terms).any(axis=1))
+    return np.flatnonzero(interior.ravel() & _lit(terms).any(axis=1))
 
 
 def _groups(terms: Terms) -> tuple[Group, ...]:

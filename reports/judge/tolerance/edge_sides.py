@@ -47,7 +47,7 @@ def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.nda
     radius = radius_of(reach[rows, columns])
     turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     offsets = np.array([(0.0, 0.0)] + [(f * math.cos(a), f * math.sin(a)) for f in RADII for a in turns])
-    centres = np.stack([columns + 0.5, rows + (scene.camera.first_row + 0.5)], axis=-1)
+    centres = np.stack([columns + 0.5, rows + 0.5], axis=-1)
     points = centres[:, np.newaxis] + offsets[np.newaxis] * radius[:, np.newaxis, np.newaxis]
     found = oracle.at(scene, stages, points.reshape(-1, 2)) if len(rows) else {}
     shape = (len(rows), len(offsets))
@@ -107,7 +107,7 @@ def with_what_is_behind(
     for index in np.unique(front[asked & (front >= 0)]).astype(int):
         here = np.flatnonzero(asked & (front == index))
         without = replace(scene, shapes=(*scene.shapes[:index], *scene.shapes[index + 1 :]))
-        centres = np.stack([columns[here] + 0.5, rows[here] + (scene.camera.first_row + 0.5)], axis=-1)
+        centres = np.stack([columns[here] + 0.5, rows[here] + 0.5], axis=-1)
         behind = oracle.at(without, tuple(answers), centres)
         with np.errstate(invalid="ignore"):
             apart = np.abs(behind[Stage.DISTANCE] - truth[Stage.DISTANCE][rows[here], columns[here]])[:, 0]

@@ -57,7 +57,7 @@ def neighbours(
 ) -> Neighbours:
     """Return the faces near the pixels of `where` (height, width), within their `reach` [px]."""
     rows, columns = np.nonzero(where)
-    centres = np.stack([columns + 0.5, rows + (scene.camera.first_row + 0.5)], axis=-1)
+    centres = np.stack([columns + 0.5, rows + 0.5], axis=-1)
     found = oracle.surroundings(scene, centres, radius_of(reach[rows, columns]))
     told = len(found.points) <= MOST
     points, places = (found.points, found.places) if told else (found.points[:0], found.places[:0])
@@ -189,7 +189,7 @@ def leaking(terms: Terms, where: np.ndarray) -> np.ndarray:
     """
     found, c = np.zeros_like(where), terms.conditioning
     rows, columns = np.nonzero(where)
-    centres = np.stack([columns + 0.5, rows + (terms.scene.camera.first_row + 0.5)], axis=-1)
+    centres = np.stack([columns + 0.5, rows + 0.5], axis=-1)
     seams = terms.ground.oracle.near(terms.scene, centres).seams
     for index, light in enumerate(terms.scene.lights):
         toward = np.asarray(light.position) - terms.truth[Stage.POSITION]

@@ -96,7 +96,7 @@ def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> s
     known = candidate.answers is not None and Stage.OBJECT in candidate.answers
     if measured is not None and measured.pixel is not None and known:
         assert candidate.answers is not None
-        column, row = measured.pixel[0], measured.pixel[1] - case.scene.camera.first_row
+        column, row = measured.pixel
         ours = _shape(case.scene, candidate.answers[Stage.OBJECT][row, column, 0])
         theirs = _shape(case.scene, measured.theirs[0]) if check.stage is Stage.OBJECT else ours
     turned = False

@@ -267,10 +267,9 @@ class Dispatch:
         return record
 
     def _estimated(self, cases: Iterable[PlannedCase]) -> float:
-        references, subject = len(self._terms.demands.references), self._terms.subject
+        references = len(self._terms.demands.references)
         return sum(
-            estimate(one.case, candidates=len(one.configurations), references=references, subject=subject).seconds
-            for one in cases
+            estimate(one.case, candidates=len(one.configurations), references=references).seconds for one in cases
         )
 
     def _seconds(self, cases: Iterable[PlannedCase]) -> float:

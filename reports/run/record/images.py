@@ -1,13 +1,9 @@
 """What a run keeps of a case to look at: its images, and which of its pixels are near an edge."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
-
-from rayproof.cases.scene import Camera
 from rayproof.cases.stages import IMAGE_STAGES, StageImages
 from rayproof.reports.judge.comparison.image_shapes import well_shaped
 from rayproof.reports.judge.oracle import ORACLE
@@ -23,8 +19,6 @@ from rayproof.reports.run.messages import JudgeTask
 from rayproof.reports.run.scene_case import place_of
 from rayproof.reports.subjects import TRACER, Subject
 
-MOST_KEPT = 2**17  # pixels of an image that is judged in bands, to look at
-
 
 def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str | None]:
     """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
@@ -33,10 +27,9 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     eighth of the size; of a case that the run does not keep, none. Of any other every renderer may be the one to look
     at, and where it did not merely warn with whatever reads EXR.
     """
-    banded = task.case.scene.camera.rows is not None
-    if not banded and not task.images.keeps(task.case.name, outcome):  # a band knows nothing of the whole's verdict
+    if not task.images.keeps(task.case.name, outcome):
         return {}, None
-    everyone = task.images.full or outcome is not Outcome.PASS or banded
+    everyone = task.images.full or outcome is not Outcome.PASS
     scene, candidates = task.case.scene, task.candidates if everyone else task.candidates[:1]
     witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
     parties = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in candidates]
@@ -46,14 +39,12 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
         for name, answers in parties
         if (images := {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES})
     }
-    if banded:
-        renders = {name: thinned(images, task.case.scene.camera) for name, images in renders.items()}
-    elif task.images.full or outcome not in (Outcome.PASS, Outcome.WARN):
+    if task.images.full or outcome not in (Outcome.PASS, Outcome.WARN):
         return _write_files(task, renders), None
     if not renders:
         return {}, None
     path = Path("images", f"{place_of(task.case.name)}.js")
-    write_pixels(task.folder / path, path.as_posix(), renders, None if banded else asdict(task.case.scene.camera))
+    write_pixels(task.folder / path, path.as_posix(), renders, asdict(task.case.scene.camera))
     return {}, path.as_posix()
 
 
@@ -67,32 +58,12 @@ def masks(task: JudgeTask, base: Ground | None) -> MasksRecord | None:
     if truth is None or base is None or candidate is None:
         return None
     found = mask(Terms(ground=base, candidate=candidate, witness=truth).classes, base.edges)
-    camera = task.case.scene.camera
-    if camera.rows is not None:
-        found = lattice(found, camera)
     return {
         "configuration": candidate.name,
         "height": found.shape[0],
         "width": found.shape[1],
         "data": pack(found.tobytes()),
     }
-
-
-def thinned(images: StageImages, camera: Camera) -> StageImages:
-    """Return what is kept of a band's images."""
-    return {stage: lattice(image, camera) for stage, image in images.items()}
-
-
-def lattice(image: np.ndarray, camera: Camera) -> np.ndarray:
-    """Return every n-th pixel of every n-th row of a band, counted from the whole image's corner."""
-    step, inner = step_of(camera), image[camera.inner]
-    first = camera.first_row + camera.inner.start
-    return np.ascontiguousarray(inner[-first % step :: step, ::step])
-
-
-def step_of(camera: Camera) -> int:
-    """Return which pixels and rows of an image that is judged in bands are kept to look at: every n-th."""
-    return max(1, math.ceil(math.sqrt(camera.width * camera.height / MOST_KEPT)))
 
 
 def _write_files(task: JudgeTask, renders: Mapping[str, StageImages]) -> dict[str, str]:

@@ -57,7 +57,7 @@ def unjudged(
         "stresses": case.stresses,
         "covers": list(case.covers),
         "planned": len(checks),
-        "scene": "" if case.scene.camera.rows is not None else write_scene(folder, case),
+        "scene": write_scene(folder, case),
         "picture": None,
         "width": case.scene.camera.width,
         "height": case.scene.camera.height,

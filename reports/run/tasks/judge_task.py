@@ -52,8 +52,7 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
             why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
             judged = judged.worsened(Outcome.FAIL, f"{witness.name} is required and could not answer: {why}")
     panel = adjudication(judged, task.candidates, task.witnesses, oracle)
-    banded = task.case.scene.camera.rows is not None  # of whose bands the scene is the whole image's
-    scene = "" if banded else write_scene(task.folder, task.case)
+    scene = write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
     record = _record(task, judged, scene, images)
     marked = masks(task, judged.ground) if images or pixels is not None else None  # they lie over images

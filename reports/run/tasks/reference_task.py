@@ -13,8 +13,6 @@ from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.run.messages import ReferenceTask
 from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
-WHOLE_ONLY = "It draws whole images alone, and one as large as this is asked for in bands of rows."
-
 
 def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness:
     """Return a reference's answers to a task's scene, with all that it says of them."""
@@ -37,8 +35,6 @@ def recalled(name: str, reference: Reference, task: ReferenceTask, *, independen
 
 def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
     """Return why a reference cannot answer a stage of a scene, or None."""
-    if scene.camera.rows is not None and not getattr(reference, "in_bands", False):
-        return WHOLE_ONLY
     return reference.unsupported(scene, stage)
 
 

@@ -3,16 +3,18 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import psutil
 import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
-from rayproof.cases.scene import Mesh
+from rayproof.cases.scene import Mesh, SceneError
 from rayproof.reports.cli import main
 from rayproof.reports.paths.choice import NAMES
-from rayproof.reports.run.size import USUAL_LIMIT, deadline, estimate
+from rayproof.reports.run.size import USUAL_LIMIT, deadline, estimate, refuse_beyond_all
 
 CAMERA = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 40, "near": 1, "far": 9}
 
@@ -32,7 +34,7 @@ def test_an_image_beyond_all_memory_is_refused(
 
     said = capsys.readouterr().err
     assert code == 2
-    takes = "take about 4149 days" if command == "run" else "and its meshes take about 330000 GB of memory"
+    takes = "are more than the 4194304" if command == "run" else "and its meshes take about 330000 GB of memory"
     assert said.startswith(f"rayproof: {scene}: 1000000 x 1000000 px {takes}")
     assert said.count("\n") == 1
 
@@ -72,6 +74,27 @@ def test_deadlines_grow_with_what_is_estimated(small: Case) -> None:
     camera = replace(small.scene.camera, width=4096, height=4096)
     large = replace(small, scene=replace(small.scene, camera=camera))
     assert deadline(large, candidates=2, references=5) > 8 * USUAL_LIMIT
+
+
+@pytest.mark.parametrize(
+    ("how", "refusal"),
+    [
+        ("pixels", r"a.json: 5200 x 3900 px are more than the 4194304 that are judged; make the image smaller"),
+        ("memory", r"a.json: 52 x 39 px and its meshes take about .* GB of memory to judge, and this machine has 0 GB"),
+    ],
+)
+def test_an_image_too_large_to_be_judged_is_refused_in_one_sentence(
+    small: Case, how: str, refusal: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = small
+    if how == "pixels":
+        case = replace(small, scene=replace(small.scene, camera=replace(small.scene.camera, width=5200, height=3900)))
+    else:
+        case = replace(small, scene=replace(small.scene, camera=replace(small.scene.camera, width=52, height=39)))
+        monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(total=2e8))
+
+    with pytest.raises(SceneError, match=refusal):
+        refuse_beyond_all(case, "a.json")
 
 
 @pytest.mark.parametrize(("paths", "most"), [("covering", 0), ("all", 2 * len(NAMES))])

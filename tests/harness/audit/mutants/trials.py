@@ -110,7 +110,9 @@ class Question:
             precision="float32",
             items=frozenset(),
             shadow_epsilon=0.0,
-            answers={stage: rows[stage].astype(np.float64).reshape(camera.lines, camera.width, -1) for stage in stages},
+            answers={
+                stage: rows[stage].astype(np.float64).reshape(camera.height, camera.width, -1) for stage in stages
+            },
             unsupported={stage: "not written" for stage in Stage if stage not in stages},
             chained=False,
         )
