@@ -80,7 +80,6 @@ def engaged(
                 cached=request.cached,
                 patient=request.patient,
                 most=request.case_timeout,
-                artifacts=request.artifacts,
                 sources=_sources(request.configurations),
             )
             limits = Limits(timeout=request.timeout, jobs=jobs, memory=request.worker_memory)

@@ -24,8 +24,6 @@ def report(
     case: str | None = None,
     figures: bool = False,
     parquet: Path | None = None,
-    fetch: str | None = None,
-    artifacts: str | None = None,
     json: Path | None = None,
 ) -> int:
     """Publish a results folder again, without rendering, or say what changed between two.
@@ -49,11 +47,6 @@ def report(
         The case that pictures show. Default: the worst one.
     figures
         Also say how large the report is and how long it takes to open; needs Chromium and Playwright.
-    fetch
-        Bring the images of these cases first from the store into which `rayproof run --artifacts` put them: a case's
-        name, worst:N, or all.
-    artifacts
-        With --fetch: the store's URL.
     parquet
         Also write all checks as columns of a Parquet file, a row a check; needs rayproof[parquet].
     json
@@ -61,13 +54,11 @@ def report(
 
     """
     if other is not None:
-        if pictures is not None or figures or draw is not None or parquet is not None or fetch is not None:
-            raise UsageError("--draw, --pictures, --figures, --fetch and --parquet are of one report; name its folder")
+        if pictures is not None or figures or draw is not None or parquet is not None:
+            raise UsageError("--draw, --pictures, --figures and --parquet are of one report; name its folder")
         return report_between(folder, other, out, single_file=single_file, json=json)
     if out is not None or json is not None:
         raise UsageError("--out and --json are for the report of two runs; name both folders")
-    if (fetch is None) != (artifacts is None):
-        raise UsageError("--fetch CASES and --artifacts URL go together: which images, and from where")
     if parquet is not None and find_spec("pyarrow") is None:
         raise UsageError("--parquet needs pyarrow, which is not installed: pip install 'rayproof[parquet]'")
     from rayproof.reports.publish import publish_all
@@ -85,7 +76,6 @@ def report(
                 raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(parquet))
     for line in shouts(results):
         say(line)
-    missing = 0 if fetch is None or artifacts is None else fetched(folder, results, fetch, artifacts)
     if draw is not None:
         draw_cases(folder, results, draw)
     publish_all(folder, results)
@@ -98,26 +88,7 @@ def report(
         say(f"checks: {count} in {parquet} ({parquet.stat().st_size / 1e6:.2f} MB)")
     if pictures is not None or figures:
         look(folder, results, pictures, case, figures=figures)
-    return NOT_MEASURED if missing else 0
-
-
-def fetched(folder: Path, results: RunRecord, which: str, url: str) -> int:
-    """Bring the images of some cases from a store into a results folder; return how many cannot be had."""
-    from rayproof.reports.publish.scene3d.stills import chosen
-    from rayproof.reports.results.artifacts import Artifacts, fetch
-
-    with told_in_one_line():
-        cases, store = chosen(results["cases"], which), Artifacts(url)
-    wrong, count = 0, 0
-    for case in cases:
-        for sentence in fetch(store, case, folder):
-            wrong += 1
-            if wrong <= FEW:
-                say(sentence)
-        count += bool(case.get("artifacts"))
-    more = f"; {wrong} images cannot be had" if wrong else ""
-    say(f"fetched: the images of {count} of {len(cases)} cases were in the store{more}")
-    return wrong
+    return 0
 
 
 def draw_cases(folder: Path, results: RunRecord, which: str) -> None:

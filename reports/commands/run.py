@@ -45,7 +45,6 @@ def run(
     cache_limit: float | None = None,
     full: bool = False,
     keep_images: str | None = None,
-    artifacts: str | None = None,
     paths: Literal["covering", "all"] = "covering",
     single_file: bool = False,
     dry_run: bool = False,
@@ -122,10 +121,6 @@ def run(
         others too; or `all`, every renderer's of every case, as EXR. Default: of a case that passed ours and the
         independent references' in one compact file, without loss, of any other everything; of a run of more than 2000
         cases sample:1%. What is left out the command in a case's record makes again.
-    artifacts
-        A store for the images of cases that passed, which all machines of the run reach: s3://BUCKET/PREFIX,
-        file:///FOLDER, or what else fsspec reads. Credentials come from the environment. `rayproof report --fetch`
-        brings images from there. Needs rayproof[artifacts], and for S3 s3fs.
     paths
         By which of its other ways the tracer renders a case too, to be held against the judged answer: each of them
         on a few cases of the default suite, or all of them on every case (`python -m tests.harness.paths` lists them).
@@ -236,10 +231,6 @@ def run(
                 stream = SceneStream(scenes, tested)
             heard = panel(required, tested)
             demanded = gate_demands(expect, against, least_coverage)
-            if artifacts is not None and not dry_run:
-                from rayproof.reports.results.artifacts import Artifacts
-
-                Artifacts(artifacts).check()
             kept = images_to_keep("all" if full else keep_images, cases=len(selectors if stream is None else stream))
         request = RunRequest(
             selectors=selectors,
@@ -258,7 +249,6 @@ def run(
             configurations=tuple(one.name for one in chosen),
             json=json,
             images=kept,
-            artifacts=artifacts,
             all_routes=paths == "all",
             history=history,
             demanded=demanded,

@@ -284,13 +284,6 @@ class ComparisonRecord(TypedDict, total=False):
     sentence: str
 
 
-class ArtifactRecord(TypedDict):
-    """An image in a store: the SHA-256 of its file, which is its name there, and the file's length."""
-
-    sha256: Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
-    bytes: Count
-
-
 class MasksRecord(TypedDict, total=False):
     """Which pixels may differ, for one configuration before the oracle: a byte a pixel, deflated, in base64."""
 
@@ -343,7 +336,6 @@ class CaseFacts(TypedDict, total=False):
     picture: str | None
     thumbnail: str | None
     pixels: str | None
-    artifacts: dict[str, ArtifactRecord]  # by the path that each has in a results folder
     masks: MasksRecord | None
     width: int
     height: int
@@ -626,7 +618,6 @@ class RunFacts(TypedDict, total=False):
     coverage: Required[dict[str, Count]]
     coverage_detail: dict[str, CoverageRecord]
     images_kept: ImagesKeptRecord
-    artifacts: str  # the URL of the store in which cases that passed have their images
     paths: dict[str, TakenRecord]
     review: list[ReviewRecord]
     findings: list[FindingRecord]

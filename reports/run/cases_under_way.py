@@ -7,7 +7,6 @@ from pathlib import Path
 from rayproof.cases.case import Case
 from rayproof.reports.cache.store import Store
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.results.artifacts import Artifacts, hand_over
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.case_run import CaseRun
 from rayproof.reports.run.demands import Demands
@@ -41,7 +40,6 @@ class Terms:
     sources: tuple[Source, ...] = ()  # the user's own formulas, for machines that have not got them
     copies: tuple[tuple[str, str], ...] = ()  # there: the path of each, and where it lies
     most: float | None = None  # s that one case may take
-    artifacts: str | None = None  # the URL of a store for the images of cases that passed
     patient: bool  # a case whose size is estimated to take longer than the pool's limit has longer
 
 
@@ -58,7 +56,6 @@ class CasesUnderWay:
         finished: Callable[[PlannedCase, CaseRecord], None],
     ) -> None:
         self._terms, self._pool, self._folder, self._finished = terms, pool, folder, finished
-        self._store = None if terms.artifacts is None else Artifacts(terms.artifacts)
         self._memory = None if store is None else Memory(store, terms.demands)
         self._pixels: dict[str, int] = {}  # by name
 
@@ -105,8 +102,6 @@ class CasesUnderWay:
 
     def _done(self, run: CaseRun, record: CaseRecord) -> None:
         del self._pixels[run.planned.case.name]
-        if self._store is not None:
-            hand_over(self._store, record, self._folder)
         self._finished(run.planned, record)
 
     def _patience(self, planned: PlannedCase) -> float | None:

@@ -30,7 +30,6 @@ class RunRequest:
     cached: bool = True  # take references' renders from the cache
     history: Path | None = None  # where to keep what was found, for `rayproof history`
     demanded: "Demanded | None" = None  # what is known to fail, and how much must be measured
-    artifacts: str | None = None  # the URL of a store for the images of cases that passed
     diagnose: bool = True  # say which known mistake explains the failures
     shard: tuple[int, int] | None = None  # the number of a part of the plan, and of how many
     images: KeptImages = EVERY_CASE  # of which cases they are kept

@@ -111,8 +111,6 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     found = totals.of(records)
     results = results_document(planned, records, found, heard, faults, started, subject)
     results["finished"] = not interrupted and stopped is None
-    if request.artifacts is not None:
-        results["artifacts"] = request.artifacts
     if not isinstance(workers, Pool):
         results["engine"] = workers.record()
     if shard is not None:
@@ -249,11 +247,11 @@ def _diagnose(request: RunRequest, results: RunRecord, console: Console) -> None
 def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
     """Return the cases that are searched for causes: all, or of a long run the worst and as many of the best.
 
-    Those that passed and whose images are not in the folder say nothing, and are left out.
+    Those that passed and whose images were not kept say nothing, and are left out.
     """
 
     def tells(case: CaseRecord) -> bool:
-        return case["verdict"] != Outcome.PASS or (keeps_images(case) and not case.get("artifacts"))
+        return case["verdict"] != Outcome.PASS or keeps_images(case)
 
     if len(cases) <= 2 * EXAMINED:
         return [*filter(tells, cases)]

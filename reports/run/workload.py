@@ -100,7 +100,6 @@ def render_and_judge(
                     cached=store is not None,
                     patient=request.patient,
                     most=request.case_timeout,
-                    artifacts=request.artifacts,
                 )
                 under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=recording.finished)
                 while len(recording.done) < len(planned) and calls.hopeless is None:

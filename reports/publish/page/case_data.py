@@ -24,10 +24,6 @@ from rayproof.reports.results.records import CaseRecord
 def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
     """Write the script that hands `case` to the page and, where the run did not, one with its pixels; return paths."""
     written, notes = [], []
-    if any(not inside(folder, path) for path in case.get("artifacts", {})):
-        case = {**case, "pixels": None, "renders": [{**render, "image": None} for render in case.get("renders", [])]}
-        command = f"rayproof report DIR --fetch {case['name']} --artifacts URL"
-        notes.append(f"Its images are in the run's store; `{command}` brings them.")
     pixels, scene = case.get("pixels"), scene_of(folder, case)
     if isinstance(pixels, str) and (why := clean_pixels(folder, pixels)) is not None:
         pixels = None
@@ -39,8 +35,7 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         pixels = images.relative_to(folder).as_posix() if renders else None
         if pixels is not None:
             written.append(write_pixels(images, pixels, renders, scene and scene["camera"]))
-    elsewhere = bool(case.get("artifacts"))
-    if pixels is None and not elsewhere and not keeps_images(case) and case["verdict"] == Outcome.PASS:
+    if pixels is None and not keeps_images(case) and case["verdict"] == Outcome.PASS:
         notes.append("It passed, and this run keeps no images of such a case; its command makes them again.")
     lights = case.get("lights")
     lights = lights if isinstance(lights, int) and 0 <= lights < 1000 else 0

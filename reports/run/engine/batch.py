@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from rayproof.reports.results.artifacts import images_of
+from rayproof.reports.results.images import images_of
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.records import MOST_SECONDS, CaseRecord, problem_of_case
 from rayproof.reports.run.cases_under_way import Terms
@@ -130,8 +130,7 @@ def _record(one: Finished) -> CaseRecord:
     if record["name"] != one.name:
         raise BadAnswerError(f"the record of {one.name} is that of another case")
     named = [record.get("scene"), *images_of(record)]
-    elsewhere = record.get("artifacts", {})
-    if lacking := [name for name in named if name and name not in one.files and name not in elsewhere]:
+    if lacking := [name for name in named if name and name not in one.files]:
         raise BadAnswerError(legible(f"the record of {one.name} names {lacking[0]}, which did not come with it"))
     return record
 

@@ -93,7 +93,6 @@ HOW = (
     "patient",
     "all_routes",
     "diagnose",
-    "artifacts",
 )
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
 TOLD_BY_IDENTITY = ("name", "command", "capabilities", "surroundings", "seconds", "memory")
