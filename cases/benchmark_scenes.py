@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.placement import compose, rotation, scaling, translation
+from rayproof.cases.placement import compose, rotation, scaling, translation, vector
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Rgb, Scene, Shape, Sphere, Vector
 
 ALBEDO: Rgb = (0.7, 0.5, 0.3)
@@ -247,15 +247,13 @@ def _spheres_and_cubes() -> tuple[Shape, ...]:
     random = np.random.default_rng(1)
     shapes: list[Shape] = []
     for index in range(20):
-        x, y, z = (float(value) for value in random.uniform((-2.5, -2.5, 0.3), (2.5, 2.5, 2.0)))
+        x, y, z = vector(random.uniform((-2.5, -2.5, 0.3), (2.5, 2.5, 2.0)))
         size, turn = float(random.uniform(0.2, 0.5)), float(random.uniform(0, 360))
         if index < 10:
             shapes.append(Sphere(albedo=(0.7, 0.5, 0.3), two_sided=True, center=(x, y, z), radius=size))
         else:
-            axis = tuple(map(float, random.normal(size=3)))
-            placed = compose(
-                translation(x, y, z), rotation((axis[0], axis[1], axis[2]), turn), scaling(*[1.5 * size] * 3)
-            )
+            axis = vector(random.normal(size=3))
+            placed = compose(translation(x, y, z), rotation(axis, turn), scaling(*[1.5 * size] * 3))
             shapes.append(Cube(albedo=(0.3, 0.5, 0.7), two_sided=True, to_world=placed))
     return tuple(shapes)
 
@@ -265,8 +263,8 @@ def _thousand_spheres() -> tuple[Shape, ...]:
     places = random.uniform((-3.0, -3.0, 0.0), (3.0, 3.0, 3.0), size=(1000, 3))
     radii = random.uniform(0.03, 0.15, size=1000)
     return tuple(
-        Sphere(albedo=(0.7, 0.5, 0.3), two_sided=True, center=(float(x), float(y), float(z)), radius=float(radius))
-        for (x, y, z), radius in zip(places, radii, strict=True)
+        Sphere(albedo=(0.7, 0.5, 0.3), two_sided=True, center=vector(place), radius=float(radius))
+        for place, radius in zip(places, radii, strict=True)
     )
 
 

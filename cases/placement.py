@@ -6,28 +6,36 @@ Triangles are baked into world space: once in float64, rounded once to float32, 
 from collections.abc import Sequence
 from functools import lru_cache
 from math import atan2, cos, degrees, radians, sin
+from typing import Any
 
 import numpy as np
 
 from rayproof.cases.scene import IDENTITY, Camera, Matrix, Mesh, Shape, Triangle, Vector
 
 
-def _matrix(entries: np.ndarray) -> Matrix:
-    first, second, third, last = ((float(a), float(b), float(c), float(d)) for a, b, c, d in entries)
+def vector(values: Any) -> Vector:
+    """Return three numbers as a tuple of Python's own."""
+    x, y, z = map(float, values)
+    return x, y, z
+
+
+def matrix(values: Any) -> Matrix:
+    """Return a 4x4 matrix as tuples of Python's own numbers."""
+    first, second, third, last = ((float(a), float(b), float(c), float(d)) for a, b, c, d in np.asarray(values))
     return (first, second, third, last)
 
 
 def _linear(entries: Sequence[Sequence[float]]) -> Matrix:
     whole = np.eye(4)
     whole[:3, :3] = entries
-    return _matrix(whole)
+    return matrix(whole)
 
 
 def translation(x: float, y: float, z: float) -> Matrix:
     """Return the matrix that moves by (x, y, z) [m]."""
     whole = np.eye(4)
     whole[:3, 3] = (x, y, z)
-    return _matrix(whole)
+    return matrix(whole)
 
 
 def scaling(x: float, y: float, z: float) -> Matrix:
@@ -53,13 +61,12 @@ def compose(*motions: Matrix) -> Matrix:
     whole = np.eye(4)
     for motion in motions:
         whole = whole @ np.asarray(motion)
-    return _matrix(whole)
+    return matrix(whole)
 
 
-def mapped(matrix: Matrix, point: Vector) -> Vector:
+def mapped(to_world: Matrix, point: Vector) -> Vector:
     """Return the world place of an object-space point [m]."""
-    x, y, z, _ = np.asarray(matrix) @ (*point, 1.0)
-    return (float(x), float(y), float(z))
+    return vector((np.asarray(to_world) @ (*point, 1.0))[:3])
 
 
 def camera_around(
@@ -85,9 +92,9 @@ def camera_around(
     up = cos(bank) * upward + sin(bank) * np.cross(outward, upward)
     eye = np.asarray(target) + distance * outward
     return Camera(
-        eye=(float(eye[0]), float(eye[1]), float(eye[2])),
+        eye=vector(eye),
         target=target,
-        up=(float(up[0]), float(up[1]), float(up[2])),
+        up=vector(up),
         fovy=fovy,
         width=width,
         height=height,
@@ -118,10 +125,10 @@ def world_triangles(shape: Shape) -> np.ndarray:
         corners = shape.vertices.astype(np.float64)[shape.faces]
     else:
         raise TypeError(f"{type(shape).__name__} has no triangles")
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    placed = corners if shape.to_world == IDENTITY else corners @ matrix[:3, :3].T + matrix[:3, 3]
+    to_world = np.asarray(shape.to_world, dtype=np.float64)
+    placed = corners if shape.to_world == IDENTITY else corners @ to_world[:3, :3].T + to_world[:3, 3]
     baked = placed.astype(np.float32)
-    if np.linalg.det(matrix[:3, :3]) < 0:
+    if np.linalg.det(to_world[:3, :3]) < 0:
         baked = baked[:, [0, 2, 1]]
     baked = np.ascontiguousarray(baked)
     baked.setflags(write=False)

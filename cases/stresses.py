@@ -8,11 +8,12 @@ formulas it tells apart. Scenes of one family are replicates: the same difficult
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from math import atan, degrees
 
 import numpy as np
 
-from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation, vector
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
 
@@ -66,27 +67,11 @@ def contact(scale: float) -> Iterator[tuple[str, Scene]]:
 CONTACT_SLOTS = ("feeler", "segment", "obstructed", "horizon", "falloff", "lambert")
 
 
-@STRESSES.register("contact_1e-4", slots=CONTACT_SLOTS)
-def contact_small() -> Iterator[tuple[str, Scene]]:
-    """Yield contacts in a scene of 1e-4 m."""
-    yield from contact(1e-4)
-
-
-@STRESSES.register("contact_1", slots=CONTACT_SLOTS)
-def contact_middle() -> Iterator[tuple[str, Scene]]:
-    """Yield contacts in a scene of 1 m."""
-    yield from contact(1.0)
-
-
-@STRESSES.register("contact_1e6", slots=CONTACT_SLOTS)
-def contact_large() -> Iterator[tuple[str, Scene]]:
-    """Yield contacts in a scene of 1e6 m."""
-    yield from contact(1e6)
+for _label, _scale in (("1e-4", 1e-4), ("1", 1.0), ("1e6", 1e6)):
+    STRESSES.register(f"contact_{_label}", slots=CONTACT_SLOTS)(partial(contact, _scale))
 
 
 # View frusta whose far plane lies 1e4 and 1e8 times beyond the near one, with the eye off the origin.
-
-
 DEEP_SLOTS = ("ray", "half_extent", "basis", "view", "projection", "inverse", "corners")
 
 
@@ -106,16 +91,8 @@ def deep(ratio: float) -> Iterator[tuple[str, Scene]]:
         yield f"view_{number}", Scene(camera=camera, shapes=(Sphere(albedo=ALBEDO),), lights=(LIGHT,))
 
 
-@STRESSES.register("deep_1e4", slots=DEEP_SLOTS)
-def deep_1e4() -> Iterator[tuple[str, Scene]]:
-    """Yield frusta of far / near = 1e4."""
-    yield from deep(1e4)
-
-
-@STRESSES.register("deep_1e8", slots=DEEP_SLOTS)
-def deep_1e8() -> Iterator[tuple[str, Scene]]:
-    """Yield frusta of far / near = 1e8."""
-    yield from deep(1e8)
+for _label, _ratio in (("1e4", 1e4), ("1e8", 1e8)):
+    STRESSES.register(f"deep_{_label}", slots=DEEP_SLOTS)(partial(deep, _ratio))
 
 
 # Shapes of size 1 m from ever farther away, framed to fill the image.
@@ -153,19 +130,12 @@ def framed(shape: Shape, distance: float) -> Iterator[tuple[str, Scene]]:
         yield f"view_{number}", Scene(camera=camera, shapes=(shape,), lights=(LIGHT,))
 
 
-def far(shape: Shape, distance: float) -> Callable[[], Iterator[tuple[str, Scene]]]:
-    """Return the family of one shape at one distance."""
-    return lambda: framed(shape, distance)
-
-
 for _kind, (_shape, _slots) in SHAPES.items():
     for _label, _distance in DISTANCES.items():
-        STRESSES.register(f"far_{_kind}_{_label}", slots=_slots)(far(_shape, _distance))
+        STRESSES.register(f"far_{_kind}_{_label}", slots=_slots)(partial(framed, _shape, _distance))
 
 
 # Rays that all but miss: along a sphere's outline, and almost parallel to a plane.
-
-
 GRAZING_DISTANCE = 8.0  # m
 WINDOW = 2.0**-10  # rad: half the image's height, at the outline
 SLOPES = (0.03125, 0.0078125, 0.00390625, 0.001953125, 0.0009765625)  # 1: eye's height over distance
@@ -186,8 +156,7 @@ def tangent_sphere() -> Iterator[tuple[str, Scene]]:
         outward, sideways = np.linalg.qr(generator.normal(size=(3, 2)))[0].T
         # The tangent point of the cone from the eye: 1/D along the axis, sqrt(1 - 1/D^2) across.
         point = outward / GRAZING_DISTANCE + sideways * np.sqrt(1 - 1 / GRAZING_DISTANCE**2)
-        eye, target = (tuple(map(float, place)) for place in (outward * GRAZING_DISTANCE, point))
-        camera = looking((eye[0], eye[1], eye[2]), (target[0], target[1], target[2]), fovy=2 * degrees(WINDOW))
+        camera = looking(vector(outward * GRAZING_DISTANCE), vector(point), fovy=2 * degrees(WINDOW))
         yield f"outline_{number}", Scene(camera=camera, shapes=(Sphere(albedo=ALBEDO),), lights=(LIGHT,))
 
 
@@ -207,8 +176,6 @@ def grazing_square() -> Iterator[tuple[str, Scene]]:
 
 
 # Triangles a thousand and a hundred thousand times longer than high, across the view and off all axes.
-
-
 SLIVER_DISTANCE = 4.0  # m
 
 
@@ -221,9 +188,9 @@ def slivers(aspect: float) -> Iterator[tuple[str, Scene]]:
         middle = across * 2 / 3 / aspect
         eye = middle + outward * SLIVER_DISTANCE + along * 0.5
         camera = Camera(
-            eye=(float(eye[0]), float(eye[1]), float(eye[2])),
-            target=(float(middle[0]), float(middle[1]), float(middle[2])),
-            up=(float(across[0]), float(across[1]), float(across[2])),
+            eye=vector(eye),
+            target=vector(middle),
+            up=vector(across),
             # As high as the sliver: most rays hit it or pass within its height.
             fovy=float(np.degrees(1.5 * 2 / aspect / SLIVER_DISTANCE)),
             width=WIDTH,
@@ -231,26 +198,16 @@ def slivers(aspect: float) -> Iterator[tuple[str, Scene]]:
             near=0.125,
             far=1024.0,
         )
-        vertices = tuple((float(x), float(y), float(z)) for x, y, z in corners)
-        shape = Triangle(albedo=ALBEDO, vertices=(vertices[0], vertices[1], vertices[2]), two_sided=True)
+        first, second, third = map(vector, corners)
+        shape = Triangle(albedo=ALBEDO, vertices=(first, second, third), two_sided=True)
         yield f"sliver_{number}", Scene(camera=camera, shapes=(shape,), lights=(LIGHT,))
 
 
-@STRESSES.register("sliver_1e3", slots=("triangle",))
-def sliver_1e3() -> Iterator[tuple[str, Scene]]:
-    """Yield slivers of aspect 1e3."""
-    yield from slivers(1e3)
-
-
-@STRESSES.register("sliver_1e5", slots=("triangle",))
-def sliver_1e5() -> Iterator[tuple[str, Scene]]:
-    """Yield slivers of aspect 1e5."""
-    yield from slivers(1e5)
+for _label, _aspect in (("1e3", 1e3), ("1e5", 1e5)):
+    STRESSES.register(f"sliver_{_label}", slots=("triangle",))(partial(slivers, _aspect))
 
 
 # Spheres and cubes squeezed by a hundred and by ten thousand along a skew axis: model matrices that lose digits.
-
-
 def squeezed(ratio: float) -> Iterator[tuple[str, Scene]]:
     """Yield a sphere or a cube, `ratio` times thinner along one axis than along another."""
     for number, (azimuth, elevation) in enumerate(VIEWS, start=1):
@@ -271,13 +228,5 @@ def squeezed(ratio: float) -> Iterator[tuple[str, Scene]]:
 SQUEEZED_SLOTS = ("to_object", "world_normal", "position", "cube", "sphere")
 
 
-@STRESSES.register("squeezed_1e2", slots=SQUEEZED_SLOTS)
-def squeezed_1e2() -> Iterator[tuple[str, Scene]]:
-    """Yield shapes squeezed by 1e2."""
-    yield from squeezed(1e2)
-
-
-@STRESSES.register("squeezed_1e4", slots=SQUEEZED_SLOTS)
-def squeezed_1e4() -> Iterator[tuple[str, Scene]]:
-    """Yield shapes squeezed by 1e4."""
-    yield from squeezed(1e4)
+for _label, _ratio in (("1e2", 1e2), ("1e4", 1e4)):
+    STRESSES.register(f"squeezed_{_label}", slots=SQUEEZED_SLOTS)(partial(squeezed, _ratio))

@@ -107,10 +107,7 @@ def acne() -> Iterator[Case]:
     resting: tuple[Shape, ...] = (
         floor,
         Sphere(albedo=(0.8, 0.4, 0.3), radius=0.6, to_world=compose(TILT, translation(0.9, -0.6, 0.6))),
-        Cube(
-            albedo=(0.4, 0.6, 0.8),
-            to_world=compose(TILT, translation(-0.8, 0.5, 0.5), rotation((0, 0, 1), 28)),
-        ),
+        Cube(albedo=(0.4, 0.6, 0.8), to_world=compose(TILT, translation(-0.8, 0.5, 0.5), rotation((0, 0, 1), 28))),
     )
     near = camera_around((0.0, 0.0, 0.0), distance=5.5, azimuth=-50, elevation=36, width=96, height=72, fovy=38)
     far = camera_around((0.0, 0.0, 0.0), distance=60.0, azimuth=-50, elevation=36, width=96, height=72, fovy=3.6)

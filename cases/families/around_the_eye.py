@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from rayproof.cases.case import Case, UniformValue, covering
-from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation, vector
 from rayproof.cases.scene import Camera, Clip, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 
@@ -25,8 +25,7 @@ def beyond_the_eye(distance: float, *, aside: float, above: float) -> tuple[floa
     eye, target = np.asarray(CAMERA.eye), np.asarray(CAMERA.target)
     backward = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross(np.asarray(CAMERA.up), backward)
-    x, y, z = eye + distance * backward + aside * right + above * np.asarray(CAMERA.up)
-    return (float(x), float(y), float(z))
+    return vector(eye + distance * backward + aside * right + above * np.asarray(CAMERA.up))
 
 
 def hidden_shapes() -> tuple[tuple[str, Shape, tuple[str, ...]], ...]:

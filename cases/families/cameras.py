@@ -81,14 +81,7 @@ CAMERAS: tuple[tuple[str, str, Camera, int], ...] = (
         "along_axis",
         "A camera that looks straight down an axis, where signs and swapped axes hide in generic frames.",
         Camera(
-            eye=(0.3, -0.2, 6.4),
-            target=TARGET,
-            up=(0.0, 1.0, 0.0),
-            fovy=50.0,
-            width=72,
-            height=56,
-            near=0.25,
-            far=32.0,
+            eye=(0.3, -0.2, 6.4), target=TARGET, up=(0.0, 1.0, 0.0), fovy=50.0, width=72, height=56, near=0.25, far=32.0
         ),
         2500,
     ),
@@ -115,14 +108,7 @@ def cameras() -> Iterator[Case]:
 
 # Rays that run exactly parallel to faces: a camera that looks straight along an axis, with an odd number of pixels.
 CAMERA = Camera(
-    eye=(0.0, 0.0, 6.0),
-    target=(0.0, 0.0, 0.0),
-    up=(0.0, 1.0, 0.0),
-    fovy=38.0,
-    width=81,
-    height=61,
-    near=0.25,
-    far=40.0,
+    eye=(0.0, 0.0, 6.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=38.0, width=81, height=61, near=0.25, far=40.0
 )
 LIGHT = PointLight(position=(0.4, 0.3, 5.2), flux=(500.0, 430.0, 610.0))
 WALL = Square(albedo=(0.6, 0.6, 0.55), to_world=compose(translation(0.1, 0.0, -2.5), scaling(9, 8, 1)))

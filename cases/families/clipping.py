@@ -89,14 +89,7 @@ def clipping() -> Iterator[Case]:
 # Walls that face the camera at a little less and a little more than near and far: which of them are cut away.
 NEAR, FAR = 1.5, 12.0  # m
 CAMERA = Camera(
-    eye=(0.0, 0.0, 0.0),
-    target=(0.0, 0.0, -1.0),
-    up=(0.0, 1.0, 0.0),
-    fovy=40.0,
-    width=56,
-    height=40,
-    near=NEAR,
-    far=FAR,
+    eye=(0.0, 0.0, 0.0), target=(0.0, 0.0, -1.0), up=(0.0, 1.0, 0.0), fovy=40.0, width=56, height=40, near=NEAR, far=FAR
 )
 LIGHT = PointLight(position=(0.2, 0.1, -0.3), flux=(300.0, 340.0, 260.0))
 COARSE, FINE = 2.0**-18, 2.0**-21  # relative; float32 rounds by 2^-24

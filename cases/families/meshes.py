@@ -104,14 +104,7 @@ def meshes() -> Iterator[Case]:
     questions: tuple[tuple[str, str, Mesh, tuple[str, ...], int, float], ...] = (
         ("icosphere", "A convex mesh of 320 faces.", ball, convex, 3000, 0.05),
         ("torus", "A hollow mesh of 1024 faces that shades itself.", ring, large, 2800, 0.05),
-        (
-            "mirrored_torus",
-            "A torus mirrored: normals do not follow the world's winding.",
-            mirrored,
-            large,
-            2800,
-            0.05,
-        ),
+        ("mirrored_torus", "A torus mirrored: normals do not follow the world's winding.", mirrored, large, 2800, 0.05),
         (
             "divided_box",
             "Flat faces divided 64-fold: rays through inner edges must not leak.",
@@ -120,14 +113,7 @@ def meshes() -> Iterator[Case]:
             3000,
             0.05,
         ),
-        (
-            "wavy_sheet",
-            "An open two-sided sheet that shades itself, seen from both sides.",
-            sheet,
-            small,
-            3000,
-            0.05,
-        ),
+        ("wavy_sheet", "An open two-sided sheet that shades itself, seen from both sides.", sheet, small, 3000, 0.05),
         (
             "slivers",
             "Long slanting faces of an open band, which stand in a tree in parts.",

@@ -5,16 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
-from rayproof.cases.scene import Cube, Matrix, Mesh, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation, vector
+from rayproof.cases.scene import Cube, Matrix, Mesh, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 # Nearest of many: crowds of small shapes, thin layers, solids that pass through each other, surfaces that coincide.
 SEED = 20060171
-
-
-def _vector(values: np.ndarray) -> Vector:
-    x, y, z = map(float, values)
-    return (x, y, z)
 
 
 def crowd_of_spheres(count: int) -> tuple[Shape, ...]:
@@ -22,8 +17,8 @@ def crowd_of_spheres(count: int) -> tuple[Shape, ...]:
     generator = np.random.default_rng(SEED)
     return tuple(
         Sphere(
-            albedo=_vector(generator.uniform(0.2, 0.9, 3)),
-            center=_vector(generator.uniform(-1.4, 1.4, 3)),
+            albedo=vector(generator.uniform(0.2, 0.9, 3)),
+            center=vector(generator.uniform(-1.4, 1.4, 3)),
             radius=float(generator.uniform(0.12, 0.35)),
         )
         for _ in range(count)
@@ -36,12 +31,12 @@ def crowd_of_cubes(count: int) -> tuple[Shape, ...]:
 
     def place() -> Matrix:
         return compose(
-            translation(*_vector(generator.uniform(-1.4, 1.4, 3))),
-            rotation(_vector(generator.normal(size=3)), float(generator.uniform(0, 180))),
-            scaling(*_vector(generator.uniform(0.25, 0.6, 3))),
+            translation(*vector(generator.uniform(-1.4, 1.4, 3))),
+            rotation(vector(generator.normal(size=3)), float(generator.uniform(0, 180))),
+            scaling(*vector(generator.uniform(0.25, 0.6, 3))),
         )
 
-    return tuple(Cube(albedo=_vector(generator.uniform(0.2, 0.9, 3)), to_world=place()) for _ in range(count))
+    return tuple(Cube(albedo=vector(generator.uniform(0.2, 0.9, 3)), to_world=place()) for _ in range(count))
 
 
 def layers(count: int, gap: float) -> tuple[Shape, ...]:
@@ -124,32 +119,32 @@ def placement(generator: np.random.Generator) -> Matrix:
     stretch[0] *= generator.choice((-1.0, 1.0))
     slant = generator.uniform(-0.35, 0.35, 3)
     return compose(
-        translation(*_vector(generator.uniform((-1.5, -1.5, -0.2), (1.5, 1.5, 1.2)))),
-        rotation(_vector(generator.normal(size=3)), float(generator.uniform(0, 180))),
+        translation(*vector(generator.uniform((-1.5, -1.5, -0.2), (1.5, 1.5, 1.2)))),
+        rotation(vector(generator.normal(size=3)), float(generator.uniform(0, 180))),
         shear(xy=float(slant[0]), xz=float(slant[1]), yz=float(slant[2])),
-        scaling(*_vector(stretch)),
+        scaling(*vector(stretch)),
     )
 
 
 def shapes(generator: np.random.Generator) -> tuple[Shape, ...]:
     """Return a floor and eight shapes, in a random order."""
     floor = Square(
-        albedo=_vector(generator.uniform(0.3, 0.8, 3)),
+        albedo=vector(generator.uniform(0.3, 0.8, 3)),
         to_world=compose(
-            translation(0, 0, -1.2), rotation(_vector(generator.normal(size=3)), 9), scaling(9, 8, 1)
+            translation(0, 0, -1.2), rotation(vector(generator.normal(size=3)), 9), scaling(9, 8, 1)
         ),
     )  # fmt: skip
     mixed: list[Shape] = [floor]
     for kind in (Sphere, Sphere, Cube, Cube, Square, Triangle, Triangle, Mesh):
         common = {
-            "albedo": _vector(generator.uniform(0.2, 0.9, 3)),
+            "albedo": vector(generator.uniform(0.2, 0.9, 3)),
             "to_world": placement(generator),
             "two_sided": bool(generator.random() < 0.4),
         }
         if kind is Sphere:
             mixed.append(Sphere(**common, radius=float(generator.uniform(0.3, 0.6))))
         elif kind is Triangle:
-            mixed.append(Triangle(**common, vertices=tuple(map(_vector, generator.uniform(-1, 1, (3, 3))))))  # pyright: ignore[reportArgumentType]
+            mixed.append(Triangle(**common, vertices=tuple(map(vector, generator.uniform(-1, 1, (3, 3))))))  # pyright: ignore[reportArgumentType]
         elif kind is Mesh:
             mixed.append(Mesh(**common, vertices=CORNERS, faces=OUTWARD))
         else:
@@ -162,7 +157,7 @@ def random_scenes() -> Iterator[Case]:
     for seed in SEEDS:
         generator = np.random.default_rng(seed)
         camera = camera_around(
-            _vector(generator.uniform(-0.2, 0.2, 3)),
+            vector(generator.uniform(-0.2, 0.2, 3)),
             distance=float(generator.uniform(5.0, 7.0)),
             azimuth=float(generator.uniform(-180, 180)),
             elevation=float(generator.uniform(20, 55)),
@@ -173,8 +168,8 @@ def random_scenes() -> Iterator[Case]:
         )
         lights = tuple(
             PointLight(
-                position=_vector(generator.uniform((-3, -3, 2.5), (3, 3, 4.5))),
-                flux=_vector(generator.uniform(150, 450, 3)),
+                position=vector(generator.uniform((-3, -3, 2.5), (3, 3, 4.5))),
+                flux=vector(generator.uniform(150, 450, 3)),
             )
             for _ in range(2)
         )

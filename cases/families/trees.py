@@ -7,7 +7,7 @@ import numpy as np
 
 from rayproof.cases.benchmark_scenes import chosen
 from rayproof.cases.case import Case, covering
-from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation, vector
 from rayproof.cases.scene import Cube, Matrix, Mesh, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
 
 # More than eight shapes of a kind: a renderer may well put them into a tree, which it does not for a few.
@@ -29,8 +29,7 @@ def places(count: int, *, shift: float = 0.0) -> tuple[tuple[float, float, float
     moved = np.random.default_rng(SEED).uniform(-0.1, 0.1, (count, 3))
     across = 0.95 * (np.arange(count) % 5) - 1.9 + shift
     along = 1.0 * (np.arange(count) // 5) - 0.5 * ((count - 1) // 5)
-    found = moved + np.stack([across, along, np.zeros(count)], axis=1)
-    return tuple((float(x), float(y), float(z)) for x, y, z in found)
+    return tuple(map(vector, moved + np.stack([across, along, np.zeros(count)], axis=1)))
 
 
 def color(number: int, count: int) -> tuple[float, float, float]:
@@ -115,13 +114,7 @@ Corners = np.ndarray  # (faces, 3, 3) [m]
 def mesh_of(corners: Corners, *, two_sided: bool = False) -> Mesh:
     """Return a mesh whose faces share no vertex."""
     faces = np.arange(3 * len(corners)).reshape(-1, 3)
-    return Mesh(
-        albedo=ALBEDO,
-        vertices=corners.reshape(-1, 3),
-        faces=faces,
-        to_world=TURN,
-        two_sided=two_sided,
-    )
+    return Mesh(albedo=ALBEDO, vertices=corners.reshape(-1, 3), faces=faces, to_world=TURN, two_sided=two_sided)
 
 
 def apart(count: int) -> Corners:

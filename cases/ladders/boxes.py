@@ -159,13 +159,7 @@ LADDERS = (
         draw=in_face,
         fails=(
             Failure(
-                formulas=(
-                    "divides_anyway",
-                    "division",
-                    "ieee_slabs",
-                    "ize",
-                    "nan_dropping",
-                ),
+                formulas=("divides_anyway", "division", "ieee_slabs", "ize", "nan_dropping"),
                 because="0 / 0 or 0 times infinity in the plane of a face",
             ),
         ),
@@ -179,13 +173,7 @@ LADDERS = (
         draw=along_edge,
         fails=(
             Failure(
-                formulas=(
-                    "divides_anyway",
-                    "division",
-                    "ieee_slabs",
-                    "ize",
-                    "nan_dropping",
-                ),
+                formulas=("divides_anyway", "division", "ieee_slabs", "ize", "nan_dropping"),
                 because="0 / 0 or 0 times infinity in the plane of a face",
             ),
         ),

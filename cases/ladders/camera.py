@@ -110,11 +110,7 @@ LADDERS = (
         gate=Gate(reaches={"float32": 1e10, "float64": 1e10}, index=100.0),
         fails=(
             Failure(
-                formulas=(
-                    "matrix_w_divide",
-                    "analytic_inverse",
-                    "w_divided_in_view",
-                ),
+                formulas=("matrix_w_divide", "analytic_inverse", "w_divided_in_view"),
                 because="w is 0 from far / near = 2 / u on: no ray is a number",
                 precisions=("float32",),
             ),
@@ -133,11 +129,7 @@ LADDERS = (
             Failure(formulas=MULTIPLIED, because="the eye is added and subtracted, times w"),
             Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
             Failure(
-                formulas=(
-                    "reference_point_at_target",
-                    "inverse_matrices",
-                    "w_divided_in_view",
-                ),
+                formulas=("reference_point_at_target", "inverse_matrices", "w_divided_in_view"),
                 because="the eye is added and subtracted",
             ),
         ),

@@ -13,10 +13,7 @@ def plane_grazing(cosine: float, count: int, generator: np.random.Generator, pre
     turn = generator.uniform(0, 2 * np.pi, count)
     flat = np.sqrt(1 - cosine**2)
     direction = np.stack([flat * np.cos(turn), flat * np.sin(turn), np.full(count, -cosine)], axis=1)
-    return {
-        "o": rounded(generator.uniform(0.5, 1.5, (count, 3)), precision),
-        "d": rounded(direction, precision),
-    }
+    return {"o": rounded(generator.uniform(0.5, 1.5, (count, 3)), precision), "d": rounded(direction, precision)}
 
 
 def plane_far(distance: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:

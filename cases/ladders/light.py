@@ -168,10 +168,7 @@ ONE_LIGHT = (
         fails=(
             Failure(formulas=("none",), because="erratum E9: no falloff"),
             Failure(
-                formulas=(
-                    "inverse_square",
-                    "scaled",
-                ),
+                formulas=("inverse_square", "scaled"),
                 because="Dr.Jit flushes subnormals to zero, so that light that faint is none",
                 precisions=("float32",),
             ),

@@ -202,10 +202,7 @@ DISTANCES = (
         rays=4000,
         saturated=float("inf"),
         gate=Gate(reaches={"float32": 1e-5, "float64": 1e-7}),
-        fails=(
-            Failure(formulas=QUADRATICS, because="D is a difference of squares: 4 to 130 K u"),
-            TEXTBOOK,
-        ),
+        fails=(Failure(formulas=QUADRATICS, because="D is a difference of squares: 4 to 130 K u"), TEXTBOOK),
         first_to_break="sphere/textbook",
         survivor="sphere/haines, pbrt4, shift; no float32 form at 1e-7, which is u",
         slopes=(
@@ -342,8 +339,7 @@ POINTS = (
         gate=Gate(reaches={"float32": 1e5, "float64": 1e6}),
         fails=(
             Failure(
-                formulas=("along_ray", "by_matrix"),
-                because="o + t d is rounded at the size of t, not of the sphere",
+                formulas=("along_ray", "by_matrix"), because="o + t d is rounded at the size of t, not of the sphere"
             ),
         ),
         first_to_break="position/along_ray, position/by_matrix",

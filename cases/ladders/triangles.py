@@ -38,11 +38,7 @@ def _aimed(
     side = np.where(generator.random(count) < 0.5, -1.0, 1.0)[:, None]
     direction = side * slope * normal + np.sqrt(1 - slope**2) * across(normal, generator)
     origin = rounded(target - direction * distance, precision)
-    return {
-        "o": origin,
-        "d": rounded(unit(target - origin), precision),
-        **dict(zip("abc", corners, strict=True)),
-    }
+    return {"o": origin, "d": rounded(unit(target - origin), precision), **dict(zip("abc", corners, strict=True))}
 
 
 def _weights(count: int, generator: np.random.Generator) -> np.ndarray:
@@ -281,11 +277,7 @@ LADDERS = (
                 ),
                 because=NO_AREA,
             ),
-            Failure(
-                formulas=("moeller_trumbore_epsilon",),
-                because=NO_AREA,
-                precisions=("float32",),
-            ),
+            Failure(formulas=("moeller_trumbore_epsilon",), because=NO_AREA, precisions=("float32",)),
         ),
         first_to_break="a form that divides by the determinant unguarded",
         survivor="a guarded form; none may hit what has no area",
@@ -325,10 +317,7 @@ LADDERS = (
         values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5),
         draw=translated,
         gate=Gate(reaches={"float32": 1e3, "float64": 1e5}),
-        fails=(
-            MISPRINTED,
-            Failure(formulas=("baldwin_weber",), because="its matrix holds the translation"),
-        ),
+        fails=(MISPRINTED, Failure(formulas=("baldwin_weber",), because="its matrix holds the translation")),
         first_to_break="triangle/baldwin_weber, whose matrix holds the translation",
         survivor="every form that subtracts a corner first",
     ),

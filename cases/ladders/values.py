@@ -83,10 +83,7 @@ LADDERS = (
         options={"shape": "triangle"},
         fails=(
             Failure(
-                formulas=(
-                    "printed_third_row",
-                    "unsigned_areas",
-                ),
+                formulas=("printed_third_row", "unsigned_areas"),
                 because="errata E6 and E5: wrong on ordinary numbers too",
             ),
         ),

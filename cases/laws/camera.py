@@ -6,17 +6,8 @@ from math import atan, degrees, radians, tan
 
 import numpy as np
 
-from rayproof.cases.laws.relations import (
-    Ask,
-    Conditions,
-    Relation,
-    everywhere,
-    related,
-    vector,
-    view,
-    with_camera,
-    with_shapes,
-)
+from rayproof.cases.laws.relations import Ask, Conditions, Relation, everywhere, related, view, with_camera, with_shapes
+from rayproof.cases.placement import vector
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 

@@ -11,12 +11,11 @@ from rayproof.cases.laws.relations import (
     Conditions,
     Relation,
     lit_from_the_eye,
-    matrix,
     related,
     view,
     with_camera,
 )
-from rayproof.cases.placement import world_triangles
+from rayproof.cases.placement import matrix, world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 

@@ -15,15 +15,14 @@ from rayproof.cases.laws.relations import (
     around,
     at_least_two,
     behind_the_eye,
-    matrix,
     related,
     strong,
     switched_on,
     times,
-    vector,
     view,
     with_lights,
 )
+from rayproof.cases.placement import matrix, vector
 from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import Stage
 

@@ -12,14 +12,13 @@ from rayproof.cases.laws.relations import (
     carried_by,
     everywhere,
     has_triangles,
-    matrix,
     moved,
     moved_triangles,
     placed,
     related,
     with_shapes,
 )
-from rayproof.cases.placement import compose, rotation, scaling, translation, world_triangles
+from rayproof.cases.placement import compose, matrix, rotation, scaling, translation, world_triangles
 from rayproof.cases.scene import IDENTITY, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 
 # Moving everything at once moves nothing in the image.
@@ -128,11 +127,7 @@ def standing(shape: Shape) -> Shape:
     corners = world_triangles(shape)
     faces = np.arange(3 * len(corners)).reshape(-1, 3)
     return Mesh(
-        albedo=shape.albedo,
-        to_world=IDENTITY,
-        two_sided=shape.two_sided,
-        vertices=corners.reshape(-1, 3),
-        faces=faces,
+        albedo=shape.albedo, to_world=IDENTITY, two_sided=shape.two_sided, vertices=corners.reshape(-1, 3), faces=faces
     )
 
 

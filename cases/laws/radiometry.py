@@ -14,12 +14,12 @@ from rayproof.cases.laws.relations import (
     related,
     strong,
     times,
-    vector,
     view,
     with_camera,
     with_lights,
     with_shapes,
 )
+from rayproof.cases.placement import vector
 from rayproof.cases.scene import PointLight, Rgb, Scene
 from rayproof.cases.stages import Stage
 
@@ -192,13 +192,7 @@ def light_in_stages(scene: Scene, ask: Ask) -> Iterator[Relation]:
 
     def relation(stage: Stage, expected: np.ndarray, what: str, terms: np.ndarray | None = None) -> Relation:
         return Relation(
-            stage=stage,
-            expected=expected,
-            measured=answers[stage],
-            scene=scene,
-            changed=scene,
-            what=what,
-            terms=terms,
+            stage=stage, expected=expected, measured=answers[stage], scene=scene, changed=scene, what=what, terms=terms
         )
 
     yield relation(Stage.IRRADIANCE, total, "from position, normal and visibility", sizes)

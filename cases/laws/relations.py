@@ -12,11 +12,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rayproof.cases.placement import matrix, vector
 from rayproof.cases.scene import (
     IDENTITY,
     Camera,
     Cube,
-    Matrix,
     Mesh,
     PointLight,
     Rgb,
@@ -144,18 +144,6 @@ def faces(change: Map) -> dict[Stage, Map]:
 
 # Scenes changed in known ways: moved, lit otherwise, their shapes described otherwise.
 BLACK: Rgb = (0.0, 0.0, 0.0)
-
-
-def vector(values: Any) -> Vector:
-    """Return three numbers as a tuple of Python's own."""
-    x, y, z = map(float, values)
-    return x, y, z
-
-
-def matrix(values: Any) -> Matrix:
-    """Return a 4x4 matrix as tuples of Python's own numbers."""
-    rows = [tuple(map(float, row)) for row in np.asarray(values)]
-    return tuple(rows)  # pyright: ignore[reportReturnType]
 
 
 def placed(shape: Shape, motion: Any) -> Shape:

@@ -11,12 +11,11 @@ from rayproof.cases.laws.relations import (
     Relation,
     coincide,
     has_triangles,
-    matrix,
     placed,
     related,
     with_shapes,
 )
-from rayproof.cases.placement import compose, rotation, scaling, translation
+from rayproof.cases.placement import compose, matrix, rotation, scaling, translation
 from rayproof.cases.scene import Cube, Matrix, Mesh, Plane, Scene, Shape, Square, Triangle
 from rayproof.cases.stages import Stage
 
@@ -125,11 +124,7 @@ def plane_square(scene: Scene, ask: Ask) -> Iterator[Relation]:
 
     # Local coordinates are small, but the matrix stretches by the square's size: what is rounded are plane distances.
     yield from related(
-        ask,
-        scene,
-        with_shapes(scene, bounded),
-        what="every plane cut to a large square",
-        conditions=Conditions(),
+        ask, scene, with_shapes(scene, bounded), what="every plane cut to a large square", conditions=Conditions()
     )
 
 

@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.placement import compose, scaling
+from rayproof.cases.placement import compose, scaling, vector
 from rayproof.cases.random_scenes.draft import Draws, plain_draft, upward
 from rayproof.cases.random_scenes.features import FEATURES, Step
 from rayproof.cases.scene import Camera, Matrix, Mesh, PointLight, Rgb, Scene, Shape, Sphere, Triangle, Vector
@@ -170,8 +170,8 @@ def _camera(camera: Camera, draws: Draws) -> Camera:
     eye, ahead = np.asarray(camera.eye), np.subtract(camera.target, camera.eye)
     return replace(
         camera,
-        target=_vector(eye + share * ahead) if draws.chance(0.5) else camera.target,
-        up=_vector(length * np.asarray(up)),
+        target=vector(eye + share * ahead) if draws.chance(0.5) else camera.target,
+        up=vector(length * np.asarray(up)),
         # A telescope keeps its angle, for beside it nothing may be seen.
         fovy=draws.uniform(5, 170) if camera.fovy > 1 and draws.chance(0.5) else camera.fovy,
         width=width,
@@ -186,10 +186,10 @@ def _shape(shape: Shape, draws: Draws) -> Shape:
     to_world: Matrix = compose(shape.to_world, scaling(1 / unit, 1 / unit, 1 / unit))
     if isinstance(shape, Sphere):
         return replace(
-            shape, center=_vector(unit * np.asarray(shape.center)), radius=unit * shape.radius, to_world=to_world
+            shape, center=vector(unit * np.asarray(shape.center)), radius=unit * shape.radius, to_world=to_world
         )
     if isinstance(shape, Triangle):
-        first, second, third = (_vector(unit * np.asarray(corner)) for corner in shape.vertices)
+        first, second, third = (vector(unit * np.asarray(corner)) for corner in shape.vertices)
         return replace(shape, vertices=(first, second, third), to_world=to_world)
     if isinstance(shape, Mesh):
         return replace(shape, vertices=shape.vertices.astype(np.float64) * unit, to_world=to_world)
@@ -204,8 +204,3 @@ def _light(light: PointLight, draws: Draws) -> PointLight:
 def _colour(colour: Rgb, factors: Vector) -> Rgb:
     red, green, blue = (part * factor for part, factor in zip(colour, factors, strict=True))
     return red, green, blue
-
-
-def _vector(array: np.ndarray) -> Vector:
-    x, y, z = (float(part) for part in array)
-    return x, y, z

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from rayproof.cases.placement import compose, mapped, rotation, scaling, translation
+from rayproof.cases.placement import compose, mapped, rotation, scaling, translation, vector
 from rayproof.cases.scene import (
     PARALLEL,
     Camera,
@@ -178,14 +178,14 @@ class Draft:
             point = np.array((first, second - first, 1 - second)) @ np.asarray(corners, dtype=np.float64)
         else:
             point = np.array((draws.uniform(-0.5, 0.5), draws.uniform(-0.5, 0.5), 0.0))
-        return mapped(shape.to_world, (float(point[0]), float(point[1]), float(point[2])))
+        return mapped(shape.to_world, vector(point))
 
     def inner_point(self, index: int) -> Vector:
         """Return a point well inside a sphere or a cube."""
         shape = self.shapes[index]
         center, size = (shape.center, shape.radius) if isinstance(shape, Sphere) else ((0.0, 0.0, 0.0), 0.5)
         point = np.asarray(center) + 0.5 * size * np.asarray(self.draws.direction())
-        return mapped(shape.to_world, (float(point[0]), float(point[1]), float(point[2])))
+        return mapped(shape.to_world, vector(point))
 
     @property
     def distance(self) -> float:

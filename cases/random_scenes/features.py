@@ -13,7 +13,7 @@ from typing import cast
 
 import numpy as np
 
-from rayproof.cases.placement import compose, mapped, rotation, scaling, shear, translation
+from rayproof.cases.placement import compose, mapped, rotation, scaling, shear, translation, vector
 from rayproof.cases.random_scenes.draft import FLUX, Draft, placement, rgb, shape_of
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Rgb, Sphere, Square, Triangle, Vector
@@ -202,8 +202,8 @@ def no_light(draft: Draft) -> None:
 def many_lights(draft: Draft) -> None:
     """Add lights all around."""
     while len(draft.lights) < draft.draws.choice((10, 14, 20)):
-        x, y, z = np.asarray(draft.draws.direction()) * draft.draws.uniform(2, 6)
-        draft.lights.append(PointLight(position=(float(x), float(y), float(z)), flux=rgb(draft.draws, 0, FLUX)))
+        place = np.asarray(draft.draws.direction()) * draft.draws.uniform(2, 6)
+        draft.lights.append(PointLight(position=vector(place), flux=rgb(draft.draws, 0, FLUX)))
 
 
 @FEATURES.register("light_inside", step=Step.LIGHTS, group="light place", what="A light is inside a shape.")
@@ -257,8 +257,7 @@ def light_in_plane(draft: Draft) -> None:
     shape = draft.shapes[index]
     if isinstance(shape, Triangle):
         first, second, third = map(np.asarray, shape.vertices)
-        x, y, z = first + 1.7 * (second - first) + 0.4 * (third - first)
-        _move(draft, mapped(shape.to_world, (float(x), float(y), float(z))))
+        _move(draft, mapped(shape.to_world, vector(first + 1.7 * (second - first) + 0.4 * (third - first))))
     else:
         _move(draft, mapped(shape.to_world, (draft.draws.uniform(0.6, 2), draft.draws.uniform(-1, 1), 0.0)))
 
@@ -363,8 +362,7 @@ def wide_view(draft: Draft) -> None:
     draft.fovy = draft.draws.choice((175.0, draft.draws.uniform(150, 175)))
     if draft.eye == draft.target:
         return
-    x, y, z = np.asarray(draft.target) + 0.35 * np.subtract(draft.eye, draft.target)
-    draft.eye = (float(x), float(y), float(z))
+    draft.eye = vector(np.asarray(draft.target) + 0.35 * np.subtract(draft.eye, draft.target))
 
 
 @FEATURES.register("tiny", step=Step.WHOLE, group="scale", bare=True, what="The scene is 1e-4 to 1e-2 m large.")
@@ -383,5 +381,4 @@ def huge(draft: Draft) -> None:
 def far_away(draft: Draft) -> None:
     """Move everything away from the origin; of a tiny scene by as many of its own sizes."""
     reach = draft.draws.logarithmic(10, 1e4) * min(1.0, draft.scale)
-    x, y, z = np.asarray(draft.draws.direction()) * reach
-    draft.offset = (float(x), float(y), float(z))
+    draft.offset = vector(np.asarray(draft.draws.direction()) * reach)
