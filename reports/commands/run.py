@@ -45,7 +45,6 @@ def run(
     cache_limit: float | None = None,
     full: bool = False,
     keep_images: str | None = None,
-    paths: Literal["covering", "all"] = "covering",
     single_file: bool = False,
     dry_run: bool = False,
     history: Path | None = None,
@@ -121,9 +120,6 @@ def run(
         others too; or `all`, every renderer's of every case, as EXR. Default: of a case that passed ours and the
         independent references' in one compact file, without loss, of any other everything; of a run of more than 2000
         cases sample:1%. What is left out the command in a case's record makes again.
-    paths
-        By which of its other ways the tracer renders a case too, to be held against the judged answer: each of them
-        on a few cases of the default suite, or all of them on every case (`python -m tests.harness.paths` lists them).
     single_file
         Also write report.html: the whole report in one file.
     dry_run
@@ -185,8 +181,6 @@ def run(
     if scenes is not None and selectors:
         raise UsageError(f"--scenes says what is run, and so does {selectors[0]}")
     check_names(selectors)  # before anything is started for them
-    if subject != TRACER and paths == "all":
-        raise UsageError("--paths are the tracer's own, and --subject puts another renderer under test")
     if subject != TRACER and (configuration or formula):
         raise UsageError(
             "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
@@ -249,7 +243,6 @@ def run(
             configurations=tuple(one.name for one in chosen),
             json=json,
             images=kept,
-            all_routes=paths == "all",
             history=history,
             demanded=demanded,
             diagnose=diagnose == "auto",

@@ -34,8 +34,8 @@ LARGEST = 2**30  # bytes of one record: a deflated one that becomes more is dama
 WORST = [outcome.value for outcome in Outcome]
 # Of a case's record: what no list shows.
 HEAVY = frozenset({
-    "renders", "checks", "adjudication", "masks", "expectations", "consistency", "settings", "notes",
-    "unsupported", "versions", "paths", "trace", "compared", "ran", "shapes",
+    "renders", "checks", "adjudication", "masks", "expectations", "settings", "notes",
+    "unsupported", "versions", "trace", "compared", "ran", "shapes",
 })  # fmt: skip
 _TABLES = (
     """CREATE TABLE cases (

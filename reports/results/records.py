@@ -40,22 +40,6 @@ LedgerRecord = TypedDict(
         "fail": Count,
     },
 )
-ConsistencyRecord = TypedDict(
-    "ConsistencyRecord",
-    {
-        "path": str,
-        "configuration": str,
-        "with": str,
-        "how": str,
-        "stage": str | None,
-        "pixels": int,
-        "worst": Number,
-        "verdict": Verdict,
-        "differ": int,
-        "pixel": list[int] | None,
-    },
-    total=False,
-)
 EvidenceRecord = TypedDict("EvidenceRecord", {"with": dict[str, str], "against": dict[str, str]}, total=False)
 
 
@@ -351,8 +335,6 @@ class CaseFacts(TypedDict, total=False):
     notes: list[NoteRecord]
     expectations: list[ExpectationRecord]
     adjudication: dict[str, AdjudicationRecord] | None
-    paths: dict[str, list[str]]
-    consistency: list[ConsistencyRecord]
     repeated: list[RepeatedRecord]
     versions: dict[str, str]
     remembered: bool
@@ -533,13 +515,6 @@ class ImagesKeptRecord(TypedDict):
     left_out: Count
 
 
-class TakenRecord(TypedDict, total=False):
-    """How many cases of a run took an execution path, and in how many its answer was held against another."""
-
-    executed: Count
-    compared: Count
-
-
 class FindingRecord(TypedDict, total=False):
     """What was found out about a reference, and the checks of this run that it explained."""
 
@@ -618,7 +593,6 @@ class RunFacts(TypedDict, total=False):
     coverage: Required[dict[str, Count]]
     coverage_detail: dict[str, CoverageRecord]
     images_kept: ImagesKeptRecord
-    paths: dict[str, TakenRecord]
     review: list[ReviewRecord]
     findings: list[FindingRecord]
     derivations: list[str]

@@ -8,12 +8,10 @@ from typing import Any
 
 from rayproof.reports.judge.comparison.repeated import repeated
 from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.paths.choice import asked
-from rayproof.reports.paths.verdict import held_together, together
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, ConsistencyRecord, RepeatedRecord
+from rayproof.reports.results.records import CaseRecord, RepeatedRecord
 from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages
 from rayproof.reports.run.messages import GuardTask, JudgeTask, RecallTask, ReferenceTask, SubjectTask, TracerTask
 from rayproof.reports.run.plan import PlannedCase
@@ -50,8 +48,6 @@ class Renders:
     versions: dict[str, str]
     seconds: dict[str, float]  # by renderer, as the report names it
     notes: tuple[str, ...] = ()  # what the subject says of its answers
-    consistency: list[ConsistencyRecord]
-    paths: list[dict[str, list[str]]]  # of each configuration: path -> routes
 
 
 class CaseRun:
@@ -207,12 +203,11 @@ class CaseRun:
     def _render(self, configuration: str, *, again: bool = False) -> Request:
         """Return the request for the answers of one configuration, or of one who is only tried.
 
-        Of one that is asked `again` the image alone is wanted: neither its other routes nor its call.
+        Of one that is asked `again` the image alone is wanted, and not its call.
         """
         case, subject = self.planned.case, self._asked[configuration]
         if subject.is_tracer:
-            routes = () if again else asked(self.planned.routes, configuration)
-            about = {"scene": case.scene, "configuration": configuration, "samples": case.samples, "routes": routes}
+            about = {"scene": case.scene, "configuration": configuration, "samples": case.samples}
             return Request(kind=TRACER, task=TracerTask(**about, own=self._own, copies=self._copies), first=True)
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
@@ -224,7 +219,7 @@ class CaseRun:
 
     def _rendered(self, replies: Replies) -> Renders:
         """Return what those under test answered, in the plan's order."""
-        found = Renders(candidates={}, versions={}, seconds={}, consistency=[], paths=[])
+        found = Renders(candidates={}, versions={}, seconds={})
         for name, subject in self._asked.items():
             reply = replies[name]
             found.seconds[subject.renderer(name)] = reply.seconds
@@ -243,9 +238,6 @@ class CaseRun:
             found.versions |= versions
             if subject == self._subject and more:
                 found.notes = more[0]
-            if len(more) > 1:
-                found.consistency += more[1]
-                found.paths.append(more[2])
         return found
 
     def _second(self, name: str, replies: Replies) -> Candidate:
@@ -291,13 +283,11 @@ class CaseRun:
         return record
 
     def _recorded(self, record: CaseRecord, renders: Renders) -> CaseRecord:
-        """Return the record with the times and the execution paths of this run's renders."""
+        """Return the record with the times of this run's renders."""
         for render in record["renders"]:
             render["seconds"] = round(renders.seconds.get(render["renderer"], 0.0), 4)
-        record["paths"] = together(renders.paths)
         if self.planned.twice:
             record["repeated"] = self._repeated
-        held_together(record, renders.consistency)
         record["seconds"] = round(sum(renders.seconds.values()) + record["judge_seconds"], 4)
         return record
 

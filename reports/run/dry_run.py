@@ -8,13 +8,11 @@ import psutil
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.paths.choice import asked
 from rayproof.reports.run.panel import panel
 from rayproof.reports.run.plan import PlannedCase, configurations_of
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.size import (
     BEGINNING,
-    BY_ANOTHER_ROUTE,
     LARGE,
     Estimate,
     deadline,
@@ -41,7 +39,6 @@ def plan_in_words(request: RunRequest) -> list[str]:
     planned = planned_cases(request)
     heard = panel(request.require, subject)
     each = [estimate(one.case, candidates=len(one.configurations), references=len(heard.names)) for one in planned]
-    routes = sum(len(asked(one.routes, name)) for one in planned for name in one.configurations)
     renders = sum((1 + one.twice) * len(one.configurations) + len(heard.names) for one in planned)
     checks = sum(_checks(one, heard.names, subject) for one in planned)
     configurations = configurations_of(planned)
@@ -49,10 +46,9 @@ def plan_in_words(request: RunRequest) -> list[str]:
     counts = f"{len(planned)} cases, {len(configurations)} configurations, {len(heard.names)} references"
     return [
         f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks",
-        *([f"other routes of the tracer: at most {routes} renders"] if routes else []),
         *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
         f"largest case: {_about(largest[0])}",
-        *_estimated(request, planned, each, references=len(heard.names), routes=routes),
+        *_estimated(request, planned, each, references=len(heard.names)),
     ]
 
 
@@ -79,10 +75,10 @@ def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject)
 
 
 def _estimated(
-    request: RunRequest, planned: Sequence[PlannedCase], each: list[Estimate], *, references: int, routes: int
+    request: RunRequest, planned: Sequence[PlannedCase], each: list[Estimate], *, references: int
 ) -> Iterator[str]:
     """Yield time, memory, disk and deadlines."""
-    seconds = (sum(one.seconds for one in each) + routes * BY_ANOTHER_ROUTE) / request.jobs
+    seconds = sum(one.seconds for one in each) / request.jobs
     worst = max(one.memory for one in each)
     at_once = 1 if max(one.memory for one in each) > LARGE else request.jobs
     together = at_once * worst + (worst - BEGINNING) + (references + 3) * PROCESS

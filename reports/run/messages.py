@@ -18,7 +18,6 @@ class TracerTask:
     scene: Scene
     configuration: str
     samples: int
-    routes: tuple[str, ...] = ()  # other ways in which to render it, to be held against the answer
     copies: tuple[tuple[str, str], ...] = ()  # of the user's files: the path that he wrote, and where it lies here
     own: tuple[str, ...] = ()  # the user's own formulas as the run knows them (`Demands.own`); any other is refused
 

@@ -12,7 +12,6 @@ from typing import overload
 from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline, covering
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.cache.digests import Key, code, machine
-from rayproof.reports.paths.choice import routes_of
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.scene_stream import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
@@ -46,7 +45,6 @@ class PlannedCase:
 
     case: Case
     configurations: tuple[str, ...]
-    routes: tuple[str, ...] = ()  # other ways in which the tracer renders it too (`reports.paths`)
     twice: bool = False  # it is rendered once more, and must give the same image
 
 
@@ -129,12 +127,10 @@ def plan(
     cases: tuple[Case, ...],
     configurations: tuple[str, ...],
     subject: Subject = THE_TRACER,
-    *,
-    all_routes: bool = False,
 ) -> tuple[PlannedCase, ...]:
     """Return every case with its configurations; `configurations`, if any, replace the default suite's.
 
-    Another subject than the tracer has no configurations, only its name, and no routes; what it declares not to have is
+    Another subject than the tracer has no configurations, only its name; what it declares not to have is
     asked as far as it can be (`within_reach`).
 
     Raises:
@@ -148,18 +144,12 @@ def plan(
         return tuple(PlannedCase(case=within_reach(case, able), configurations=(subject.name,)) for case in cases)
     if configurations:
         names = tuple(dict.fromkeys(Configuration.parse(name).name for name in configurations))
-        return tuple(
-            PlannedCase(case=case, configurations=names, routes=routes_of(case.name, everything=True))
-            if all_routes
-            else PlannedCase(case=case, configurations=names)
-            for case in cases
-        )
+        return tuple(PlannedCase(case=case, configurations=names) for case in cases)
     return tuple(
         PlannedCase(
             case=case,
             configurations=DEFAULTS
             + tuple(name for name, items in sorted(alternatives().items()) if items & set(case.covers)),
-            routes=routes_of(case.name, everything=all_routes),
         )
         for case in cases
     )
@@ -201,7 +191,6 @@ class RecordKey(Key):
 
     case: Case
     configurations: tuple[str, ...]
-    routes: tuple[str, ...]
     twice: bool
     demands: Demands
 
@@ -211,7 +200,6 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
     return RecordKey(
         case=planned.case,
         configurations=planned.configurations,
-        routes=planned.routes,
         twice=planned.twice,
         demands=demands,
         code=code(CODE),

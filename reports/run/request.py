@@ -35,4 +35,3 @@ class RunRequest:
     images: KeptImages = EVERY_CASE  # of which cases they are kept
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     scenes: "SceneStream | None" = None  # instead of selectors: scenes without number
-    all_routes: bool = False  # render every case by every route of the tracer, not by a choice that meets them all

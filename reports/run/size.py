@@ -14,7 +14,6 @@ from rayproof.cases.scene import Mesh, Scene, SceneError
 RENDER_A_PIXEL, JUDGE_A_PIXEL = 17e-6, 30e-6
 RENDER_A_PIXEL_AND_LIGHT, JUDGE_A_PIXEL_AND_LIGHT = 35e-6, 16e-6  # more, for each light
 RENDER_A_TRIANGLE, JUDGE_A_TRIANGLE = 25e-6, 40e-6
-BY_ANOTHER_ROUTE = 0.25  # of one scene of usual size, which is mostly compiling: 0.05 to 0.7 measured
 USUAL_SHARE = 0.5  # of the slowest renderer's time: what one of the panel takes on average
 # Bytes of one process beside what it takes to begin with: the judge's, which are the most.
 BEGINNING = 300e6

@@ -273,10 +273,10 @@ def planned_cases(request: RunRequest) -> Sequence[PlannedCase]:
     if request.scenes is not None:
 
         def planned(case: Case) -> PlannedCase:
-            return plan((case,), names, subject, all_routes=request.all_routes)[0]
+            return plan((case,), names, subject)[0]
 
         return with_one_twice(PlannedScenes(request.scenes, planned))
-    return with_one_twice(plan(cases_of(request.selectors), names, subject, all_routes=request.all_routes))
+    return with_one_twice(plan(cases_of(request.selectors), names, subject))
 
 
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:

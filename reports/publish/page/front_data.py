@@ -9,7 +9,6 @@ from typing import NotRequired, TypedDict
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
 from rayproof.reports.publish.page.panel_data import Said, SaidOfItself
-from rayproof.reports.publish.page.routes_data import RouteRow, Routes
 from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import (
     KINDS,
@@ -36,7 +35,6 @@ from rayproof.reports.results.records import (
     ReferenceRecord,
     ReviewRecord,
     RunRecord,
-    TakenRecord,
 )
 
 # A renderer's word on a case: worst verdict, checks that have it, all checks, worst ratio, refusals.
@@ -129,8 +127,6 @@ class FrontData(TypedDict):
     examined: ExaminedFront
     no_say: list[str]
     common_factors: list[CommonFactorRecord]
-    paths: dict[str, TakenRecord]
-    routes: list[RouteRow]
     coverage: list[CoverageRow]
     review: list[ReviewRecord]
     stages: list[StageRow]
@@ -155,7 +151,7 @@ class Front:
         self._folder, self._results = folder, results
         self.long = len(results["cases"]) > SHARD
         self._rows: dict[int, list[CaseRow]] = {}  # by shard, until they are handed over
-        self._said, self._routes = Said(), Routes()
+        self._said = Said()
         self._times: dict[str, float] = {}
         self._columns = Columns()
         self._references = dict.fromkeys(map(str, results.get("references") or {}))
@@ -168,7 +164,6 @@ class Front:
         self._rows.setdefault((place - 1) // SHARD, []).append(row)
         self._columns.add(row)
         self._said.add(case)
-        self._routes.add(case)
         # The renderers that have a column: those that the run names, then those that only cases name.
         for names, key in ((self._references, "reference"), (self._configurations, "configuration")):
             for entry in case.get("checks", []):
@@ -210,8 +205,6 @@ class Front:
             "examined": {"line": examined_line(results), "counts": results.get("examined"), "words": KINDS},
             "no_say": no_say(results),
             "common_factors": results.get("common_factors", []),
-            "paths": results.get("paths", {}),
-            "routes": self._routes.rows,
             "coverage": [
                 {"id": item, "what": TITLES.get(item, ""), "cases": count, **details.get(item, {})}
                 for item, count in results["coverage"].items()

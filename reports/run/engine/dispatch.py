@@ -263,7 +263,7 @@ class Dispatch:
         record = unjudged(one.case, candidates, (), reply, folder=self._folder, subject=subject)
         for render in record["renders"]:
             render["seconds"] = 0.0
-        record.update({"judge_seconds": 0.0, "seconds": 0.0, "remembered": False, "versions": {}, "paths": {}})
+        record.update({"judge_seconds": 0.0, "seconds": 0.0, "remembered": False, "versions": {}})
         return record
 
     def _estimated(self, cases: Iterable[PlannedCase]) -> float:

@@ -73,7 +73,7 @@ REQUEST = RunRequest(
     selectors=(), out=Path("out"), resume=True, require=(), jobs=1, timeout=60.0, configurations=(), json=None
 )
 # Which cases, how a run goes about them, where to: none of it is part of what is found of a case. Configurations are
-# each a candidate of their own, by name and answers; routes are their planned case's.
+# each a candidate of their own, by name and answers.
 HOW = (
     "selectors",
     "scenes",
@@ -91,7 +91,6 @@ HOW = (
     "demanded",
     "configurations",
     "patient",
-    "all_routes",
     "diagnose",
 )
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
@@ -113,8 +112,6 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Candidate", "authors"): {Stage.NORMAL: "a guard says so"},
     ("RunRequest", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),
-    ("PlannedCase", "routes"): ("numbers",),
-    ("RecordKey", "routes"): ("numbers",),
     ("Demands", "identity"): ("another program",),
     ("Demands", "require"): ("analytic",),
     ("Demands", "own"): ("sphere=mine.py:nearest_hit 0",),

@@ -76,7 +76,6 @@ def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
         "images_kept": {"cases": found.with_images, "left_out": found.without_images},
-        "paths": dict(sorted(found.paths.items())),
         "review": found.review,
         "findings": found.findings,
     }

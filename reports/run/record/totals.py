@@ -8,7 +8,6 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison.examined import Examined
 from rayproof.reports.judge.panel.known_defects import known_findings
-from rayproof.reports.paths.verdict import count_paths
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
@@ -20,7 +19,6 @@ from rayproof.reports.results.records import (
     LedgerRecord,
     Number,
     ReviewRecord,
-    TakenRecord,
 )
 from rayproof.reports.run.record.common_factors import CommonFactors
 
@@ -60,7 +58,6 @@ class Totals:
         self.versions: dict[str, str] = {}
         self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
         self.factors = CommonFactors()
-        self.paths: dict[str, TakenRecord] = {}
         self.changing: list[str] = []  # what was rendered twice and is not the same, in sentences
         self._examined, self._passing = _nothing_examined(), _nothing_examined()
         self._coverage = _nothing_covered()
@@ -82,7 +79,6 @@ class Totals:
         elif record["verdict"] == Outcome.PASS:
             self.without_images += 1
         self.factors.add(record)
-        count_paths(self.paths, record)
         self.changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
         self._limits.add(record)
         _cover(self._coverage, record)

@@ -8,8 +8,6 @@ from rayproof.cases.stages import StageImages
 from rayproof.reports.judge.comparison.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.renderers import Candidate
-from rayproof.reports.paths.ledger import met_by_case
-from rayproof.reports.results.records import ConsistencyRecord
 from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
 from rayproof.tracer.configuration import Configuration
@@ -28,13 +26,8 @@ def prepare() -> None:
         formula.load()
 
 
-def trace(
-    task: TracerTask,
-) -> tuple[Candidate, dict[str, str], tuple[str, ...], list[ConsistencyRecord], dict[str, list[str]]]:
-    """Return what the tracer answered, the versions of what computed it, and how its other routes compare.
-
-    Between them stand no notes; last come the execution paths that it took, each with the routes (`reports.paths`).
-    """
+def trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
+    """Return what the tracer answered, and the versions of what computed it."""
     for path, copy in task.copies:
         copied(path, Path(copy))
     configuration = Configuration.parse(task.configuration)
@@ -42,7 +35,6 @@ def trace(
         _unchanged(configuration, task.own)
     answers = _images(task.scene, configuration)
     fine = _images(finer(task.scene, task.samples), configuration) if task.samples > 1 else None
-    paths = met_by_case(task.scene, configuration, task.routes)
     candidate = Candidate(
         name=configuration.name,
         precision=configuration.precision,
@@ -51,7 +43,7 @@ def trace(
         answers=answers,
         fine=fine,
     )
-    return candidate, versions(), (), _consistency(task, configuration, answers), paths
+    return candidate, versions()
 
 
 def _images(scene: Scene, configuration: Configuration) -> StageImages:
@@ -64,13 +56,3 @@ def _unchanged(configuration: Configuration, known: tuple[str, ...]) -> None:
     for place, digest in configuration.own.items():
         if f"{place} {digest}" not in known:
             raise RuntimeError(f"{place} has changed since the run began")
-
-
-def _consistency(task: TracerTask, configuration: Configuration, answers: StageImages) -> list[ConsistencyRecord]:
-    if not task.routes:
-        return []
-    from rayproof.reports.paths.routes import compare, suiting
-
-    return [
-        compare(route, task.scene, configuration, answers) for route in suiting(task.routes, task.scene, configuration)
-    ]

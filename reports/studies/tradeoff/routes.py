@@ -1,10 +1,11 @@
 """Diagrams of routes: the same image by stages, by numbers in memory, by literals, and by a frozen kernel of literals.
 
 The image that is timed is the one whose error is taken: a larger image may be traced by another plan. What a route
-declares is what its ledger says (`reports.paths.routes`): no bit beside the stages of its precision, or so many
+declares is counted (`FOLDED`): no bit beside the stages of its precision, or so many
 roundings of full light. A pixel beyond that is a wrong one.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -14,10 +15,9 @@ import numpy as np
 
 from rayproof.cases.rounding import PRECISIONS, UNIT_ROUNDOFF, gamma
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.double_double import DoubleDouble
-from rayproof.reports.paths.routes import FOLDED, full_light
 from rayproof.reports.studies.compare.received import as_received
 from rayproof.reports.studies.compare.timing import enlarged
 from rayproof.reports.studies.tradeoff.clocks import kernel_seconds
@@ -31,6 +31,9 @@ from rayproof.tracer.frames import Frames
 from rayproof.tracer.render import render
 from rayproof.tracer.stages.trace import Trace, images
 
+# Literals fold: a division by one becomes a product with its reciprocal, a product or a root of two is the host's. It
+# concerns three roundings of a normal and three of light, each of which is another one on either side.
+FOLDED = 2 * (3 + 3)
 ROUTES = "paths"  # the first half of a diagram's name
 RAYS = 2**17  # from here on a lane takes several samples, as in the images that somebody waits for
 FEW = 2**12  # where only the slow oracle knows the truth
@@ -68,6 +71,23 @@ def _by_literals(scene: Scene, configuration: Configuration) -> np.ndarray:
     lanes = trace.view.lanes
     found = [lanes.image([np.array(channel, dtype=np.float64) for channel in of]) for of in zip(*samples, strict=True)]
     return np.stack(found, axis=-1)
+
+
+def full_light(scene: Scene, answers: StageImages) -> np.ndarray:
+    """Return the radiance of each pixel if every light that it sees stood in its zenith, (height, width, 3)."""
+    albedo = np.array([shape.albedo for shape in scene.shapes] or [(0.0, 0.0, 0.0)])
+    hit = answers[Stage.OBJECT][..., 0].astype(int)
+    leaving = np.where((hit >= 0)[..., np.newaxis], albedo[np.clip(hit, 0, None)], 0.0)
+    total = np.zeros(leaving.shape)
+    for number, light in enumerate(scene.lights):
+        seen = answers[Stage.VISIBILITY][..., number : number + 1]
+        if scene.shading == "simplified":
+            total += seen * np.array(light.flux)
+            continue
+        away = np.asarray(light.position) - answers[Stage.POSITION]
+        with np.errstate(divide="ignore"):
+            total += seen * np.array(light.flux) / (4 * math.pi**2 * np.sum(away**2, axis=-1, keepdims=True))
+    return leaving * total
 
 
 def route_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) -> list[Entry]:

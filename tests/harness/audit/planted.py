@@ -38,7 +38,9 @@ class PlantedFault:
     equivalent: str | None = None  # the proof that it is right on every valid scene
     configuration: str | None = None  # of the tracer, where the fault is one of its formulas
     precision: str = "float32"  # of the tracer that is judged with it
-    path: str | None = None  # of the tracer, where the fault is in one of its execution paths alone (`tracer.paths`)
+    path: str | None = (
+        None  # of the tracer, where the fault is in one of its execution paths alone (`tests.harness.paths.declared`)
+    )
     routes: tuple[str, ...] = ()  # by which it must be rendered too, to be seen (`reports.paths`)
 
     @property

@@ -14,11 +14,10 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.paths.verdict import sentence
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import ConsistencyRecord
 from rayproof.reports.run.messages import ReferenceTask, TracerTask
 from rayproof.reports.run.tasks import handlers
+from rayproof.tracer.configuration import Configuration
 from tests.harness.audit.faults import FAULTS
 from tests.harness.audit.oracle import PatientOracle
 from tests.harness.audit.orders import (
@@ -33,6 +32,8 @@ from tests.harness.audit.orders import (
     Sighting,
 )
 from tests.harness.audit.planted import PlantedFault
+from tests.harness.paths.ledger import sentence
+from tests.harness.paths.routes import Comparison, compare, suiting
 
 USUAL = "float32"
 BAD = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING)
@@ -104,12 +105,16 @@ def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness]
     return _sighting(fault.name, case, judged, looks)
 
 
-def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Candidate, ConsistencyRecord | None]:
+def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Candidate, Comparison | None]:
     """Return what the tracer answers with one of its paths spoilt, and the first of its routes that differs."""
-    task = TracerTask(scene=case.scene, configuration=fault.precision, samples=1, routes=fault.routes)
+    scene, configuration = case.scene, Configuration(precision=fault.precision)
     with FAULTS[fault.name]():
-        one, _, _, consistency, _ = _task("tracer")(task)
-    return one, next((entry for entry in consistency if entry["verdict"] == Outcome.FAIL), None)
+        one = candidate(fault.precision, scene)
+        assert one.answers is not None
+        compared = [
+            compare(by, scene, configuration, one.answers) for by in suiting(fault.routes, scene, configuration)
+        ]
+    return one, next((entry for entry in compared if entry["verdict"] == Outcome.FAIL), None)
 
 
 def _of_reference(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness], usual: Candidate) -> Sighting:

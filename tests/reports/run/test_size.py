@@ -13,7 +13,6 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.scene import Mesh, SceneError
 from rayproof.reports.cli import main
-from rayproof.reports.paths.choice import NAMES
 from rayproof.reports.run.size import USUAL_LIMIT, deadline, estimate, refuse_beyond_all
 
 CAMERA = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 40, "near": 1, "far": 9}
@@ -95,14 +94,6 @@ def test_an_image_too_large_to_be_judged_is_refused_in_one_sentence(
 
     with pytest.raises(SceneError, match=refusal):
         refuse_beyond_all(case, "a.json")
-
-
-@pytest.mark.parametrize(("paths", "most"), [("covering", 0), ("all", 2 * len(NAMES))])
-def test_a_dry_run_counts_the_other_routes(paths: str, most: int, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "primitives/sphere", "--dry-run", "--paths", paths]) == 0
-
-    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("other routes")]
-    assert told == ([f"other routes of the tracer: at most {most} renders"] if most else [])
 
 
 def test_a_dry_run_prints_the_plan_and_does_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

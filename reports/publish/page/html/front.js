@@ -95,28 +95,6 @@
           e("td", { class: "figure" }, row.cases), e("td", { class: "figure" }, row.voices)))))));
   };
 
-  // The tracer's other routes beside the judged one, and how many cases took each of its paths.
-  rayproof.paths = function (results) {
-    const routes = results.routes || [], paths = Object.entries(results.paths || {});
-    if (!routes.length && !paths.length) return null;
-    const differ = routes.filter((row) => row.failed.length).length;
-    const name = (text) => e("a", { href: rayproof.link({ case: text }) }, e("bdi", {}, text));
-    const head = (titles) => e("thead", {}, e("tr", {}, titles.map((title) => e("th", { scope: "col" }, title))));
-    return e("details", { class: "panel", open: differ > 0 },
-      e("summary", {}, `Paths of the tracer (${paths.length} taken; ${routes.length} comparisons, ${differ ? `${differ} differ` : "none differs"})`),
-      e("p", { class: "muted" }, "Other routes render the same cases, and are held against the answers that the references judged."),
-      routes.length ? rayproof.scroll("table of routes", e("table", {},
-        head(["verdict", "route", "configuration", "cases", "pixels", "difference / limit", "most in", "held against", "limit"]),
-        e("tbody", {}, routes.map((row) => e("tr", {}, e("td", {}, rayproof.pill(row.failed.length ? "fail" : "pass")),
-          e("th", { scope: "row" }, row.path), e("td", {}, row.configuration), e("td", { class: "figure" }, row.cases),
-          e("td", { class: "figure" }, row.pixels.toLocaleString("en")), e("td", { class: "figure" }, rayproof.short(row.worst, 3)),
-          e("td", {}, (row.failed.length ? row.failed.slice(0, 8) : row.worst ? [row.where] : []).flatMap((one, place) => [place ? ", " : "", name(one)])),
-          e("td", {}, row.with || ""), e("td", {}, row.how || "")))))) : null,
-      paths.length ? rayproof.scroll("table of paths", e("table", {}, head(["path", "cases that took it", "in which it was compared"]),
-        e("tbody", {}, paths.map(([path, counts]) => e("tr", {}, e("th", { scope: "row" }, path),
-          e("td", { class: "figure" }, counts.executed), e("td", { class: "figure" }, counts.compared)))))) : null);
-  };
-
   // Why a case failed; of a long run once its row is there.
   function reason(row, others) {
     const node = e("bdi", { class: "muted" });

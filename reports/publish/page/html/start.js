@@ -20,7 +20,7 @@
       rayproof.comparison(results),
       rayproof.ledger(results, (verdict) => list.set({ verdict })), rayproof.blamed(results), rayproof.differences(results), rayproof.worse(results),
       rayproof.coverage(results, (id) => list.set({ id })), list.section,
-      rayproof.commonFactors(results), rayproof.paths(results), rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));
+      rayproof.commonFactors(results), rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));
   }
 
   function page(name) {

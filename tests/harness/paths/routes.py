@@ -1,16 +1,15 @@
 """Other ways in which the tracer renders a scene, each beside the way by which a run judges it.
 
 A run renders all stages in kernels of their own (`tracer.device.kernel_constants.Stages`), and its answers are held
-against the
-references. What else renders a scene is held against those answers here: to the last bit where the arithmetic is the
-same operation by operation, else within a limit that counts the roundings which may differ. Who agrees with a judged
-answer is judged with it; nobody is adjudicated, since every reference would side with what it was compared with.
+against the references. What else renders a scene is held against those answers here: to the last bit where the
+arithmetic is the same operation by operation, else within a limit that counts the roundings which may differ. Who
+agrees with a judged answer is judged with it.
 """
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -18,20 +17,37 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.judge.comparison.box_filter import box_mean, finer
-from rayproof.reports.results.records import ConsistencyRecord
+from rayproof.reports.studies.tradeoff.routes import FOLDED, full_light
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
-from rayproof.tracer.paths import STAGES, Rendering
 from rayproof.tracer.plan import Plan, plan
 from rayproof.tracer.render import render
+from tests.harness.paths.declared import STAGES, Rendering
 
-# Literals fold: a division by one becomes a product with its reciprocal, a product or a root of two is the host's. It
-# concerns three roundings of a normal and three of light, each of which is another one on either side.
-FOLDED = 2 * (3 + 3)
 SIDE = 2  # samples across a pixel, where there are several: a power of two, so that their places are the same numbers
 EQUAL = "to the last bit"
 WHOLE, ONE_LOOP = "whole triangles", "one loop"
 PIPELINED = {"columns": 4, "rows": 2, "split": False, "pipelined": True}
+
+
+# "with" is a word of Python's.
+Comparison = TypedDict(
+    "Comparison",
+    {
+        "case": str,
+        "path": str,
+        "configuration": str,
+        "with": str,
+        "how": str,
+        "stage": str | None,
+        "pixels": int,
+        "worst": float,
+        "verdict": str,
+        "differ": int,
+        "pixel": list[int] | None,
+    },
+    total=False,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,23 +70,6 @@ class Route:
     how: str
     compare: Callable[[Scene, Configuration, StageImages], Iterator[Compared]]
     suits: Callable[[Scene, Configuration], bool] = lambda scene, configuration: True
-
-
-def full_light(scene: Scene, answers: StageImages) -> np.ndarray:
-    """Return the radiance of each pixel if every light that it sees stood in its zenith, (height, width, 3)."""
-    albedo = np.array([shape.albedo for shape in scene.shapes] or [(0.0, 0.0, 0.0)])
-    hit = answers[Stage.OBJECT][..., 0].astype(int)
-    leaving = np.where((hit >= 0)[..., np.newaxis], albedo[np.clip(hit, 0, None)], 0.0)
-    total = np.zeros(leaving.shape)
-    for number, light in enumerate(scene.lights):
-        seen = answers[Stage.VISIBILITY][..., number : number + 1]
-        if scene.shading == "simplified":
-            total += seen * np.array(light.flux)
-            continue
-        away = np.asarray(light.position) - answers[Stage.POSITION]
-        with np.errstate(divide="ignore"):
-            total += seen * np.array(light.flux) / (4 * math.pi**2 * np.sum(away**2, axis=-1, keepdims=True))
-    return leaving * total
 
 
 def _radiance(
@@ -241,8 +240,8 @@ ROUTES: Mapping[str, Route] = {
 }
 
 
-def compare(route: str, scene: Scene, configuration: Configuration, answers: StageImages) -> ConsistencyRecord:
-    """Return what `consistency` of a record says of one route: the first stage that differs by more than its limit.
+def compare(route: str, scene: Scene, configuration: Configuration, answers: StageImages) -> Comparison:
+    """Return how one route compares: the first stage that differs by more than its limit.
 
     `worst` is the largest difference as a multiple of the limit; where no bit may differ, 0 or inf. `differ` counts
     the pixels beyond it, `pixels` those of all stages.
@@ -288,3 +287,60 @@ def _ratios(one: Compared) -> np.ndarray:
 def suiting(routes: Collection[str], scene: Scene, configuration: Configuration) -> tuple[str, ...]:
     """Return those of the routes that a scene can take, in the order of `ROUTES`."""
     return tuple(name for name, route in ROUTES.items() if name in routes and route.suits(scene, configuration))
+
+
+# Which case is rendered by which other route: few of them, since a frozen kernel is compiled for each scene.
+#
+# Every route is asked about two cases at least, and each about what it alone does: literals where coefficients are -1,
+# tables and lights in turn for radiance alone, samples where the width is odd, tiles of each size over each tree.
+
+# Case -> the routes by which its radiance, or all its stages, are rendered too.
+CHOICE: Mapping[str, tuple[str, ...]] = {
+    "alone/concave_mesh": ("numbers", "frames", "tiles of 4 x 4", "tiles of 2 x 2", "one loop"),
+    "antialiased/cube": ("samples", "frames of samples", "tiles of 8 x 1"),
+    "clipping/faces_none": ("numbers", "frames"),
+    "crowds/cubes": ("tiles of 4 x 4",),
+    "crowds/ellipsoids": ("numbers", "frames"),
+    "crowds/of_several_kinds": ("numbers", "frames", "tiles of 4 x 1"),
+    "crowds/squares": ("frames", "frames of tiles", "tiles of 4 x 2"),
+    "faces/nine": ("numbers", "frames", "samples", "frames of samples", "tiles of 2 x 2"),
+    "flux_conservation/west": ("numbers", "frames"),
+    "meshes/rods_above_a_sheet": ("whole triangles",),
+    "meshes/slivers": ("frames", "tiles of 2 x 2", "whole triangles"),
+    "meshes/wavy_sheet_from_behind": ("tiles of 4 x 4", "tiles of 4 x 2", "one loop"),
+    "parallel_rays/flat": ("frames",),
+    "several_lights/eight": ("numbers", "frames", "tiles of 4 x 1"),
+    "several_lights/simplified": ("frames",),
+    "shadows/behind_a_plane": ("tiles of 8 x 1",),
+    "shadows/every_blocker": ("numbers", "frames of tiles", "tiles of 8 x 1"),
+}
+NAMES = (
+    "numbers",
+    "frames",
+    "samples",
+    "frames of samples",
+    "frames of tiles",
+    "tiles of 8 x 1",
+    "tiles of 4 x 1",
+    "tiles of 4 x 4",
+    "tiles of 4 x 2",
+    "tiles of 2 x 2",
+    "one loop",
+    "whole triangles",
+)
+
+
+SHORT = ("numbers", "frames", "samples", "frames of samples")  # their kernels compile in a second, in float64 too
+ROUTED = ("float32", "float64")  # configurations; another formula runs through the same routes
+
+
+def asked(routes: tuple[str, ...], configuration: str) -> tuple[str, ...]:
+    """Return those of a case's routes by which one configuration renders it.
+
+    A tile's kernel takes some three seconds to compile in float64: only who asks for everything gets it.
+    """
+    if configuration not in ROUTED:
+        return ()
+    if configuration == ROUTED[0] or routes == NAMES:
+        return routes
+    return tuple(route for route in routes if route in SHORT)

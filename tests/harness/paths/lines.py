@@ -2,11 +2,10 @@
 
 Scenes are traced, not rendered: whatever would evaluate an array is replaced by nothing, so that every line of Python
 is reached that a rendering reaches, in milliseconds, and no kernel is compiled. That leaves Dr.Jit with work that must
-never be done, so it is asked in a process of its own: `python -m rayproof.reports.paths.lines`, or `asked`.
+never be done, so it is asked in a process of its own: `python -m tests.harness.paths.lines`, or `asked`.
 
-A folder of formulas has its own registry and its own tests; what is counted is what puts formulas together. The
-ledger's own predicates are no part of that: nothing in the tracer asks them. Nor is what takes a formula from a user's
-file, which no case has.
+A folder of formulas has its own registry and its own tests; what is counted is what puts formulas together. What
+takes a formula from a user's file is no part of that: no case has one.
 """
 
 import ast
@@ -16,16 +15,15 @@ import subprocess
 import sys
 import threading
 import types
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from rayproof import ROOT
-from rayproof.reports.paths.unreached import FUNCTIONS, LINES
 
 TRACER = ROOT / "tracer"
 FORMULAS = ("camera", "clipping", "feelers", "intersections", "normals", "shading", "transforms")
-DECLARED, FROM_USERS = "paths.py", "formula.py"
+FROM_USERS = "formula.py"
 # Beside the cases that are chosen for routes: what one of them alone reaches.
 ALONE = ("acne/light_on_the_sphere", "crowds/spheres_beside_a_mesh", "faces/one", "faces/over_two_to_the_15")
 # Of shapes that are unrolled, and in trees of every kind: what another formula reaches, it reaches in these.
@@ -33,10 +31,97 @@ EVERY_FORMULA = ("shadows/every_blocker", "crowds/of_several_kinds", "alone/conc
 Places = dict[str, set[int]]  # file, relative to the tracer's folder -> lines
 
 
+# What the suite never executes in the tracer, and why that is right: whole functions, and single lines.
+
+
+BENCH = "asked by `bench` and by tests of branches; it computes no image"
+JUDGE = "asked by the judge and the command line; nothing is rendered by it"
+HUGE = "trees beyond 2^80 m are walked without culling, in float64: tests/tracer/shapes/test_representable.py"
+SEVERAL = "leaves of several items, over 2^21 faces: tests/tracer/test_acceleration.py"
+HALVES = "trees of over 2^19 items are cut in halves: tests/tracer/acceleration/test_builder.py"
+OWN = "a formula from a user's own file, which no case has"
+NOT_ASKED = "a refusal: only kinds that have it are asked"
+REFUSED = "a refusal: tests/tracer/shapes/test_representable.py and test_configuration.py"
+
+DIAGNOSIS = "continues a stage from another renderer's, for the diagnosis: tests/tracer/test_render.py"
+
+# "file:function" -> why.
+FUNCTIONS: Mapping[str, str] = {
+    "device/coherent_branches.py:asked": BENCH,
+    "frames.py:Frames.asked": BENCH,
+    "frames.py:Frames.pixels": "a copy of what was rendered, which nothing is here",
+    "shapes/shape.py:TracedShape.arrays": NOT_ASKED,
+    "shapes/shape.py:TracedShape.center_and_half": NOT_ASKED,
+    "shapes/triangles.py:layers": "asked about images of 2^17 samples or more: tests/tracer/test_plan.py",
+    "catalogue.py:Catalogue.__contains__": JUDGE,
+    "catalogue.py:Catalogue.named": JUDGE,
+    "configuration.py:parts_of": JUDGE,
+    "configuration.py:Configuration.own": OWN,
+    "catalogue.py:Catalogue.__len__": JUDGE,
+    "catalogue.py:Catalogue.variants": JUDGE,
+    "configuration.py:Configuration.parse": JUDGE,
+    "configuration.py:Configuration.name": JUDGE,
+    "configuration.py:Configuration.chosen": JUDGE,
+    "configuration.py:Configuration.items": JUDGE,
+    "configuration.py:Configuration.faults": JUDGE,
+    "configuration.py:Configuration.controls": JUDGE,
+    "configuration.py:Configuration.__eq__": JUDGE,
+    "configuration.py:Configuration.__hash__": JUDGE,
+    "shapes/error_bounds.py:bound": JUDGE,
+    "plan.py:Plan.text": JUDGE,
+    "stages/shadow_epsilon.py:shadow_epsilon": JUDGE,
+    "device/versions.py:versions": JUDGE,
+    "device/llvm.py:packaged_library": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
+    "device/llvm.py:select": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
+    "render.py:continue_from": DIAGNOSIS,
+    "stages/trace.py:continued": DIAGNOSIS,
+}
+# "file:text of the line" -> why.
+LINES: Mapping[str, str] = {
+    "stages/illumination.py:return _unrolled(world, surfaces, known)": DIAGNOSIS,
+    "stages/illumination.py:free = known": DIAGNOSIS,
+    "acceleration/packet_bounds.py:return": HUGE,
+    "acceleration/grid_boxes.py:return GridBoxes(rows=rows, base=base, step=np.ones(AXES), exact=False)": HUGE,
+    (
+        "acceleration/quantised_boxes.py:others = boxes.rows.take(tree.slots[np.minimum(first[:-1] + place, "
+        "first[1:] - 1)], axis=0)"
+    ): SEVERAL,
+    "acceleration/quantised_boxes.py:np.minimum(leaves, others, out=leaves)": SEVERAL,
+    (
+        "acceleration/builder.py:return longest, self._first(leaves * nodes.number + leaves // 2) - "
+        "self._first(leaves * nodes.number)"
+    ): HALVES,
+    "acceleration/triangle_bvh.py:return None": "meshes without a face that has an area: tests/tracer/test_render.py",
+    "device/arrays.py:if wanted:": REFUSED,
+    "device/coherent_branches.py:found.append(some)": BENCH,
+    "device/coherent_branches.py:return compute()": BENCH,
+    'catalogue.py:slot, _, variant = name.partition("/")': OWN,
+    "catalogue.py:if is_own(variant):": OWN,
+    'catalogue.py:return own_formula(variant, default=self[f"{slot}/{self.slots[slot]}"])': OWN,
+    "catalogue.py:if slot not in self.slots:": REFUSED,
+    'shapes/kinds.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
+    (
+        'shapes/representable.py:return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"'
+    ): REFUSED,
+    'shapes/representable.py:return f"up is {camera.up}: {precision} cannot tell it from zero"': REFUSED,
+    (
+        'shapes/representable.py:return f"{where} reaches {length:.3g} m; the squares of lengths beyond '
+        '{largest:.3g} m overflow {precision}"'
+    ): REFUSED,
+    (
+        'shapes/representable.py:return f"nothing in the scene is larger than {length:.3g} m; '
+        'squares of that vanish in {precision}"'
+    ): REFUSED,
+    "stages/trace.py:return dr.select((surface.albedo == 0) & dr.isinf(irradiance), 0, leaving)": (
+        "a black channel under an irradiance that overflows: tests/tracer/shapes/test_representable.py"
+    ),
+}
+
+
 def files() -> dict[str, Path]:
     """Return the tracer's files outside the folders of formulas, by their place in it."""
     found = {str(path.relative_to(TRACER)): path for path in sorted(TRACER.rglob("*.py"))}
-    return {name: path for name, path in found.items() if name.split("/")[0] not in (*FORMULAS, DECLARED, FROM_USERS)}
+    return {name: path for name, path in found.items() if name.split("/")[0] not in (*FORMULAS, FROM_USERS)}
 
 
 def _bodies(code: types.CodeType, *, imported: bool = True) -> Iterator[types.CodeType]:
@@ -154,14 +239,13 @@ def _traced() -> None:
     """Trace what a run renders of the cases that are chosen for routes, and by every formula of two of them."""
     from rayproof.cases.families import select
     from rayproof.cases.stages import Stage
-    from rayproof.reports.paths.choice import CHOICE, ROUTED, asked
-    from rayproof.reports.paths.ledger import renderings
-    from rayproof.reports.paths.routes import suiting
     from rayproof.tracer.catalogue import FORMULAS as CATALOGUE
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.frames import Frames
-    from rayproof.tracer.paths import FRAMES, NUMBERS
     from rayproof.tracer.render import render
+    from tests.harness.paths.declared import FRAMES, NUMBERS
+    from tests.harness.paths.ledger import renderings
+    from tests.harness.paths.routes import CHOICE, ROUTED, asked, suiting
 
     for case in select([*CHOICE, *ALONE]):
         for name in ROUTED:
@@ -217,7 +301,7 @@ def asked() -> list[str]:
         RuntimeError: it ended otherwise than by saying so.
 
     """
-    command = [sys.executable, "-m", "rayproof.reports.paths.lines"]
+    command = [sys.executable, "-m", "tests.harness.paths.lines"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     found = ended.stdout.splitlines()
     if ended.returncode != bool(found):

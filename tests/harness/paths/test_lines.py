@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports.paths import lines
-from rayproof.reports.paths.lines import excused, left, lines_of
+from tests.harness.paths import lines
 from tests.harness.paths.__main__ import paths
+from tests.harness.paths.lines import excused, left, lines_of
 
 TEXT = """
 class Protocol:
