@@ -121,8 +121,8 @@ def mountains() -> Mesh:
 
 def _heights() -> Path | None:
     """Return where the file of heights would be, None without Matplotlib."""
-    found = find_spec("matplotlib")
-    return None if found is None or found.origin is None else Path(found.origin).parent / "mpl-data" / HEIGHTS
+    package = find_spec("matplotlib")
+    return None if package is None or package.origin is None else Path(package.origin).parent / "mpl-data" / HEIGHTS
 
 
 def _grid(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Mesh:

@@ -199,14 +199,14 @@ def ask(
     except BaseException:
         child.end()
         raise
-    facts, found = answer
-    if len(content) + len(found) > KEPT or facts.get("large"):
+    facts, arrays = answer
+    if len(content) + len(arrays) > KEPT or facts.get("large"):
         child.end()
     else:
         _children[parser] = child
     if "problem" in facts:
         raise ForeignError(facts["problem"])
-    return facts, found
+    return facts, arrays
 
 
 @atexit.register

@@ -128,16 +128,16 @@ def _near(pattern: str) -> list[str]:
     if not families:
         parts = {case.name: case.name.partition("/")[2] for case in all_cases()}
         near = get_close_matches(rest or family, sorted(set(parts.values())), n=3, cutoff=0.7)
-        return [name for part in near for name, other in parts.items() if other == part][:3]
+        return [name for part in near for name, rest_of_name in parts.items() if rest_of_name == part][:3]
     if not rest:
         return families
-    found = []
-    for one in families:
-        parts = [case.name.partition("/")[2] for case in cases_of(one)]
+    suggestions = []
+    for family_near in families:
+        parts = [case.name.partition("/")[2] for case in cases_of(family_near)]
         within = [part for part in parts if part.replace("_", "").startswith(rest.replace("_", "").replace("-", ""))]
         near = dict.fromkeys([*get_close_matches(rest, parts, n=3, cutoff=0.6), *within])
-        found += [f"{one}/{part}" for part in near]
-    return found[:3] or families
+        suggestions += [f"{family_near}/{part}" for part in near]
+    return suggestions[:3] or families
 
 
 def _is_random(pattern: str) -> bool:

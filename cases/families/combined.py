@@ -103,10 +103,10 @@ def pairs(row: Row) -> list[Pair]:
 def rows() -> list[Row]:
     """Return rows that have every pair of values of two settings."""
     missing = {
-        frozenset(((first, one), (second, other))): None
+        frozenset(((first, choice), (second, another))): None
         for first, second in combinations(SETTINGS, 2)
-        for one in SETTINGS[first]
-        for other in SETTINGS[second]
+        for choice in SETTINGS[first]
+        for another in SETTINGS[second]
     }
     chosen: list[Row] = []
     while missing:
@@ -225,7 +225,7 @@ def scene(row: Row, azimuth: float) -> Scene:
     turned = compose(
         translation(0, 0, ahead), rotation((0.6, 0.8, 0.1), 14), scaling(width_of_other, width_of_other, 1)
     )
-    other = Square(albedo=(0.35, 0.55, 0.7), to_world=compose(place, turned))
+    square = Square(albedo=(0.35, 0.55, 0.7), to_world=compose(place, turned))
     lights = []
     for offset, color in LIGHTS[row["lights"]]:
         power = POWER[row["shading"]]
@@ -243,10 +243,10 @@ def scene(row: Row, azimuth: float) -> Scene:
         near=0.02 * size,
         far=1e6 * size,
     )
-    wall = shape if row["shape"] == "plane" else other
+    wall = shape if row["shape"] == "plane" else square
     return Scene(
         camera=replace(camera, far=_far(camera, axes, wall, row["clip"])),
-        shapes=(shape, other),
+        shapes=(shape, square),
         lights=tuple(lights),
         shading=cast(Shading, row["shading"]),
         clip=cast(Clip, row["clip"]),

@@ -111,7 +111,14 @@ class Ladder:
 
     def failure(self, formula: str, precision: str) -> Failure | None:
         """Return why "slot/variant" is expected to fail, or None."""
-        return next((one for one in self.fails if precision in one.precisions and _named(one.formulas, formula)), None)
+        return next(
+            (
+                failure
+                for failure in self.fails
+                if precision in failure.precisions and _named(failure.formulas, formula)
+            ),
+            None,
+        )
 
 
 def _named(formulas: Formulas, formula: str) -> bool:
@@ -140,8 +147,8 @@ def directions(count: int, generator: np.random.Generator) -> np.ndarray:
 
 def across(vectors: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     """Return random unit vectors at right angles to unit `vectors`."""
-    other = np.cross(vectors, directions(len(vectors), generator))
-    return other / np.linalg.norm(other, axis=1, keepdims=True)
+    upright = np.cross(vectors, directions(len(vectors), generator))
+    return upright / np.linalg.norm(upright, axis=1, keepdims=True)
 
 
 def rotation(generator: np.random.Generator) -> np.ndarray:

@@ -26,13 +26,13 @@ def ways(*, flux: float = 100.0, length: float = 1.0, swept: str = "length", nar
         normal = rounded(directions(count, generator), precision)
         unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
         cosine = np.full(count, now["cosine"]) if now["cosine"] else generator.uniform(0.1, 1, count)
-        way = slanted(unit, cosine, generator) * generator.uniform(1.0, 1.9, (count, 1))
+        away = slanted(unit, cosine, generator) * generator.uniform(1.0, 1.9, (count, 1))
         with np.errstate(over="ignore"):
-            way = way * now["length"]
+            away = away * now["length"]
         return {
             "flux": np.full(count, rounded(np.array(now["flux"]), precision)),
             "normal": normal,
-            "away": rounded(way, precision),
+            "away": rounded(away, precision),
         }
 
     return draw

@@ -129,9 +129,9 @@ def edge_on(cosine: float, count: int, generator: np.random.Generator, precision
     """Return unit normals and directions with n . d about plus or minus `cosine`."""
     normal = directions(count, generator)
     side = np.where(generator.random((count, 1)) < 0.5, -1.0, 1.0)
-    other = np.cross(normal, directions(count, generator))
-    other /= np.linalg.norm(other, axis=1, keepdims=True)
-    direction = side * cosine * normal + np.sqrt(1 - cosine**2) * other
+    upright = np.cross(normal, directions(count, generator))
+    upright /= np.linalg.norm(upright, axis=1, keepdims=True)
+    direction = side * cosine * normal + np.sqrt(1 - cosine**2) * upright
     return {"n": rounded(normal, precision), "d": rounded(direction, precision)}
 
 

@@ -35,10 +35,10 @@ def camera_inverses(scene: Scene, ask: Ask) -> Iterator[Relation]:
         )
 
     for name in ("view", "projection"):
-        one, other = camera[name], camera[f"{name}_inverse"]
+        matrix, inverse = camera[name], camera[f"{name}_inverse"]
         # An inverse is right as a whole, not entry by entry (Higham 2002, section 14.1).
-        sizes = np.full((4, 4), (np.abs(other) @ np.abs(one)).max())
-        yield relation(f"{name} times its inverse", np.eye(4), other @ one, sizes)
+        sizes = np.full((4, 4), (np.abs(inverse) @ np.abs(matrix)).max())
+        yield relation(f"{name} times its inverse", np.eye(4), inverse @ matrix, sizes)
     eye = np.array([[*scene.camera.eye, 1.0]])
     carried = eye @ camera["view"].T
     yield relation(
@@ -139,9 +139,9 @@ def point_on_ray(scene: Scene, ask: Ask) -> Iterator[Relation]:
     if all(stage in answers for stage in (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION)):
         distance = answers[Stage.DISTANCE]
         hit = answers[Stage.OBJECT][..., :1] >= 0
-        there = np.asarray(scene.camera.eye) + np.where(hit, distance, 0.0) * answers[Stage.RAY]
+        point = np.asarray(scene.camera.eye) + np.where(hit, distance, 0.0) * answers[Stage.RAY]
         both = {
-            Stage.POSITION: (np.where(hit, there, 0.0), answers[Stage.POSITION]),
+            Stage.POSITION: (np.where(hit, point, 0.0), answers[Stage.POSITION]),
             Stage.DISTANCE: (np.where(hit, distance, np.inf), distance),
         }
         for stage, (expected, measured) in both.items():

@@ -77,7 +77,7 @@ def clip_join(scene: Scene, ask: Ask) -> Iterator[Relation]:
         front, back = with_camera(joint, far=middle), with_camera(joint, near=middle)
         whole, first, second = ask(joint), ask(front), ask(back)
         for stage in (*GEOMETRY[1:], Stage.RADIANCE):
-            if not all(stage in one for one in (whole, first, second)):
+            if not all(stage in images for images in (whole, first, second)):
                 continue
             if Stage.OBJECT in first:
                 hit = first[Stage.OBJECT][..., :1] >= 0

@@ -59,11 +59,11 @@ def shapes_alone(scene: Scene, ask: Ask) -> Iterator[Relation]:
         return
     parts = [replace(scene, shapes=(shape,)) for shape in scene.shapes]
     alone = [ask(part) for part in parts]
-    distances = np.stack([one[Stage.DISTANCE][..., 0] for one in alone])
+    distances = np.stack([answers[Stage.DISTANCE][..., 0] for answers in alone])
     nearest = np.argmin(distances, axis=0)
     for stage in GEOMETRY[1:]:
-        if stage in whole and all(stage in one for one in alone):
-            images = np.stack([one[stage] for one in alone])
+        if stage in whole and all(stage in answers for answers in alone):
+            images = np.stack([answers[stage] for answers in alone])
             if stage is Stage.OBJECT:
                 numbers = np.arange(count)[:, np.newaxis, np.newaxis]
                 images[..., 0] = np.where(images[..., 0] >= 0, numbers, -1)

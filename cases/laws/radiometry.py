@@ -235,10 +235,10 @@ def light_harmonic(scene: Scene, ask: Ask) -> Iterator[Relation]:
             with_lights(scene, PointLight(position=vector(center + share * nearest * vertex), flux=strong(scene)))
             for vertex in ICOSAHEDRON
         ]
-        middle, about = ask(alone), [ask(one) for one in ring]
+        middle, about = ask(alone), [ask(moved_scene) for moved_scene in ring]
         for stage in LIGHT:
-            if stage in middle and all(stage in one for one in about):
-                images = np.stack([one[stage] for one in about])
+            if stage in middle and all(stage in answers for answers in about):
+                images = np.stack([answers[stage] for answers in about])
                 lit = np.all(images > 0, axis=(0, -1)) & np.all(middle[stage] > 0, axis=-1)
                 # The seventh term of the expansion about r >= nearest; a degree that is added up from seven on.
                 yield Relation(
@@ -276,23 +276,23 @@ def view_free(scene: Scene, ask: Ask) -> Iterator[Relation]:
         point = answers[Stage.POSITION][row, column]
         fovy = camera.fovy * SIDE / camera.height
         looking = {"eye": vector(beside), "target": vector(point), "fovy": fovy, "width": SIDE, "height": SIDE}
-        other = with_camera(scene, **looking)
-        there = ask(other)
+        from_beside = with_camera(scene, **looking)
+        seen = ask(from_beside)
         middle = SIDE // 2
-        found = there[Stage.POSITION][middle, middle]
-        if np.linalg.norm(found - point) > 1e-4 * np.linalg.norm(point - beside):
+        place = seen[Stage.POSITION][middle, middle]
+        if np.linalg.norm(place - point) > 1e-4 * np.linalg.norm(point - beside):
             continue
         for stage in KEPT:
-            if stage in answers and stage in there:
-                expected = there[stage].copy()
+            if stage in answers and stage in seen:
+                expected = seen[stage].copy()
                 expected[middle, middle] = answers[stage][row, column]
                 centre = np.zeros((SIDE, SIDE), dtype=bool)
                 centre[middle, middle] = True
                 yield Relation(
                     stage=stage,
                     expected=expected,
-                    measured=there[stage],
-                    scene=other,
+                    measured=seen[stage],
+                    scene=from_beside,
                     changed=scene,
                     what=f"pixel ({column}, {row}) seen from beside",
                     examined=centre,

@@ -87,11 +87,11 @@ def related(
     `before` maps the images of `scene` to what the law expects, `after` those of `changed` to what is comparable with
     it; a stage that neither names is compared as it is.
     """
-    one, other = ask(scene), ask(changed)
+    images, changed_images = ask(scene), ask(changed)
     for stage in stages:
-        if stage in one and stage in other:
-            expected = (before or {}).get(stage, _itself)(one[stage])
-            measured = (after or {}).get(stage, _itself)(other[stage])
+        if stage in images and stage in changed_images:
+            expected = (before or {}).get(stage, _itself)(images[stage])
+            measured = (after or {}).get(stage, _itself)(changed_images[stage])
             yield Relation(
                 stage=stage,
                 expected=expected,
@@ -115,8 +115,8 @@ def added(
     several, together = [ask(part) for part in parts], ask(whole)
     shares = weights or (1.0,) * len(parts)
     for stage in LIGHT:
-        if stage in together and all(stage in one for one in several):
-            terms = [share * one[stage] for share, one in zip(shares, several, strict=True)]
+        if stage in together and all(stage in images for images in several):
+            terms = [share * images[stage] for share, images in zip(shares, several, strict=True)]
             yield Relation(
                 stage=stage,
                 expected=np.sum(terms, axis=0),
@@ -316,17 +316,17 @@ def planes(shape: Shape) -> np.ndarray:
     local = np.array([(0.0, 0.0, 1.0, 0.0)])
     if isinstance(shape, Cube):
         local = np.array([(*axis, half) for axis in np.eye(3) for half in (-0.5, 0.5)])
-    found = local @ np.linalg.inv(np.asarray(shape.to_world))
-    found /= np.linalg.norm(found[:, :3], axis=1, keepdims=True)
-    first = np.take_along_axis(found, np.argmax(np.abs(found[:, :3]) > 0.5, axis=1)[:, np.newaxis], axis=1)
-    return found * np.sign(first)
+    rows = local @ np.linalg.inv(np.asarray(shape.to_world))
+    rows /= np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
+    first = np.take_along_axis(rows, np.argmax(np.abs(rows[:, :3]) > 0.5, axis=1)[:, np.newaxis], axis=1)
+    return rows * np.sign(first)
 
 
 def coincide(scene: Scene) -> bool:
     """Say whether flat sides of two shapes lie in one plane, where either may be the nearest."""
     sides = [planes(shape) for shape in scene.shapes]
     return any(
-        np.abs(one[:, np.newaxis] - other[np.newaxis]).max(axis=-1).min(initial=1.0) < CLOSE
-        for index, one in enumerate(sides)
-        for other in sides[:index]
+        np.abs(first[:, np.newaxis] - second[np.newaxis]).max(axis=-1).min(initial=1.0) < CLOSE
+        for index, first in enumerate(sides)
+        for second in sides[:index]
     )

@@ -108,20 +108,20 @@ def _chosen(seed: int, number: int, draws: Draws) -> list[str]:
     chosen = [first, *(name for name in FEATURES if name != first and draws.chance(BESIDE))]
     kept: list[str] = []
     for name in chosen:
-        if not any(_exclude(name, other) or _exclude(other, name) for other in kept):
+        if not any(_exclude(name, another) or _exclude(another, name) for another in kept):
             kept.append(name)
     order = list(FEATURES)
     return sorted(kept, key=lambda name: (FEATURES.about(name)["step"], order.index(name)))
 
 
-def _exclude(name: str, other: str) -> bool:
+def _exclude(name: str, another: str) -> bool:
     """Return whether a scene that has the first feature cannot have the second."""
     group = FEATURES.about(name).get("group")
-    if group is not None and group == FEATURES.about(other).get("group"):
+    if group is not None and group == FEATURES.about(another).get("group"):
         return True
     if name == "empty":
-        return not FEATURES.about(other).get("bare", False)
-    return name == "no_light" and FEATURES.about(other)["step"] is Step.LIGHTS
+        return not FEATURES.about(another).get("bare", False)
+    return name == "no_light" and FEATURES.about(another)["step"] is Step.LIGHTS
 
 
 @lru_cache(maxsize=16)
@@ -129,8 +129,8 @@ def _turn(seed: int) -> tuple[str, ...]:
     """Return the features in a seed's own order (Fisher and Yates, 1938)."""
     names, draws = list(FEATURES), Draws(EDITION, seed)
     for last in range(len(names) - 1, 0, -1):
-        other = draws.whole(0, last)
-        names[last], names[other] = names[other], names[last]
+        place = draws.whole(0, last)
+        names[last], names[place] = names[place], names[last]
     return tuple(names)
 
 
