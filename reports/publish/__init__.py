@@ -1,7 +1,7 @@
 """Publishing: a results folder in, the files that people and machines read out. Renders nothing, judges nothing.
 
-To add a publisher: a function `(folder, results) -> list[Path]` in a new file, under `@PUBLISHERS.register("name")`.
-It reads `results` (see docs/results.md) and what lies below `folder`, writes below `folder` only, each file through
+To add a publisher: a function `(folder, results) -> list[Path]` in a new file, and a line in the table. It
+reads `results` (see docs/results.md) and what lies below `folder`, writes below `folder` only, each file through
 `reports.results.atomic`, and returns what it wrote. Names, paths and messages in `results` are hostile input. What
 `reports.results.headline.shouts` returns stands on the first line of everything written.
 """
@@ -9,13 +9,25 @@ It reads `results` (see docs/results.md) and what lies below `folder`, writes be
 from collections.abc import Callable
 from pathlib import Path
 
-from rayproof.cases.declarations import DeclaredRegistry
+from rayproof.cases.registry import Entry, Table
 from rayproof.reports.results.records import RunRecord
 
 Publisher = Callable[[Path, RunRecord], list[Path]]
 
-PUBLISHERS: DeclaredRegistry[Publisher] = DeclaredRegistry(
-    "publisher", package="rayproof.reports.publish", name="PUBLISHERS"
+PUBLISHERS: Table[Publisher] = Table(
+    "publisher",
+    package="rayproof.reports.publish",
+    entries={
+        "annotations": Entry("formats.annotations:publish"),
+        "badge": Entry("formats.badge:publish"),
+        "ctrf": Entry("formats.ctrf:publish"),
+        "history": Entry("page.history:publish"),
+        "html": Entry("page.page:publish"),
+        "junit": Entry("formats.junit:publish"),
+        "plots": Entry("page.plots:publish"),
+        "summary": Entry("formats.summary:publish"),
+        "viewer": Entry("page.viewer_page:publish"),
+    },
 )
 
 

@@ -6,7 +6,6 @@ GitHub shows ten errors a step.
 
 from pathlib import Path
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.headline import BAD, blame, cause_of, headline, shouts, worst_first
@@ -32,7 +31,6 @@ def prop(text: object) -> str:
     return "".join(_IN_PROPERTIES.get(character, character) for character in message(text))
 
 
-@PUBLISHERS.register("annotations")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write annotations.txt; of a run that passed, one notice."""
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]

@@ -3,7 +3,6 @@
 import html
 from pathlib import Path
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.headline import shouts
 from rayproof.reports.results.outcomes import Outcome
@@ -33,7 +32,6 @@ _BADGE = """<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="20
 """
 
 
-@PUBLISHERS.register("badge")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write badge.svg."""
     summary = results["summary"]

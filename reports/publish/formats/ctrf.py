@@ -4,7 +4,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.formats.junit import MOST_LISTED, left_out
 from rayproof.reports.results.atomic import replacing
 from rayproof.reports.results.case_table import briefs
@@ -58,7 +57,6 @@ class CtrfTest(TypedDict):
     extra: NotRequired[CtrfExtra]
 
 
-@PUBLISHERS.register("ctrf")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write ctrf.json; what must be shouted is its first field and its report name."""
     loud = shouts(results)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TextIO
 from xml.etree import ElementTree
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import replacing
 from rayproof.reports.results.case_table import briefs, by_family, named
 from rayproof.reports.results.headline import blame, cause_of, headline, shouts
@@ -38,7 +37,6 @@ def legal(text: object) -> str:
     return _ILLEGAL.sub("", legible_lines(text))
 
 
-@PUBLISHERS.register("junit")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write junit.xml."""
     # Shouted where both a reader and a parser meet it first: the root's name, on the line of the declaration.

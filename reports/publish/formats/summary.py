@@ -8,7 +8,6 @@ import re
 from pathlib import Path
 from urllib.parse import quote
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.document import whole
@@ -42,7 +41,6 @@ def escaped(text: object, *, longest: int = _LONGEST) -> str:
     return _MARKUP.sub(r"\\\1", html.escape(short, quote=False))
 
 
-@PUBLISHERS.register("summary")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write summary.md."""
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]

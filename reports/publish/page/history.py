@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypedDict
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.image_script import script
@@ -22,7 +21,6 @@ class HistoryFront(TypedDict):
     data: str
 
 
-@PUBLISHERS.register("history")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write history/series.js: points and steps of every case; nothing where the run keeps no history."""
     path = folder / DATA

@@ -17,7 +17,6 @@ from typing import Any, NotRequired
 
 import msgspec
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.publish.page.formula_comparison import Contest, contest
 from rayproof.reports.publish.page.front_data import SHARD, Front, FrontData, data_file, rows_file
@@ -91,7 +90,6 @@ class PageData(FrontData):
     alone: NotRequired[bool]  # whether it is the one file that there is
 
 
-@PUBLISHERS.register("html")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write index.html and data/*.js; of a long run data/NNN/*.js, of which the rows' scripts are told."""
     front = Front(folder, results)

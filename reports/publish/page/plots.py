@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.viewer_page import vendored
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.float_codec import pack_json
@@ -66,7 +65,6 @@ class StabilityPlot(TypedDict):
     about: SurveyAbout | NotTold
 
 
-@PUBLISHERS.register("plots")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write plots/*.js for what was measured, and the library; nothing where there is nothing to plot."""
     written = [

@@ -9,7 +9,6 @@ import html
 from importlib.resources import files
 from pathlib import Path
 
-from rayproof.reports.publish import PUBLISHERS
 from rayproof.reports.publish.page.case_data import has_view
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.case_table import briefs
@@ -20,7 +19,6 @@ SHARED, SCRIPTS = ("elements", "colors"), ("view3d",)
 LIBRARY = "vtk-viewer.js"
 
 
-@PUBLISHERS.register("viewer")
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write viewer/index.html and the library, where the scene of any case is kept."""
     if not any(has_view(folder, case) for case in briefs(results["cases"])):
