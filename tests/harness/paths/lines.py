@@ -39,6 +39,7 @@ JUDGE = "asked by the judge and the command line; nothing is rendered by it"
 HUGE = "trees beyond 2^80 m are walked without culling, in float64: tests/tracer/shapes/test_representable.py"
 SEVERAL = "leaves of several items, over 2^21 faces: tests/tracer/test_acceleration.py"
 HALVES = "trees of over 2^19 items are cut in halves: tests/tracer/acceleration/test_builder.py"
+ONE_THREAD = "small images of a run are rendered so: tests/reports/run/test_threads.py"
 OWN = "a formula from a user's own file, which no case has"
 NOT_ASKED = "a refusal: only kinds that have it are asked"
 REFUSED = "a refusal: tests/tracer/shapes/test_representable.py and test_configuration.py"
@@ -72,6 +73,8 @@ FUNCTIONS: Mapping[str, str] = {
     "stages/shadow_epsilon.py:shadow_epsilon": JUDGE,
     "device/versions.py:versions": JUDGE,
     "device/llvm.py:packaged_library": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
+    "device/llvm.py:_libm": ONE_THREAD,
+    "device/llvm.py:one_thread": ONE_THREAD,
     "device/llvm.py:select": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
     "render.py:continue_from": DIAGNOSIS,
     "stages/trace.py:continued": DIAGNOSIS,
