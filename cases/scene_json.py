@@ -4,19 +4,22 @@ The published schema (`schema()`) says the same in JSON Schema's words, as far a
 singular or that near lies beyond far, only the reader can tell.
 """
 
+import base64
 import json
 import math
 import stat
+import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
 from rayproof.cases.mesh_files import read_mesh
-from rayproof.cases.mesh_sandbox import Budget
+from rayproof.cases.mesh_sandbox import LIMITS, Budget
 from rayproof.cases.scene import (
     CLIPS,
     IDENTITY,
@@ -47,6 +50,8 @@ SHAPES: dict[str, type[Shape]] = {
 }
 NAMES: dict[type[Shape], str] = {kind: name for name, kind in SHAPES.items()}
 LARGEST = 512 * 2**20  # bytes; beyond this a scene file is a mistake and would fill the memory
+PACKED = 1024  # faces from which a run's copy of a mesh is packed: as text it takes 12 times the room
+ROW = 12  # bytes of three packed numbers
 
 
 class Repeated(dict[str, Any]):
@@ -237,12 +242,15 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     Path(path).write_text(json.dumps(scene_to_json(scene), indent=1) + "\n", encoding="utf-8")
 
 
-def scene_to_json(scene: Scene) -> dict[str, Any]:
-    """Return the JSON document of `scene`; reading it back gives an equal scene, to the last bit."""
+def scene_to_json(scene: Scene, *, packed: int | None = None) -> dict[str, Any]:
+    """Return the JSON document of `scene`; reading it back gives an equal scene, to the last bit.
+
+    Meshes of `packed` faces or more are packed: short, for rayproof to read.
+    """
     camera, lights = scene.camera, scene.lights
     return {
         "camera": {field.name: _plain(getattr(camera, field.name)) for field in fields(camera) if field.name != "rows"},
-        "shapes": [_shape_to_json(shape) for shape in scene.shapes],
+        "shapes": [_shape_to_json(shape, packed) for shape in scene.shapes],
         "lights": [{"position": _plain(light.position), "flux": _plain(light.flux)} for light in lights],
         "shading": scene.shading,
         "clip": scene.clip,
@@ -255,13 +263,37 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
-def _shape_to_json(shape: Shape) -> dict[str, Any]:
+def pack(rows: np.ndarray) -> str:
+    """Return rows of three numbers deflated and in base64: float32 or int32, the lowest byte first."""
+    return base64.b64encode(zlib.compress(rows.astype("<f4" if rows.dtype.kind == "f" else "<i4").tobytes())).decode()
+
+
+def unpack(text: str, kind: str) -> np.ndarray:
+    """Return what `pack` packed; `kind` is "<f4" or "<i4".
+
+    Raises:
+        ValueError: it is no such text, or unfolds to more rows than a scene may have; in words.
+
+    """
+    try:
+        unpacking = zlib.decompressobj()
+        content = unpacking.decompress(base64.b64decode(text, validate=True), ROW * LIMITS["triangles"])
+    except (zlib.error, ValueError) as error:
+        raise ValueError(f"is no deflated base64: {error}") from None
+    if not unpacking.eof or unpacking.unused_data or not content or len(content) % ROW:
+        raise ValueError("must unfold to at least one triple, and to whole ones")
+    return np.frombuffer(content, kind).reshape(-1, 3)
+
+
+def _shape_to_json(shape: Shape, packed: int | None) -> dict[str, Any]:
     members: dict[str, Any] = {"type": NAMES[type(shape)]}
     for field in fields(shape):
         value = getattr(shape, field.name)
         is_default = (field.name == "to_world" and value == IDENTITY) or (field.name == "two_sided" and not value)
         if field.name != "file" and not is_default:
             members[field.name] = _plain(value)
+    if isinstance(shape, Mesh) and packed is not None and len(shape.faces) >= packed:
+        members |= {"vertices": pack(shape.vertices), "faces": pack(shape.faces)}
     return members
 
 
@@ -332,8 +364,8 @@ def _shape(field: Field, folder: Path | None, budget: Budget) -> Shape:
         "two_sided": Field.flag,
         "center": Field.vector,
         "radius": Field.number,
-        "vertices": _corners if kind == "triangle" else _vertices,
-        "faces": _faces,
+        "vertices": _corners if kind == "triangle" else partial(_vertices, budget=budget),
+        "faces": partial(_faces, budget=budget),
     }
     values = {name: readers[name](member) for name, member in members.items() if name in readers}
     if "file" in members:
@@ -349,12 +381,21 @@ def _corners(field: Field) -> Any:
     return tuple(corner.vector() for corner in field.exactly(3))
 
 
-def _vertices(field: Field) -> np.ndarray:
-    return field.triples(whole=False)
+def _unpacked(field: Field, kind: str, budget: Budget) -> np.ndarray:
+    try:
+        rows = unpack(field.value, kind)
+    except ValueError as error:
+        field.refuse(str(error))
+    budget.spend("triangles", len(rows), by=f"{field.where}: {field.path}")
+    return rows
 
 
-def _faces(field: Field) -> np.ndarray:
-    faces = field.triples(whole=True)
+def _vertices(field: Field, budget: Budget) -> np.ndarray:
+    return _unpacked(field, "<f4", budget) if isinstance(field.value, str) else field.triples(whole=False)
+
+
+def _faces(field: Field, budget: Budget) -> np.ndarray:
+    faces = _unpacked(field, "<i4", budget) if isinstance(field.value, str) else field.triples(whole=True)
     if faces.min() < 0 or faces.max() > np.iinfo(np.int32).max:  # before the rounding to 32 bits wraps around
         row = int(np.flatnonzero((faces < 0).any(axis=1) | (faces > np.iinfo(np.int32).max).any(axis=1))[0])
         field.refuse(f"must index the vertices, got {faces[row].tolist()} at index {row}")

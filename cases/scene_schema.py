@@ -43,6 +43,11 @@ FACES = {
     "minItems": 1,
     "description": "indices into vertices, counter-clockwise seen from outside",
 }
+PACKED = {
+    "type": "string",
+    "contentEncoding": "base64",
+    "description": "the same rows as float32 or int32, the lowest byte first, deflated: as runs write large meshes",
+}
 FILE = {
     "type": "string",
     "pattern": r"\.([oO][bB][jJ]|[pP][lL][yY]|[sS][tT][lL]|[gG][lL][bB])$",
@@ -58,7 +63,12 @@ SHAPES: dict[str, dict[str, Any]] = {
     "triangle": _shape(
         "triangle", {"vertices": VERTICES | {"minItems": 3, "maxItems": 3}}, {}, "counter-clockwise seen from the front"
     ),
-    "mesh": _shape("mesh", {"vertices": VERTICES, "faces": FACES}, {}, "a mesh of triangles"),
+    "mesh": _shape(
+        "mesh",
+        {"vertices": {"anyOf": [VERTICES, PACKED]}, "faces": {"anyOf": [FACES, PACKED]}},
+        {},
+        "a mesh of triangles",
+    ),
     "mesh_file": _shape("mesh", {"file": FILE}, {}, "a mesh of triangles in a file of its own"),
 }
 

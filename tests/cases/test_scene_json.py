@@ -1,15 +1,19 @@
 """A scene file says what it means: round trips are exact, and bad input ends in one line with file, field and value."""
 
+import base64
 import json
 import os
+import zlib
 from typing import Any
 
+import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
+from rayproof.cases import scene_json
 from rayproof.cases.families import all_cases
 from rayproof.cases.scene import Mesh, Scene, SceneError
-from rayproof.cases.scene_json import load_scene, save_scene, scene_from_json, scene_to_json
+from rayproof.cases.scene_json import PACKED, load_scene, save_scene, scene_from_json, scene_to_json
 from rayproof.cases.scene_schema import schema
 
 VALIDATOR = Draft202012Validator(schema())
@@ -196,6 +200,42 @@ def test_a_file_that_is_no_scene_is_refused(content, message, tmp_path):
 
     assert str(refusal.value).startswith(f"{file}: {message}")
     assert str(refusal.value).isprintable()
+
+
+MESH = next(case.scene for case in all_cases() if case.name == "meshes/twenty_thousand_faces")
+PACKED_MESH = scene_to_json(MESH, packed=PACKED)
+
+
+def test_a_packed_mesh_comes_back_to_the_last_bit_and_takes_a_fifth_of_the_room() -> None:
+    text = json.dumps(PACKED_MESH)
+
+    assert scene_from_json(json.loads(text), folder=None, where="x.json") == MESH
+    assert VALIDATOR.is_valid(PACKED_MESH)
+    assert len(text) < len(json.dumps(scene_to_json(MESH))) / 5
+
+
+def packed(content: bytes) -> str:
+    return base64.b64encode(zlib.compress(content)).decode()
+
+
+@pytest.mark.parametrize(
+    ("vertices", "message"),
+    [
+        pytest.param("", "is no deflated base64|must unfold", id="empty"),
+        pytest.param("no!", "is no deflated base64", id="no-base64"),
+        pytest.param(packed(bytes(10)), "whole ones", id="part-of-a-triple"),
+        pytest.param(packed(b""), "at least one triple", id="nothing"),
+        pytest.param(packed(bytes(1200))[:20], "is no deflated base64|must unfold", id="truncated"),
+        pytest.param(packed(bytes(12 * 1001)), "whole ones", id="more-than-a-scene-may-have"),
+        pytest.param(packed(np.full(3, np.nan, "<f4").tobytes()), "vertices must be finite", id="no-number"),
+    ],
+)
+def test_a_packed_mesh_that_is_none_is_refused(vertices: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(scene_json.LIMITS, "triangles", 1000)
+    mesh = {"type": "mesh", "albedo": [1, 1, 1], "vertices": vertices, "faces": [[0, 0, 0]]}
+
+    with pytest.raises(SceneError, match=message):
+        scene_from_json(PACKED_MESH | {"shapes": [mesh]}, folder=None, where="x.json")
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from typing import Any, TypedDict
 
 import numpy as np
 
+from rayproof.cases.scene_json import pack, unpack
 from rayproof.cases.stages import Stage, exr_channels
 from rayproof.reports.judge.tolerance.edge_mask import NAMES
 from rayproof.reports.publish.page.cleaning import clean_pixels
@@ -91,16 +92,17 @@ def view_of(scene: dict[str, Any], case: CaseRecord) -> ViewData | None:
 
 
 def _drawn(mesh: dict[str, Any]) -> dict[str, Any]:
-    """Return a mesh as it is drawn: thinned where it has very many triangles, and in few digits."""
+    """Return a mesh as it is drawn: thinned where it has very many triangles, and packed."""
+    vertices, faces = mesh["vertices"], mesh["faces"]
     with np.errstate(over="ignore"):  # infinite is refused below
-        vertices, faces = np.asarray(mesh["vertices"], np.float32), np.asarray(mesh["faces"], np.int64)
+        vertices = unpack(vertices, "<f4") if isinstance(vertices, str) else np.asarray(vertices, np.float32)
+        faces = unpack(faces, "<i4") if isinstance(faces, str) else np.asarray(faces, np.int64)
     if vertices.shape != (len(vertices), 3) or faces.shape != (len(faces), 3) or not np.isfinite(vertices).all():
         raise ValueError("a mesh has rows of three numbers")
     if len(faces) > look().triangles:
         vertices = thinned(vertices[faces], look().triangles).reshape(-1, 3)
         faces = np.arange(len(vertices)).reshape(-1, 3)
-    # The shortest text of a float32 has half the digits of the same number's in float64.
-    return {**mesh, "vertices": vertices.astype("U").astype(np.float64).tolist(), "faces": faces.tolist()}
+    return {**mesh, "vertices": pack(vertices), "faces": pack(faces)}
 
 
 def call_of(folder: Path, case: CaseRecord) -> str | None:

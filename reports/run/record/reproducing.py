@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 
 from rayproof.cases.case import Case
-from rayproof.cases.scene_json import scene_to_json
+from rayproof.cases.scene_json import PACKED, scene_to_json
 from rayproof.reports.called import called
 from rayproof.reports.run.plan import DEFAULTS
 from rayproof.reports.run.scene_case import FAMILY, place_of
@@ -13,10 +13,12 @@ from rayproof.reports.subjects import THE_TRACER, Subject
 
 
 def write_scene(folder: Path, case: Case) -> str:
-    """Write the scene as JSON, meshes inline; return its path relative to the results `folder`."""
+    """Write the scene as JSON, meshes inline, large ones packed; return its path relative to the results `folder`."""
     path = Path("scenes", f"{place_of(case.name)}.json")
     (folder / path).parent.mkdir(parents=True, exist_ok=True)
-    (folder / path).write_text(json.dumps(scene_to_json(case.scene)), encoding="utf-8")
+    (folder / path).write_text(
+        json.dumps(scene_to_json(case.scene, packed=PACKED), separators=(",", ":")), encoding="utf-8"
+    )
     return path.as_posix()
 
 

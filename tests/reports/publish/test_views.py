@@ -15,7 +15,7 @@ from PIL import Image
 
 from rayproof.cases.placement import scaling, shear
 from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
-from rayproof.cases.scene_json import load_scene, scene_from_json, scene_to_json
+from rayproof.cases.scene_json import load_scene, scene_from_json, scene_to_json, unpack
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.case_data import view_of as shown_of
@@ -91,7 +91,9 @@ def test_the_page_makes_the_parts_of_the_stills(run: Any, scene: Scene, blamed: 
     stages = [stage.value for stage in Stage if known and stage in images["ours"]]
     told = {name: {stage.value: image(values) for stage, values in own.items()} for name, own in images.items()}
 
-    made = run(MADE, [scene_to_json(scene), msgspec.to_builtins(look()), told, stages, blamed and blamed.value])
+    made = run(
+        MADE, [scene_to_json(scene, packed=1), msgspec.to_builtins(look()), told, stages, blamed and blamed.value]
+    )
     expected = view_of(scene, images.get("ours"), images.get("theirs"), blamed)
 
     assert [part["name"] for part in made["parts"]] == [part.name for part in expected.parts]
@@ -147,7 +149,8 @@ def test_a_mesh_that_is_none_costs_its_view_and_not_the_report(broken: dict[str,
     mesh = {"type": "mesh", "vertices": [[0.1, 0, 0]] * 3, "faces": [[0, 1, 2]]}
     case: Any = {"renders": [], "stage": None}
 
-    assert shown_of({"camera": {}, "shapes": [mesh]}, case)["scene"]["shapes"][0]["vertices"][0] == [0.1, 0, 0]
+    (shape,) = shown_of({"camera": {}, "shapes": [mesh]}, case)["scene"]["shapes"]
+    assert unpack(shape["vertices"], "<f4")[0].tolist() == [np.float32(0.1), 0, 0]
     assert shown_of({"camera": {}, "shapes": [mesh | broken]}, case) is None
 
 

@@ -65,6 +65,17 @@
   const rectangle = ([[x0, x1], [y0, y1]]) => ({ points: [[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]], cells: [[0, 1, 2, 3]] });
   const soup = (corners) => ({ points: corners, cells: Array.from({ length: corners.length / 3 }, (_, i) => [3 * i, 3 * i + 1, 3 * i + 2]) });
 
+  // -> Promise of a scene whose meshes are lists; cases/scene_json.py packs them as float32 and int32.
+  async function unpacked(scene) {
+    const rows = async (text, Numbers) => {
+      const flat = new Numbers((await rayproof.inflate(text)).buffer);
+      return Array.from({ length: flat.length / 3 }, (_, i) => [...flat.subarray(3 * i, 3 * i + 3)]);
+    };
+    const listed = async (shape) => typeof shape.faces !== "string" ? shape
+      : { ...shape, vertices: await rows(shape.vertices, Float32Array), faces: await rows(shape.faces, Int32Array) };
+    return { ...scene, shapes: await Promise.all(scene.shapes.map(listed)) };
+  }
+
   // -> {points: [[x, y, z]], cells: [[number of a point, ...]], normals: [[x, y, z]] or null}; of a plane, around the
   // points `patch`, `margin` [m] wider.
   rayproof.surface = function (shape, { around, patch, margin }) {
@@ -195,7 +206,7 @@
   // eye, lights, pixels, colored, stages}; points and normals are Float32Arrays, cells a Uint32Array of the numbers of
   // each cell's points. `image(renderer, stage)` promises an image or null; `view` is what the case's record has.
   rayproof.sceneParts = async function ({ scene, ours, theirs, stage: blamed }, stages, image, look) {
-    const { camera, shapes, lights = [] } = scene, layers = look.layers;
+    const { camera, shapes, lights = [] } = await unpacked(scene), layers = look.layers;
     const pairs = await Promise.all([blamed, ...COLORED].filter((stage) => stages.includes(stage)).slice(0, 4)
       .map(async (stage) => [stage, ours && theirs ? await image(ours, stage) : null, ours && theirs ? await image(theirs, stage) : null]));
     const [colored, a, b] = pairs.find(([, mine, other]) => alike(mine, other)) || [null];
