@@ -268,11 +268,11 @@ def _thousand_spheres() -> tuple[Shape, ...]:
     )
 
 
-View = tuple[Vector, Vector]  # eye, target [m]
-WIDE: View = ((3.0, -6.0, 3.5), (0.1, 0.2, 0.5))
-NEAR: View = ((1.5, -3.0, 1.2), (0.0, 0.0, 0.0))
-LOW: View = ((0.5, -5.8, 0.9), (0.0, 0.0, 0.3))  # along the ground
-VALLEY: View = ((0.5, -5.8, 0.9), (0.0, -1.5, 0.0))  # over the foothills
+EyeAndTarget = tuple[Vector, Vector]  # [m]
+WIDE: EyeAndTarget = ((3.0, -6.0, 3.5), (0.1, 0.2, 0.5))
+NEAR: EyeAndTarget = ((1.5, -3.0, 1.2), (0.0, 0.0, 0.0))
+LOW: EyeAndTarget = ((0.5, -5.8, 0.9), (0.0, 0.0, 0.3))  # along the ground
+VALLEY: EyeAndTarget = ((0.5, -5.8, 0.9), (0.0, -1.5, 0.0))  # over the foothills
 
 SCENES: tuple[BenchScene, ...] = (
     BenchScene(name="sphere_and_floor", about="1 sphere + floor", shapes=_sphere_and_floor, view=WIDE, quick=True),

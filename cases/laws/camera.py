@@ -6,7 +6,16 @@ from math import atan, degrees, radians, tan
 
 import numpy as np
 
-from rayproof.cases.laws.relations import Ask, Conditions, Relation, everywhere, related, view, with_camera, with_shapes
+from rayproof.cases.laws.relations import (
+    Ask,
+    Conditions,
+    Relation,
+    camera_axes,
+    everywhere,
+    related,
+    with_camera,
+    with_shapes,
+)
 from rayproof.cases.placement import vector
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
@@ -165,7 +174,7 @@ def roll(scene: Scene, ask: Ask) -> Iterator[Relation]:
     turned = everywhere(lambda image: image[::-1, ::-1])
     yield from related(ask, scene, over, what="the camera upside down", before=turned)
     square = with_camera(scene, width=ROLL_SIDE, height=ROLL_SIDE)
-    beside = with_camera(square, up=vector(view(camera).right))
+    beside = with_camera(square, up=vector(camera_axes(camera).right))
     # Up is where right was: what stood at the right edge stands at the top.
     quarter = everywhere(lambda image: np.rot90(image, 1))
     yield from related(ask, square, beside, what="the camera turned by a quarter", before=quarter)
@@ -178,7 +187,7 @@ def up_slid(scene: Scene, ask: Ask) -> Iterator[Relation]:
     Proof: right = forward x up, normalised, does not see what is added along forward, nor up's length.
     Source: specification, CAM-1.
     """
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     up = np.asarray(scene.camera.up)
     for along, length in ((0.7, 1.0), (-0.4, 2.5)):
         slid = length * (up + along * np.linalg.norm(up) * axes.forward)
@@ -193,7 +202,7 @@ def target_slid(scene: Scene, ask: Ask) -> Iterator[Relation]:
 
     Proof: any t > 0 of ref = eye + t F gives the same ray. Source: specification, CAM-4.
     """
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     for share in (0.6, 1.7):
         target = vector(axes.eye + share * axes.distance * axes.forward)
         what = f"the target at {share:g} of its distance"
@@ -210,7 +219,7 @@ def dolly(scene: Scene, ask: Ask) -> Iterator[Relation]:
     Proof: the central ray is the same line, and light is invariant along it; nothing is nearer than the near plane was.
     Source: specification, RAD-5.
     """
-    axes, camera = view(scene.camera), scene.camera
+    axes, camera = camera_axes(scene.camera), scene.camera
     step = 0.5 * camera.near
     still = with_camera(scene, width=DOLLY_SIDE, height=DOLLY_SIDE)
     # Where the planes stand stays the same.

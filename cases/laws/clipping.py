@@ -10,9 +10,9 @@ from rayproof.cases.laws.relations import (
     Ask,
     Conditions,
     Relation,
+    camera_axes,
     lit_from_the_eye,
     related,
-    view,
     with_camera,
 )
 from rayproof.cases.placement import matrix, world_triangles
@@ -68,7 +68,7 @@ def clip_join(scene: Scene, ask: Ask) -> Iterator[Relation]:
     """
     if scene.clip == "none":
         return
-    camera, axes = scene.camera, view(scene.camera)
+    camera, axes = scene.camera, camera_axes(scene.camera)
     for clip in ("depth", "shell"):
         joint = replace(scene, clip=clip)
         middle = axes.distance * 0.9731  # where no scene has a surface on purpose
@@ -112,7 +112,7 @@ def clip_measured(scene: Scene, ask: Ask) -> Iterator[Relation]:
     if not hit.any():
         return
     along = np.where(hit, distance, 0.0)
-    depth = along * (seen[Stage.RAY] @ view(scene.camera).forward)
+    depth = along * (seen[Stage.RAY] @ camera_axes(scene.camera).forward)
     for clip, measure in (("depth", depth), ("shell", along)):
         middle = float(np.median(measure[hit])) * 1.0137
         cut = with_camera(replace(scene, clip=clip), near=1e-3 * middle, far=middle)
@@ -151,7 +151,7 @@ TRIANGLE = ((-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.0, 0.5, 0.0))
 
 def crowd(scene: Scene, count: int) -> tuple[Shape, ...]:
     """Return `count` shapes of each kind, at most nine, all of them at least twice the near distance behind the eye."""
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     size = 0.2 * axes.distance
     shapes: list[Shape] = []
     for index in range(count):

@@ -15,11 +15,11 @@ from rayproof.cases.laws.relations import (
     around,
     at_least_two,
     behind_the_eye,
+    camera_axes,
     related,
     strong,
     switched_on,
     times,
-    view,
     with_lights,
 )
 from rayproof.cases.placement import matrix, vector
@@ -64,7 +64,7 @@ def light_dark(scene: Scene, ask: Ask) -> Iterator[Relation]:
     Proof: each adds Phi cos / (4 pi r^2) = 0, and x + 0 = x also when rounded. Source: specification, RAD-5.
     """
     if scene.lights:
-        axes = view(scene.camera)
+        axes = camera_axes(scene.camera)
         places = [axes.eye + axes.distance * (share * axes.right + 0.4 * axes.up) for share in (-0.5, 0.2, 0.6)]
         before, among, after = (PointLight(position=vector(place), flux=(0.0, 0.0, 0.0)) for place in places)
         first, *others = scene.lights
@@ -82,7 +82,7 @@ def light_hidden(scene: Scene, ask: Ask) -> Iterator[Relation]:
     """
     place = behind_the_eye(scene, 0.25)
     for kind in (Cube, Sphere):
-        wall = around(scene, place, 0.02 * view(scene.camera).distance, kind)
+        wall = around(scene, place, 0.02 * camera_axes(scene.camera).distance, kind)
         dark, lit = switched_on(scene, place, wall)
         what = f"a light switched on inside a closed {kind.__name__.lower()}"
         yield from related(ask, dark, lit, what=what, stages=LIGHT, conditions=Conditions(exact=True))
@@ -97,7 +97,7 @@ def light_caged(scene: Scene, ask: Ask) -> Iterator[Relation]:
     """
     for share in (0.9, 0.995):
         place = behind_the_eye(scene, 0.25)
-        radius = (1 - share) * 1.25 * view(scene.camera).distance
+        radius = (1 - share) * 1.25 * camera_axes(scene.camera).distance
         dark, lit = switched_on(scene, place, around(scene, place, radius, Sphere))
         what = f"a light switched on in a sphere that begins at {share:g} of the way"
         yield from related(ask, dark, lit, what=what, stages=LIGHT, conditions=Conditions(exact=True))
@@ -110,7 +110,7 @@ def light_backed(scene: Scene, ask: Ask) -> Iterator[Relation]:
     Proof: a feeler ends at the light, and the wall lies beyond, on the far side of a plane that neither eye nor light
     nor anything seen lies on. Source: specification, E10.
     """
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     place = behind_the_eye(scene, 0.2)
     alone = with_lights(scene, PointLight(position=vector(place), flux=strong(scene)))
     for share in (0.02, 0.1, 0.2):

@@ -11,10 +11,10 @@ from rayproof.cases.laws.relations import (
     Ask,
     Conditions,
     Relation,
+    camera_axes,
     related,
     strong,
     times,
-    view,
     with_camera,
     with_lights,
     with_shapes,
@@ -226,7 +226,7 @@ def light_harmonic(scene: Scene, ask: Ask) -> Iterator[Relation]:
     """
     if scene.shading == "simplified":
         return
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     nearest = 0.3 * axes.distance
     center = axes.eye - nearest * axes.forward + 0.1 * axes.distance * axes.right
     alone = with_lights(scene, PointLight(position=vector(center), flux=strong(scene)))
@@ -268,7 +268,7 @@ def view_free(scene: Scene, ask: Ask) -> Iterator[Relation]:
     answers = ask(scene)
     if not all(stage in answers for stage in (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION)):
         return
-    axes, camera = view(scene.camera), scene.camera
+    axes, camera = camera_axes(scene.camera), scene.camera
     rows, columns = np.nonzero(answers[Stage.OBJECT][..., 0] >= 0)
     beside = axes.eye + 0.02 * axes.distance * (axes.right - 0.6 * axes.up)
     for pick in range(min(PIXELS, len(rows))):

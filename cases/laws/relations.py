@@ -182,7 +182,7 @@ def moved_triangles(scene: Scene) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class CameraAxes:
     """A camera's axes, from its eye: unit vectors [1], and the distance of its target [m]."""
 
     eye: np.ndarray
@@ -192,7 +192,7 @@ class View:
     distance: float
 
 
-def view(camera: Camera) -> View:
+def camera_axes(camera: Camera) -> CameraAxes:
     """Return the axes of a camera (specification, CAM-1)."""
     eye = np.asarray(camera.eye)
     ahead = np.asarray(camera.target) - eye
@@ -200,7 +200,7 @@ def view(camera: Camera) -> View:
     forward = ahead / distance
     across = np.cross(forward, np.asarray(camera.up))
     right = across / np.linalg.norm(across)
-    return View(eye=eye, forward=forward, right=right, up=np.cross(right, forward), distance=distance)
+    return CameraAxes(eye=eye, forward=forward, right=right, up=np.cross(right, forward), distance=distance)
 
 
 def moved(scene: Scene, motion: Any, *, scale: float = 1.0) -> Scene:
@@ -253,19 +253,19 @@ def carried_by(motion: Any, *, scale: float = 1.0) -> dict[Stage, Map]:
 
 def behind_the_eye(scene: Scene, share: float) -> np.ndarray:
     """Return the place [m] behind the eye at a share of the target's distance."""
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     return axes.eye - share * axes.distance * axes.forward
 
 
 def strong(scene: Scene) -> tuple[float, float, float]:
     """Return a flux [W] that lights the target well from about the eye."""
-    flux = 50.0 * view(scene.camera).distance ** 2
+    flux = 50.0 * camera_axes(scene.camera).distance ** 2
     return flux, 1.1 * flux, 0.9 * flux
 
 
 def around(scene: Scene, place: np.ndarray, size: float, kind: type[Shape]) -> Shape:
     """Return a black, closed shape of half-width `size` [m] about a place, turned as the camera is."""
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     pose = np.eye(4)
     pose[:3, :3] = np.stack([axes.right, axes.up, -axes.forward], axis=1) * (size if kind is Sphere else 2 * size)
     pose[:3, 3] = place
@@ -282,7 +282,7 @@ def at_least_two(scene: Scene) -> Scene:
     """Return the scene with a second light beside its camera, if it has but one."""
     if len(scene.lights) != 1:
         return scene
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     (first,) = scene.lights
     place = axes.eye + axes.distance * (0.3 * axes.right + 0.2 * axes.up)
     return with_lights(scene, first, PointLight(position=vector(place), flux=vector(first.flux[::-1])))
@@ -290,7 +290,7 @@ def at_least_two(scene: Scene) -> Scene:
 
 def lit_from_the_eye(scene: Scene) -> Scene:
     """Return the scene with one light beside the eye, a little in front of it."""
-    axes = view(scene.camera)
+    axes = camera_axes(scene.camera)
     place = axes.eye + axes.distance * (0.05 * axes.right + 0.03 * axes.up + 0.001 * axes.forward)
     flux = 40.0 * axes.distance**2
     return with_lights(scene, PointLight(position=vector(place), flux=(flux, 0.8 * flux, 1.2 * flux)))
