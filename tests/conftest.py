@@ -140,7 +140,6 @@ def pytest_runtest_teardown() -> Generator[None]:
 def _surroundings_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Keep renders of references, in this process and in its workers, out of the user's own cache."""
     os.environ.setdefault("RAYPROOF_CACHE", str(tmp_path_factory.mktemp("references")))
-    os.environ.setdefault("RAYPROOF_CACHE_KEY", "the tests' own key")
     # `./rayproof test` says how it was called; hints of the tests' own commands do not depend on that.
     os.environ.pop("RAYPROOF_CALLED", None)
 

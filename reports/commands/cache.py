@@ -8,7 +8,7 @@ from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
 if TYPE_CHECKING:
-    from rayproof.reports.cache.store import Item, Store
+    from rayproof.reports.run.cache_store import Item, Store
 
 DAMAGED = 1  # exit code of `verify` where an entry was not what was written
 COLUMNS = ("used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key")
@@ -34,7 +34,7 @@ def cache(
     """List, verify or clear what earlier runs kept: references' renders, verdicts.
 
     The renderer under test renders in every run; a verdict is taken up only for answers equal to the last bit. A run
-    reads an entry only if its signature holds, by a key that only this user has (or `RAYPROOF_CACHE_KEY`).
+    reads an entry only if its checksum holds, from a folder that only this user can write.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def cache(
         Also write the answer to this file.
 
     """
-    from rayproof.reports.cache.store import Store, usual_folder
+    from rayproof.reports.run.cache_store import Store, usual_folder
 
     store = Store(folder or usual_folder())
     with told_in_one_line():

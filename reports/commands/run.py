@@ -7,11 +7,11 @@ from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from rayproof.reports.cache.limit import LIMIT_VARIABLE, limit_of, usual_limit
 from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.run.cache_store import LIMIT_VARIABLE, limit_of, usual_limit
 
 if TYPE_CHECKING:
     from rayproof.reports.gate.gating import Demanded

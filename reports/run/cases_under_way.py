@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rayproof.cases.case import Case
-from rayproof.reports.cache.store import Store
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.run.cache_store import Store
 from rayproof.reports.run.case_run import CaseRun
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.plan import PlannedCase

@@ -11,7 +11,7 @@ from typing import overload
 
 from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline, covering
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.cache.digests import Key, code, machine
+from rayproof.reports.run.cache_keys import Key, code, machine
 from rayproof.reports.run.demands import Demands
 from rayproof.reports.run.scene_stream import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
@@ -29,13 +29,6 @@ ALTERNATIVES = (
     "feeler/skip_last",
     "feeler/minimum_t",
     "feeler/doubles",
-)
-# All that renders, judges, writes a record and writes its files.
-CODE = (
-    "rayproof.reports.run.suite",
-    "rayproof.reports.run.tasks.handlers",
-    "rayproof.reports.run.tasks.trace_task",
-    "rayproof.reports.run.tasks.judge_task",
 )
 
 
@@ -202,6 +195,6 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
         configurations=planned.configurations,
         twice=planned.twice,
         demands=demands,
-        code=code(CODE),
+        code=code(tracer=True),
         machine=machine(),
     )

@@ -14,14 +14,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from rayproof.reports.cache.digests import code, digest, exact
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.images import inside
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.records import MOST_SHARDS, CaseRecord, RunRecord, ShardRecord
+from rayproof.reports.run.cache_keys import code, digest, exact
 from rayproof.reports.run.demands import demands
-from rayproof.reports.run.plan import CODE, PlannedCase
+from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record import totals
 from rayproof.reports.run.record.document import come_to, uncountable
 from rayproof.reports.run.request import RunRequest
@@ -64,7 +64,7 @@ def told(request: RunRequest, planned: Sequence[PlannedCase], references: tuple[
         "of": request.shard[1],
         "planned": len(planned),
         "configurations": sorted({name for one in planned for name in one.configurations}),
-        "code": code(CODE),
+        "code": code(tracer=True),
         "plan": digest([[exact(one.case), one.configurations] for one in planned]),
         "subject": digest([asked.subject, asked.identity]),
         "demands": digest(exact(asked)),

@@ -13,8 +13,6 @@ from rich.console import Console
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
-from rayproof.reports.cache.guards import ask_once, passed
-from rayproof.reports.cache.store import usual_store
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
 from rayproof.reports.results.atomic import remove_drafts
@@ -27,7 +25,7 @@ from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
 from rayproof.reports.results.records import CaseRecord, RunRecord
-from rayproof.reports.run.guards import stand_guards
+from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.journal import EARLIER
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.messages import GuardTask
@@ -40,6 +38,7 @@ from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.scene_case import place_of
 from rayproof.reports.run.shards import part, told
 from rayproof.reports.run.tasks.kinds import JUDGE
+from rayproof.reports.run.verdict_memory import passed
 from rayproof.reports.run.worker_settings import RELIEF, sleeping
 from rayproof.reports.run.worker_settings import workers as pool_of
 from rayproof.reports.run.workload import render_and_judge
@@ -79,10 +78,6 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
         # Its sentinels take seconds, and there is little else to do until the first cases are rendered.
         workers.prepare(JUDGE, GuardTask(cached=request.cached))
         workers.start()
-    if store is None:
-        stand_guards()
-    else:
-        ask_once("harness", stand_guards, store)
     console = terminal(width=LOG_WIDTH)
     if unused is not None:
         console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from rayproof.reports.cache.store import Store
 from rayproof.reports.called import called
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.results.case_table import Cases
 from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.run.cache_store import Store
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Terms
 from rayproof.reports.run.demands import demands
 from rayproof.reports.run.journal import Journal

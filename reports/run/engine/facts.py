@@ -9,9 +9,8 @@ import platform
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from rayproof.reports.cache.digests import PACKAGES, code, processor
+from rayproof.reports.run.cache_keys import PACKAGES, code, processor
 from rayproof.reports.run.cases_under_way import Terms
-from rayproof.reports.run.plan import CODE
 from rayproof.reports.run.verdict_memory import version as reference_version
 from rayproof.reports.subjects import PROGRAM
 from rayproof.reports.subjects.choosing import identity
@@ -45,7 +44,7 @@ class Facts:
 def facts(terms: Terms) -> Facts:
     """Return what this machine is for a run on these terms."""
     architecture, model, features = processor()
-    told = {"rayproof's code": code(CODE)}
+    told = {"rayproof's code": code(tracer=True)}
     told |= {package: _installed(package) for package in PACKAGES}
     told |= {
         "Python": platform.python_version(),

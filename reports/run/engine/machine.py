@@ -15,10 +15,10 @@ from dataclasses import replace
 from multiprocessing.util import Finalize
 from pathlib import PurePath
 
-from rayproof.reports.cache.store import usual_store
 from rayproof.reports.processes.parent_death import end_with_parent
 from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Source, Terms
 from rayproof.reports.run.engine.batch import Answer, Batch, Finished, packed, write
 from rayproof.reports.run.engine.facts import Facts, facts

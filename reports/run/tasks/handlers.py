@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from typing import Any
 
-from rayproof.reports.cache.entries import DamagedEntryError
-from rayproof.reports.cache.references import damage
 from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.run.cache_store import DamagedEntryError
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.messages import QuestionTask, RecallTask, ReferenceTask, SubjectTask
+from rayproof.reports.run.reference_cache import damage
 from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, TRACING, UNDER_TEST
 from rayproof.reports.run.tasks.reference_task import heard, put_to_test, recalled
 from rayproof.reports.subjects import PROGRAM

@@ -4,9 +4,6 @@ from functools import cache
 
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.cache.guards import ask_once
-from rayproof.reports.cache.references import KeepingOracle
-from rayproof.reports.cache.store import usual_store
 from rayproof.reports.judge.comparison.repeated import repeated
 from rayproof.reports.judge.judge_case import judge_case
 from rayproof.reports.judge.panel_record import adjudication
@@ -16,11 +13,14 @@ from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.judge.verdict.case_verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.messages import GuardTask, JudgeTask
 from rayproof.reports.run.record.common_factors import camera_and_lights
 from rayproof.reports.run.record.images import keep_images, masks
 from rayproof.reports.run.record.reference_facts import said
 from rayproof.reports.run.record.reproducing import write_scene
+from rayproof.reports.run.reference_cache import KeepingOracle
+from rayproof.reports.run.verdict_memory import ask_once
 
 _ORACLE = Analytic()
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
-from rayproof.reports.cache import references as cache
-from rayproof.reports.cache.references import Question, Rendered
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.run import reference_cache as cache
 from rayproof.reports.run.messages import ReferenceTask
+from rayproof.reports.run.reference_cache import Question, Rendered
 from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
 

@@ -11,8 +11,8 @@ from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rayproof.reports.cache.store import VARIABLE
 from rayproof.reports.results.document import load_results
+from rayproof.reports.run.cache_store import VARIABLE
 from tests.benchmarks.growth.scenes import write_scenes
 
 # The command line, by a process that leaves what it took itself, without its children, in a file.

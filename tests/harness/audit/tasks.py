@@ -287,7 +287,7 @@ def _in_force() -> None:
 def stopped_by(*, judge_first: bool = False) -> str | None:
     """Return what the first guard says that stops the run, or None; a run asks all of them, in whatever order."""
     from rayproof.reports.judge.self_test.stand_guard import BrokenJudgeError, stand_guard
-    from rayproof.reports.run.guards import BrokenHarnessError, stand_guards
+    from tests.harness.guards import BrokenHarnessError, stand_guards
 
     guards: tuple[Callable[[], object], ...] = (stand_guards, lambda: stand_guard(Analytic()))
     for guard in guards[::-1] if judge_first else guards:

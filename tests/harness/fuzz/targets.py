@@ -453,9 +453,7 @@ def answer() -> Target:
     from rayproof.reports.run.record import totals
     from rayproof.reports.subjects import THE_TRACER
 
-    demands = Demands(
-        subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, certified=False, own=()
-    )
+    demands = Demands(subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, own=())
     records = [{**case, "scene": f"scenes/{case['name']}.json"} for case in _results()["cases"]]
     case = select(["primitives/sphere"])[0]
     batch = Batch(
@@ -533,14 +531,14 @@ def history() -> Target:
 
 def cache() -> Target:
     """Return an entry of a cache."""
-    from rayproof.reports.cache.entries import DamagedEntryError, about, decode, encode
+    from rayproof.reports.run.cache_store import DamagedEntryError, about, decode, encode
 
-    seed = encode({"kind": "a"}, {"x": CORNERS, "y": FACES}, question="q", secret=b"secret")
+    seed = encode({"kind": "a"}, {"x": CORNERS, "y": FACES}, question="q")
 
     def read(path: Path) -> Any:
         # What a listing reads of an entry, and what a run does once it has found the signature good.
         about(path.read_bytes())
-        return decode(path.read_bytes(), question="q", secret=b"secret")
+        return decode(path.read_bytes(), question="q")
 
     return Target(name="entry", seeds=(seed,), read=read, refusals=(DamagedEntryError,))
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from rayproof.reports.cache import entries
+from rayproof.reports.run import cache_store
 from tests.harness.soak.site import AMPLE, Ended, Site
 
 GIBIBYTE = 2**30
@@ -107,7 +107,7 @@ def _flip(data: bytes) -> bytes:
 HARMS: dict[str, Callable[[bytes], bytes]] = {
     "truncated": lambda data: data[: len(data) // 2],
     "flipped": _flip,
-    "of another version": lambda data: data.replace(entries.MAGIC, b"rayproof entry 1\n", 1),
+    "of another version": lambda data: data.replace(cache_store.MAGIC, b"rayproof entry 1\n", 1),
     "emptied": lambda data: b"",
 }
 
@@ -202,8 +202,6 @@ def _narrow(what: str, *, full: bool) -> Scenario:
         where = out if what == RESULTS else where
         where.mkdir()
         environment = {variable: str(where) for variable in NAMED[what]}
-        if what == "HOME":
-            environment |= {"RAYPROOF_CACHE_KEY": ""}
         again = full and what == RESULTS
         before = (
             "unshare", "--mount", *(() if os.geteuid() == 0 else ("--user", "--map-root-user")),

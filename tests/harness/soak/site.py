@@ -15,9 +15,9 @@ import psutil
 
 from rayproof import HOLDER
 from rayproof.cases.scene_json import save_scene
-from rayproof.reports.cache import signing, store
 from rayproof.reports.processes.process_tree import adopt_orphans, descendants
 from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.run import cache_store
 from rayproof.reports.run.engine.vetting import LIFETIME
 from tests.benchmarks.growth.scenes import small_scenes
 from tests.harness.soak.disturbing import ENGINE_WORKER, Signal
@@ -121,8 +121,7 @@ class Site:
             **os.environ,
             "PYTHONPATH": os.pathsep.join(filter(None, [str(HOLDER), os.environ.get("PYTHONPATH")])),
             "TMPDIR": str(folder / "tmp"),
-            store.VARIABLE: str(self.cache),
-            signing.VARIABLE: os.urandom(16).hex(),
+            cache_store.VARIABLE: str(self.cache),
         }
         self._before = {process.pid for process in descendants(os.getpid())}
         self._undisturbed: dict[bool, tuple[Verdicts, float]] = {}
@@ -228,7 +227,7 @@ class Site:
 
     def forget(self, cache: Path | None = None) -> None:
         """Take from the cache what was judged, so that a run has work to do."""
-        for item in store.Store(cache or self.cache, secret=b"of listings only").items():
+        for item in cache_store.Store(cache or self.cache).items():
             if item.about.get("kind") in JUDGED:
                 item.path.unlink(missing_ok=True)
 

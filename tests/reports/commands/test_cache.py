@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.reports.cache.store import Store
+from rayproof.reports.run.cache_store import Store
 from tests.reports.commands.conftest import Rayproof
 
 

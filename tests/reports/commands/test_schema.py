@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from rayproof.cases import scene_json
+from rayproof.cases import scene_schema
 from rayproof.reports.results import records
 from tests.reports.commands.conftest import Rayproof
 
-SCHEMAS = [pytest.param((), scene_json.schema, id="scene"), pytest.param(("results",), records.schema, id="results")]
+SCHEMAS = [pytest.param((), scene_schema.schema, id="scene"), pytest.param(("results",), records.schema, id="results")]
 
 
 @pytest.mark.parametrize(("what", "schema"), SCHEMAS)

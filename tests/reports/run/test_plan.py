@@ -7,10 +7,7 @@ import pytest
 from rayproof.cases.case import ITEMS
 from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import SHADINGS
-from rayproof.reports.cache import judgements
-from rayproof.reports.cache.closure import ROOT, closure
 from rayproof.reports.judge.tolerance.pair_limits import LIGHT
-from rayproof.reports.run import plan as planning
 from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, with_one_twice, within_reach
 from rayproof.reports.subjects.capabilities import Capabilities
 
@@ -81,11 +78,3 @@ def test_a_cube_that_is_handed_over_as_a_mesh_covers_triangles_and_no_cube():
 def test_an_unknown_configuration_is_named():
     with pytest.raises(LookupError, match="float16"):
         plan(all_cases()[:1], ("float16",))
-
-
-def test_a_record_is_taken_up_again_only_where_a_kept_verdict_would_be():
-    # Both are a record with its files; the tracer's code, of which a kept verdict knows by its answers, comes to it.
-    verdicts, records = (set(closure(modules)) for modules in (judgements.CODE, planning.CODE))
-
-    assert verdicts <= records
-    assert {path for path in records if path.is_relative_to(ROOT / "tracer")}

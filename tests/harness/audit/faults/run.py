@@ -3,16 +3,16 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from rayproof.reports.cache import closure, entries, judgements, references
 from rayproof.reports.judge.self_test.known_answer import SCENE
 from rayproof.reports.results import outcomes
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run import plan
-from rayproof.reports.run.guards.keys import CASE
+from rayproof.reports.run import cache_keys, cache_store, plan, reference_cache, verdict_memory
 from rayproof.reports.run.journal import Journal
 from tests.harness.audit.faults import FAULTS, altered, replaced
+from tests.harness.guards.keys import CASE
 
 
 @FAULTS.register("run/any_journal_entry", where="run", stage=None)
@@ -50,8 +50,8 @@ def best_for_worst() -> Iterator[None]:
 @contextmanager
 def _key_is(wrong: Callable[[Any], Any]) -> Iterator[None]:
     """Change every key of a render."""
-    right = references.Question.key.func
-    with altered(references.Question, "key", property(lambda question: wrong(right(question)))):
+    right = reference_cache.Question.key.func
+    with altered(reference_cache.Question, "key", property(lambda question: wrong(right(question)))):
         yield
 
 
@@ -78,29 +78,27 @@ def cache_any_version() -> Any:
 def cache_believes_damage() -> Iterator[None]:
     """Check nothing.
 
-    The reference cache believes an entry whatever its signature says.
+    The reference cache believes an entry whatever its checksum says.
     """
 
-    def wrong(data: Any, question: str, secret: bytes) -> None:
+    def wrong(data: Any, question: str) -> None:
         return None
 
-    with replaced(entries._check, wrong):
+    with replaced(cache_store._check, wrong):
         yield
 
 
 @FAULTS.register("run/code_by_hand", where="run", stage=None)
 @contextmanager
 def code_by_hand() -> Iterator[None]:
-    """Take what lies in the same folders for all that is imported.
+    """Take the reports' sources for all that decide an answer.
 
-    A key goes by the code that somebody listed, and not by all that this imports.
+    A key goes by the code that somebody listed, and not by that of cases and references.
     """
-    right = closure.closure
+    right = cache_keys.sources
 
-    def wrong(modules: Any, *, without: Any = ()) -> Any:
-        right(modules)
-        folders = {module.rpartition(".")[0].replace(".", "/") for module in modules}
-        return tuple(sorted(path for folder in folders for path in (closure.ROOT / folder).rglob("*.py")))
+    def wrong(*, tracer: bool) -> list[Path]:
+        return [file for file in right(tracer=tracer) if "reports" in file.parts]
 
     with replaced(right, wrong):
         yield
@@ -204,7 +202,7 @@ def unmeasured_passes() -> Iterator[None]:
 @contextmanager
 def _without(**left_out: Any) -> Iterator[None]:
     """Give some fields of the key always the same value; of candidates, the fields named."""
-    right, of_candidates = judgements.judgement_key, left_out.pop("candidates", None)
+    right, of_candidates = verdict_memory.judgement_key, left_out.pop("candidates", None)
 
     def wrong(*about: Any) -> Any:
         key = replace(right(*about), **left_out)

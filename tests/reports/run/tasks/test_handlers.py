@@ -7,8 +7,8 @@ from textwrap import dedent
 
 import pytest
 
-from rayproof.reports.cache import references
-from rayproof.reports.cache.store import Store
+from rayproof.reports.run import reference_cache
+from rayproof.reports.run.cache_store import Store
 from rayproof.reports.run.messages import RecallTask, ReferenceTask
 from rayproof.reports.run.tasks.handlers import handler
 from rayproof.reports.run.tasks.kinds import RECALLING
@@ -18,8 +18,8 @@ from tests.reports.judge.scenes import ORACLE, SCENE
 
 def test_a_damaged_entry_is_told_of_by_the_one_who_met_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path))
-    monkeypatch.setattr(references, "OPENING", -1.0)
-    monkeypatch.setattr(references, "READING", 1e18)
+    monkeypatch.setattr(reference_cache, "OPENING", -1.0)
+    monkeypatch.setattr(reference_cache, "READING", 1e18)
     task = ReferenceTask(scene=SCENE, samples=1, cached=True)
     heard("analytic", ORACLE, task, independent=True)
     recall = handler(RECALLING)

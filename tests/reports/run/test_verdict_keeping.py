@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.reports.cache import judgements
-from rayproof.reports.cache.store import Store
+from rayproof.reports.run import verdict_memory
+from rayproof.reports.run.cache_store import Store
 
 KEY = "a" * 64
 RECORD: dict[str, Any] = {
@@ -30,12 +30,12 @@ def kept(folder: Path, record: dict[str, Any]) -> Store:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(name)
     store = Store(folder / "cache")
-    judgements.keep(store, KEY, folder, record)
+    verdict_memory.keep(store, KEY, folder, record)
     return store
 
 
 def test_a_record_comes_back_with_its_files(tmp_path):
-    found = judgements.recall(kept(tmp_path, RECORD), KEY)
+    found = verdict_memory.recall(kept(tmp_path, RECORD), KEY)
 
     assert found is not None
     assert found.record == RECORD
@@ -55,7 +55,7 @@ def test_an_entry_that_names_a_file_elsewhere_is_not_taken_up(name, tmp_path):
     about, arrays = entry
     store.put(KEY, about, arrays | {name: np.zeros(3, np.uint8)})
 
-    assert judgements.recall(store, KEY) is None
+    assert verdict_memory.recall(store, KEY) is None
 
 
 @pytest.mark.parametrize("name", ["scenes/../outside.json", "elsewhere/kept.json"])

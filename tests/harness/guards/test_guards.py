@@ -6,10 +6,10 @@ import pytest
 
 from rayproof.cases.scene import Camera
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.cache.digests import Key
 from rayproof.reports.judge.self_test.stand_guard import BrokenJudgeError, stand_guard
-from rayproof.reports.run.guards import BrokenHarnessError, keys, stand_guards
+from rayproof.reports.run.cache_keys import Key
 from tests.harness.audit.faults import FAULTS
+from tests.harness.guards import BrokenHarnessError, keys, stand_guards
 
 GUARDED = [
     name
@@ -82,7 +82,7 @@ def test_a_machine_without_memory_is_no_broken_harness(monkeypatch: pytest.Monke
     def starved() -> None:
         raise MemoryError
 
-    monkeypatch.setattr("rayproof.reports.run.guards.loader.guard_loader", starved)
+    monkeypatch.setattr("tests.harness.guards.loader.guard_loader", starved)
 
     with pytest.raises(MemoryError):
         stand_guards()

@@ -1,34 +1,184 @@
-"""The store of all that is kept: a folder of signed entries by key, checked on every read, the least used go first.
+"""The store of all that is kept: a folder of entries by key, checked on every read, the least recently used go first.
 
-What the run before this one used, and what this one did, does not go: a suite that is a little larger than the store
-would otherwise find nothing at all, since each entry would go just before it is asked for again. Where there is no room
-without that, a new entry is left out, and its bytes are counted beside the entries, so that a run can tell.
+An entry is what it is in JSON, its arrays as they lie in memory, and a SHA-256 over its key and every byte. There is no
+pickle: reading an entry runs nothing. The folder is the user's own (mode 0700); a store whose folder others may write
+keeps nothing and returns nothing, and `unused` gives the reason.
 
-A store that has no secret of the user's own, or whose folder others may write, knows and keeps nothing: `unused` says
-why. What a reader makes of an entry is its own; whatever it cannot read is a miss.
+Entries that this run or the one before it used do not go: a suite that is a little larger than the store would
+otherwise find nothing at all, since each entry would go just before it is asked for again. Where there is no room
+without that, a new entry is left out, and its bytes are counted beside the entries, so that a run can report them.
 
 Many processes may use it at once: an entry is written beside its place and renamed into it, a reader sees all of one or
 nothing, and a file that another process removed meanwhile is simply not there.
 """
 
+import hashlib
 import json
+import math
 import os
 import stat
 import time
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypedDict, TypeVar, cast
 
 import numpy as np
 import platformdirs
 
-from rayproof.reports.cache.entries import About, DamagedEntryError, about, decode, encode
-from rayproof.reports.cache.limit import LIMIT, usual_limit
-from rayproof.reports.cache.signing import NoSecretError, usual_secret
+MAGIC = b"rayproof entry 3\n"
+DIGEST = hashlib.sha256().digest_size
+START = len(MAGIC) + DIGEST
+COUNT = 8  # bytes that tell how long the JSON part is
+GLANCE = 4096  # numbers of an array that are looked at before all are
+
+
+class About(TypedDict, total=False):
+    """What an entry says it is: its question's digest, and what a listing tells of it."""
+
+    key: str
+    kind: str  # "render", "edges", "judgement" or "guard"
+    reference: str  # or whatever else it is of
+    version: str
+    settings: dict[str, str]
+    stages: list[str]
+    samples: int
+    size: list[int]  # of the image
+    shapes: int
+    lights: int
+    seconds: float
+    light_ends: list[tuple[int, int, int, float]]  # of edges: light, shape, face and gap
+
+
+class Header(TypedDict):
+    """The JSON part."""
+
+    about: About
+    arrays: list[tuple[str, str, str, list[int]]]  # name, type as written, type as wanted, shape
+
+
+class DamagedEntryError(ValueError):
+    """An entry is not what was written: cut short, altered, forged or under another's name."""
+
+
+def encode(about: About, arrays: Mapping[str, np.ndarray], *, question: str) -> bytes:
+    """Return an entry with its checksum; float64 arrays that float32 holds to the last bit are written so."""
+    written = {name: _narrowed(np.ascontiguousarray(array)) for name, array in arrays.items()}
+    table = [
+        [name, array.dtype.str, arrays[name].dtype.str, list(np.shape(arrays[name]))] for name, array in written.items()
+    ]
+    header = json.dumps({"about": about, "arrays": table}).encode()
+    parts = [len(header).to_bytes(COUNT, "little"), header, *(_bytes(array) for array in written.values())]
+    return b"".join([MAGIC, _checksum(parts, question), *parts])
+
+
+def decode(data: bytes, *, question: str) -> tuple[About, dict[str, np.ndarray]]:
+    """Return what an entry is and its arrays; raise DamagedEntryError unless it was written as this question's."""
+    _check(data, question)
+    header, offset = _header(data)
+    arrays: dict[str, np.ndarray] = {}
+    try:
+        for name, stored, wanted, shape in header["arrays"]:
+            kind, count = np.dtype(stored), int(np.prod(shape))
+            flat = np.frombuffer(data, dtype=kind, count=count, offset=offset)
+            arrays[name] = flat.reshape(shape).astype(np.dtype(wanted))
+            offset += count * kind.itemsize
+    except (ValueError, TypeError, OverflowError) as wrong:
+        raise DamagedEntryError(f"its arrays cannot be read: {wrong}") from wrong
+    return header["about"], arrays
+
+
+def about(data: bytes) -> About:
+    """Return what an entry says it is, its signature not looked at: for listings, which believe nothing."""
+    _begins(data)
+    return _header(data)[0]["about"]
+
+
+def _begins(data: bytes) -> None:
+    if not data.startswith(MAGIC):
+        raise DamagedEntryError("it does not begin as an entry does")
+
+
+def _check(data: bytes, question: str) -> None:
+    _begins(data)
+    if not _checksum([memoryview(data)[START:]], question) == data[len(MAGIC) : START]:
+        raise DamagedEntryError(f"its checksum does not hold ({len(data)} bytes)")
+
+
+def _checksum(parts: Iterable[Any], question: str) -> bytes:
+    """Return the SHA-256 of a question and of an answer's bytes: an entry under another's name is damaged, too."""
+    name = question.encode()
+    checksum = hashlib.sha256(len(name).to_bytes(COUNT, "little") + name)
+    for part in parts:
+        checksum.update(part)
+    return checksum.digest()
+
+
+def _header(data: bytes) -> tuple[Header, int]:
+    """Return the JSON part and where the arrays begin."""
+    begin = START + COUNT
+    end = begin + int.from_bytes(data[START:begin], "little")
+    try:
+        header = json.loads(data[begin:end])
+    except (ValueError, RecursionError) as wrong:
+        raise DamagedEntryError(f"it does not say what it is: {wrong}") from wrong
+    if not (isinstance(header, dict) and isinstance(header.get("about"), dict) and "arrays" in header):
+        raise DamagedEntryError("it does not say what it is")
+    return cast("Header", header), end
+
+
+def _narrowed(array: np.ndarray) -> np.ndarray:
+    # Nearly all that float32 does not hold says so in its first numbers.
+    if array.dtype != np.float64 or not _holds(_narrow(array.ravel()[:GLANCE]), array.ravel()[:GLANCE]):
+        return array
+    narrow = _narrow(array)
+    return narrow if _holds(narrow, array) else array
+
+
+def _narrow(array: np.ndarray) -> np.ndarray:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return array.astype(np.float32)
+
+
+def _holds(narrow: np.ndarray, array: np.ndarray) -> bool:
+    """Say whether float32 numbers are the float64 ones to the last bit, the signs of zeros and NaNs included."""
+    return np.array_equal(narrow.astype(np.float64).view(np.uint64), array.view(np.uint64))
+
+
+def _bytes(array: np.ndarray) -> np.ndarray:
+    """Return an array's bytes where they lie."""
+    return array.reshape(-1).view(np.uint8)
+
+
+LIMIT_VARIABLE = "RAYPROOF_CACHE_LIMIT"  # the environment variable that names another limit [GiB]
+LIMIT = 2 * 2**30  # bytes: three default suites
+MOST = 2.0**33  # GiB
+
+
+def usual_limit() -> int:
+    """Return how large the store may become [bytes]: RAYPROOF_CACHE_LIMIT [GiB], or the usual limit.
+
+    Raises:
+        ValueError: the variable's value is no positive number of GiB.
+
+    """
+    text = os.environ.get(LIMIT_VARIABLE)
+    return LIMIT if not text else limit_of(text, said_by=LIMIT_VARIABLE)
+
+
+def limit_of(text: str, *, said_by: str) -> int:
+    """Return a limit [bytes] of its text [GiB]; raise ValueError, which names `said_by`, if it is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value <= MOST:
+        raise ValueError(f"{said_by} must be positive and at most {MOST:g} GiB, got {text}")
+    return int(value * 2**30)
+
 
 VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
 LEAVE = 0.9  # of the limit, after the least recently used entries went
@@ -71,19 +221,13 @@ def _store(folder: Path, limit: int) -> "Store":
 class Store:
     """Entries by key below a folder that need not exist yet; `unused` says why nothing is kept, if nothing is."""
 
-    def __init__(self, folder: Path, *, limit: int = LIMIT, secret: bytes | None = None) -> None:
+    def __init__(self, folder: Path, *, limit: int = LIMIT) -> None:
         self.folder = folder
         self._limit = limit
         self._size: int | None = None  # bytes, when they were counted last
         self._written = 0  # bytes since then
         self._full = False  # nothing of what was there could go
         self.unused = _anybodys(folder)
-        self._secret = secret or b""
-        if secret is None and self.unused is None:
-            try:
-                self._secret = usual_secret()
-            except NoSecretError as wrong:
-                self.unused = str(wrong)
 
     def path(self, key: str) -> Path:
         """Return where a key's entry lies."""
@@ -124,13 +268,13 @@ class Store:
         return read
 
     def _decoded(self, key: str, data: bytes) -> Entry:
-        return decode(data, question=key, secret=self._secret)
+        return decode(data, question=key)
 
     def put(self, key: str, told: About, arrays: Mapping[str, np.ndarray]) -> None:
         """Write an entry, and let others go or leave it out if that is too much; raise OSError if it cannot."""
         if self.unused is not None:
             return
-        data = encode({**told, "key": key}, arrays, question=key, secret=self._secret)
+        data = encode({**told, "key": key}, arrays, question=key)
         if self._has_room(len(data)):
             self._write(self.path(key), data)
             self._written += len(data)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rayproof.reports.cache.digests import machine
+from rayproof.reports.run.cache_keys import machine
 
 
 @pytest.mark.parametrize("name", ["DRJIT_LIBLLVM_PATH", "RAYPROOF_BACKEND"])

@@ -1,6 +1,6 @@
 """What references answered before, by content: the same scene, renderer, version, settings and code, the same answer.
 
-Only references are here; what the renderer under test answers is never taken from anywhere but itself.
+Only references are here: what the renderer under test answers is never taken from anywhere but itself.
 """
 
 import math
@@ -16,15 +16,13 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
 from rayproof.reference.analytic.edges import Edges
 from rayproof.reference.analytic.edges.lights_on_surfaces import LightEnd
-from rayproof.reports.cache.digests import Key, code, machine
-from rayproof.reports.cache.entries import About, DamagedEntryError
-from rayproof.reports.cache.store import Entry, Store, usual_store
+from rayproof.reports.run.cache_keys import Key, code, machine
+from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store, usual_store
 
-# Reading is checking too: about as fast as a processor sums an HMAC-SHA256, and a file must be opened.
+# Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
 OF_ENDS = ("pixels", "depth", "chord")  # arrays of a light's end
-CODE = ("rayproof.reports.run.tasks.reference_task",)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +70,7 @@ class Question:
             settings=dict(settings(self.scene)) if settings is not None else {},
             stages=self.stages,
             samples=self.samples,
-            code=code(CODE),
+            code=code(),
             machine=machine(),
         )
 
@@ -143,7 +141,7 @@ class KeepingOracle:
             settings={},
             stages=(),
             samples=1,
-            code=code(CODE),
+            code=code(),
             machine=machine(),
         )
         try:

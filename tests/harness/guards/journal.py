@@ -4,8 +4,8 @@ import tempfile
 from pathlib import Path
 
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.guards import BrokenHarnessError
 from rayproof.reports.run.journal import Journal
+from tests.harness.guards import BrokenHarnessError
 
 KEY, OTHER = "0" * 64, "1" * 64
 RECORD: CaseRecord = {"name": "guard/journal", "family": "guard", "verdict": "pass"}

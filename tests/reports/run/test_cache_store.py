@@ -8,14 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rayproof.reports.cache import entries
-from rayproof.reports.cache.entries import DamagedEntryError, encode
-from rayproof.reports.cache.limit import limit_of
-from rayproof.reports.cache.signing import VARIABLE, usual_secret
-from rayproof.reports.cache.store import Store
+from rayproof.reports.run import cache_store
+from rayproof.reports.run.cache_store import DamagedEntryError, Store, encode, limit_of
 
 ARRAY = {"a": np.full(1000, 0.1)}
-SIZE = len(encode({"key": "k" * 64}, ARRAY, question="k" * 64, secret=b"s"))
+SIZE = len(encode({"key": "k" * 64}, ARRAY, question="k" * 64))
 
 
 @pytest.fixture
@@ -30,7 +27,7 @@ def read_only(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_least_recently_used_go_first(tmp_path):
-    size = len(encode({"key": "k" * 64}, ARRAY, question="k" * 64, secret=b"s"))
+    size = len(encode({"key": "k" * 64}, ARRAY, question="k" * 64))
     store = Store(tmp_path, limit=4 * size)
     keys = [digit * 64 for digit in "abcd"]
     for age, key in enumerate(keys):
@@ -54,7 +51,7 @@ def test_a_suite_larger_than_the_store_finds_what_has_room(tmp_path):
         missed = [key for key in keys if store.get(key) is None and store.put(key, {}, ARRAY) is None]
         found.append(len(keys) - len(missed))
 
-        assert store.left_out == sum(len(encode({"key": key}, ARRAY, question=key, secret=b"s")) for key in keys[100:])
+        assert store.left_out == sum(len(encode({"key": key}, ARRAY, question=key)) for key in keys[100:])
 
     assert found == [0, 100, 100, 100]
 
@@ -95,7 +92,7 @@ def test_a_limit_that_is_none_is_refused(text):
 
 def test_what_another_store_wrote_is_counted_before_a_64th_of_the_limit_is_added(tmp_path):
     array = {"a": np.full(1000, 0.1)}
-    size = len(encode({"key": "k" * 64}, array, question="k" * 64, secret=b"s"))
+    size = len(encode({"key": "k" * 64}, array, question="k" * 64))
     stores = [Store(tmp_path, limit=128 * size) for _ in range(2)]
 
     for index in range(201):
@@ -152,20 +149,13 @@ def test_what_may_not_be_removed_is_passed_over_when_room_is_made(tmp_path, monk
     assert [store.get(digit * 64) is not None for digit in "abcde"] == [True, False, False, True, True]
 
 
-def test_what_another_key_signed_is_not_believed(tmp_path, monkeypatch):
-    Store(tmp_path, secret=b"another's").put("a" * 64, {}, ARRAY)
-
-    with pytest.raises(DamagedEntryError, match="signature"):
-        Store(tmp_path, secret=b"ours").get("a" * 64)
-
-
 def test_an_entry_under_another_question_is_not_believed(tmp_path):
     store = Store(tmp_path)
     store.put("a" * 64, {}, ARRAY)
     store.path("b" * 64).parent.mkdir()
     store.path("a" * 64).rename(store.path("b" * 64))
 
-    with pytest.raises(DamagedEntryError, match="signature"):
+    with pytest.raises(DamagedEntryError, match="checksum"):
         store.get("b" * 64)
 
 
@@ -176,11 +166,11 @@ def test_an_entry_under_another_question_is_not_believed(tmp_path):
      '{"about": {}, "arrays": [["a", "<f8", "<f8", [9999999999, 9999999999, 99]]]}',
      '{"about": {}, "arrays": [["a", "none", "<f8", [1]]]}', '{"about": {}, "arrays": [[]]}'],
 )  # fmt: skip
-def test_whatever_cannot_be_read_under_a_good_signature_is_damage_and_no_traceback(header, tmp_path):
+def test_whatever_cannot_be_read_under_a_good_checksum_is_damage_and_no_traceback(header, tmp_path):
     store, key = Store(tmp_path), "a" * 64
-    parts = [len(header).to_bytes(entries.COUNT, "little"), header.encode()]
+    parts = [len(header).to_bytes(cache_store.COUNT, "little"), header.encode()]
     store.path(key).parent.mkdir(parents=True)
-    store.path(key).write_bytes(b"".join([entries.MAGIC, entries._signature(parts, key, usual_secret()), *parts]))
+    store.path(key).write_bytes(b"".join([cache_store.MAGIC, cache_store._checksum(parts, key), *parts]))
 
     with pytest.raises(DamagedEntryError):
         store.get(key)
@@ -207,16 +197,6 @@ def test_a_folder_that_others_may_write_is_not_used(mode, tmp_path):
     assert "others may write the cache" in (store.unused or "")
     assert store.get("a" * 64) is None
     assert not store.path("b" * 64).exists()
-
-
-def test_without_a_key_nothing_is_kept(tmp_path, monkeypatch):
-    monkeypatch.setenv(VARIABLE, "short")
-
-    store = Store(tmp_path)
-    store.put("a" * 64, {}, ARRAY)
-
-    assert "RAYPROOF_CACHE_KEY has 5 characters" in (store.unused or "")
-    assert store.items() == []
 
 
 def test_what_a_killed_process_began_to_write_goes_after_an_hour(tmp_path):

@@ -1,6 +1,5 @@
 """The reference cache's guard: the same question is answered from it, another one or a damaged entry is not."""
 
-import os
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -9,11 +8,10 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.cache.references import Question, Rendered, cached
-from rayproof.reports.cache.signing import SIZE
-from rayproof.reports.cache.store import Store
 from rayproof.reports.judge.self_test.known_answer import SCENE
-from rayproof.reports.run.guards import BrokenHarnessError
+from rayproof.reports.run.cache_store import Store
+from rayproof.reports.run.reference_cache import Question, Rendered, cached
+from tests.harness.guards import BrokenHarnessError
 
 HEIGHT, WIDTH = 3, 4
 
@@ -48,7 +46,7 @@ class _Known:
 def guard_cache() -> None:
     """Ask a cache of our own the same, other and damaged questions; raise BrokenHarnessError for a wrong answer."""
     with tempfile.TemporaryDirectory() as folder:
-        _ask_about(Store(Path(folder), secret=os.urandom(SIZE)))
+        _ask_about(Store(Path(folder)))
 
 
 def _ask_about(store: Store) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from rayproof.cases.placement import frontal_fovy
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import Stage
-from rayproof.reports.run.guards import BrokenHarnessError
+from tests.harness.guards import BrokenHarnessError
 
 WIDTH, HEIGHT, PIXEL, DEPTH = 9, 7, 0.25, 4.0  # px, px, and in m: a pixel's side on the floor, the eye's height
 SIZE = (HEIGHT, WIDTH)

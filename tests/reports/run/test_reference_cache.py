@@ -9,12 +9,10 @@ import pytest
 
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.cache import references
-from rayproof.reports.cache.entries import encode
-from rayproof.reports.cache.references import KeepingOracle, Question, cached
-from rayproof.reports.cache.signing import usual_secret
-from rayproof.reports.cache.store import Store, usual_folder
+from rayproof.reports.run import reference_cache
+from rayproof.reports.run.cache_store import Store, encode, usual_folder
 from rayproof.reports.run.messages import ReferenceTask
+from rayproof.reports.run.reference_cache import KeepingOracle, Question, cached
 from rayproof.reports.run.tasks.reference_task import heard
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
@@ -40,8 +38,8 @@ class Counting(Analytic):
 @pytest.fixture
 def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Store:
     """Return an empty store; whatever took any time is worth keeping."""
-    monkeypatch.setattr(references, "OPENING", 0.0)
-    monkeypatch.setattr(references, "READING", 1e18)
+    monkeypatch.setattr(reference_cache, "OPENING", 0.0)
+    monkeypatch.setattr(reference_cache, "READING", 1e18)
     return Store(tmp_path / "cache")
 
 
@@ -86,7 +84,7 @@ def test_anything_that_an_answer_depends_on_makes_another_question(store, monkey
     assert not ask(reference, store).cached
     monkeypatch.setattr(Counting, "version", lambda self: "another")
     assert not ask(reference, store).cached
-    monkeypatch.setattr(references, "code", lambda modules: "other code")
+    monkeypatch.setattr(reference_cache, "code", lambda: "other code")
     assert not ask(reference, store).cached
     assert ask(reference, store).cached
 
@@ -102,7 +100,7 @@ def test_a_damaged_entry_is_rendered_anew_and_told_of(store, harm):
             "altered": data[:-9] + b"\x01" + data[-8:],
             "cut short": data[: len(data) // 2],
             "emptied": b"",
-            "another's": encode({"key": "0" * 64}, {"a": np.zeros(3)}, question="0" * 64, secret=usual_secret()),
+            "another's": encode({"key": "0" * 64}, {"a": np.zeros(3)}, question="0" * 64),
         }[harm]
     )
 
@@ -127,8 +125,8 @@ def test_what_costs_less_to_render_than_to_read_is_not_kept(tmp_path):
 
 
 def test_a_cache_that_cannot_be_written_costs_a_note_and_nothing_else(tmp_path, monkeypatch):
-    monkeypatch.setattr(references, "OPENING", -1.0)
-    monkeypatch.setattr(references, "READING", 1e18)
+    monkeypatch.setattr(reference_cache, "OPENING", -1.0)
+    monkeypatch.setattr(reference_cache, "READING", 1e18)
     (tmp_path / "file").write_text("not a folder")
 
     found = ask(Counting(), Store(tmp_path / "file"))
@@ -157,8 +155,8 @@ def test_the_oracles_edges_are_kept_too(store):
 def test_a_reference_is_heard_from_the_cache_only_where_its_task_says_so(tmp_path, monkeypatch):
     monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path))
     assert usual_folder() == tmp_path
-    monkeypatch.setattr(references, "OPENING", -1.0)
-    monkeypatch.setattr(references, "READING", 1e18)
+    monkeypatch.setattr(reference_cache, "OPENING", -1.0)
+    monkeypatch.setattr(reference_cache, "READING", 1e18)
     task = ReferenceTask(scene=SCENE, samples=1)
 
     heard("analytic", Analytic(), task, independent=True)

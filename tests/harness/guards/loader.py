@@ -15,7 +15,7 @@ import numpy as np
 
 from rayproof.cases import placement, scene_json
 from rayproof.cases.scene import Matrix, Mesh
-from rayproof.reports.run.guards import BrokenHarnessError
+from tests.harness.guards import BrokenHarnessError
 
 VERTICES = np.array(
     (

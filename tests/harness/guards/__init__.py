@@ -29,15 +29,15 @@ def stand_guards() -> None:
     """
     from rayproof.reference import REFERENCES
     from rayproof.reports.judge.oracle import ORACLE
-    from rayproof.reports.run.guards.cache import guard_cache
-    from rayproof.reports.run.guards.importers import guard_importers
-    from rayproof.reports.run.guards.journal import guard_journal
-    from rayproof.reports.run.guards.judgements import guard_judgements
-    from rayproof.reports.run.guards.keys import guard_keys
-    from rayproof.reports.run.guards.ledgers import guard_ledgers
-    from rayproof.reports.run.guards.loader import guard_loader
-    from rayproof.reports.run.guards.oracle import guard_oracle
-    from rayproof.reports.run.guards.report import guard_report
+    from tests.harness.guards.cache import guard_cache
+    from tests.harness.guards.importers import guard_importers
+    from tests.harness.guards.journal import guard_journal
+    from tests.harness.guards.judgements import guard_judgements
+    from tests.harness.guards.keys import guard_keys
+    from tests.harness.guards.ledgers import guard_ledgers
+    from tests.harness.guards.loader import guard_loader
+    from tests.harness.guards.oracle import guard_oracle
+    from tests.harness.guards.report import guard_report
 
     guards: tuple[Callable[[], None], ...] = (
         guard_loader,

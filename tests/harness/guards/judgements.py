@@ -1,14 +1,12 @@
 """The memory's guard: a verdict is found again as it was kept, under exactly its own key, and unaltered."""
 
-import os
 import tempfile
 from pathlib import Path
 
-from rayproof.reports.cache import judgements
-from rayproof.reports.cache.signing import SIZE
-from rayproof.reports.cache.store import Store
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.guards import BrokenHarnessError
+from rayproof.reports.run import verdict_memory
+from rayproof.reports.run.cache_store import Store
+from tests.harness.guards import BrokenHarnessError
 
 _SCENE = "scenes/guard.json"
 _RECORD: CaseRecord = {
@@ -35,16 +33,16 @@ def _guard_entries(folder: Path, known: str, other: str) -> None:
     """Keep one verdict and ask for it by its key, by another one, and when it was altered."""
     (folder / "scenes").mkdir()
     (folder / _SCENE).write_text("{}")
-    store = Store(folder / "cache", secret=os.urandom(SIZE))
-    judgements.keep(store, known, folder, _RECORD)
-    found = judgements.recall(store, known)
+    store = Store(folder / "cache")
+    verdict_memory.keep(store, known, folder, _RECORD)
+    found = verdict_memory.recall(store, known)
     if found is None or found.record != _RECORD or found.files != {_SCENE: b"{}"}:
         raise BrokenHarnessError("the memory is broken: a verdict was not found as it was kept")
-    if judgements.recall(store, other) is not None:
+    if verdict_memory.recall(store, other) is not None:
         raise BrokenHarnessError("the memory is broken: a verdict was found for other answers")
     for item in store.items():
         data = bytearray(item.path.read_bytes())
         data[-1] ^= 1
         item.path.write_bytes(bytes(data))
-    if judgements.recall(store, known) is not None:
+    if verdict_memory.recall(store, known) is not None:
         raise BrokenHarnessError("the memory is broken: an altered verdict was believed")

@@ -1,4 +1,9 @@
-"""Questions as digests: scenes and other data, the code that answers, and the packages and processor beneath it."""
+"""Keys of the cache: scenes and other data as digests, with rayproof's sources, the packages and the processor.
+
+A key is everything that an answer depends on, as a dataclass with a field for each: a change of any of them is another
+question. To keep another kind of answer, declare a `Key` of its own and ask `cache_store` for it;
+`tests/harness/guards/keys.py` then wants a sample of the key, whose every field it changes.
+"""
 
 import hashlib
 import json
@@ -16,7 +21,6 @@ import numpy as np
 
 from rayproof import ROOT
 from rayproof.cases.scene import Mesh
-from rayproof.reports.cache.closure import closure
 
 # Whose numbers are in an answer or a verdict.
 PACKAGES = (
@@ -41,7 +45,7 @@ _COMPUTES = re.compile(r"(sse|ssse|avx|fma|f16c|bmi|amx|abm|popcnt|movbe|adx|gfn
 class Key:
     """All that one kind of kept answer depends on, field by field: a change of any is another question.
 
-    The harness's guards (`reports/run/guards/keys.py`) change one field after another and see another digest.
+    The harness's guards (`tests/harness/guards/keys.py`) change one field after another and see another digest.
     """
 
     code: str
@@ -81,29 +85,25 @@ def exact(value: Any) -> Any:
     return value
 
 
-@cache
-def content_digest(file: Path) -> str:
-    """Return the SHA-256 of a file's content, read once."""
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+def sources(*, tracer: bool) -> list[Path]:
+    """Return rayproof's own files whose content may decide an answer: sources, and data that they read."""
+    packages = ("cases", "reference", "reports", *(["tracer"] if tracer else []))
+    files = (file for package in packages for file in (ROOT / package).rglob("*"))
+    return sorted(file for file in files if file.suffix in (".py", ".json", ".ply"))
 
 
 @cache
-def _content(file: Path) -> bytes:
-    return file.relative_to(ROOT).as_posix().encode() + b"\0" + bytes.fromhex(content_digest(file))
+def code(*, tracer: bool = False) -> str:
+    """Return rayproof's version and the SHA-256 of its sources: whatever changes there may change an answer.
 
-
-@cache
-def code(modules: Sequence[str], *, without: Sequence[str] = ()) -> str:
-    """Return the SHA-256 of all files of ours that `modules` depend on, those in packages `without` left out.
-
-    Raises:
-        LookupError: there is no such module.
-
+    Without `tracer` its sources are left out: no reference can import them, and a verdict is only taken up again for
+    answers of the tracer that are equal to the last bit.
     """
     content = hashlib.sha256()
-    for file in closure(modules, without=without):
-        content.update(_content(file))
-    return content.hexdigest()
+    for file in sources(tracer=tracer):
+        content.update(file.relative_to(ROOT).as_posix().encode() + b"\0")
+        content.update(hashlib.sha256(file.read_bytes()).digest())
+    return f"rayproof {version('rayproof')} {content.hexdigest()}"
 
 
 @cache

@@ -14,7 +14,7 @@ import numpy as np
 
 from rayproof.cases.scene import Mesh
 from rayproof.reports.interchange import import_scene
-from rayproof.reports.run.guards import BrokenHarnessError
+from tests.harness.guards import BrokenHarnessError
 
 # A fan of thin triangles, an even number of them, that use vertices on either side of 2^15 and near the last one.
 COUNT = 33_000

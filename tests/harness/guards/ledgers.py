@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from rayproof.reports.results.outcomes import Outcome, exit_code, worst
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.guards import BrokenHarnessError
 from rayproof.reports.run.record import totals
+from tests.harness.guards import BrokenHarnessError
 
 
 def guard_ledgers() -> None:
