@@ -117,9 +117,9 @@ def run(
         Keep every renderer's images of every case, as EXR: the same as --keep-images all.
     keep_images
         Of which cases images are kept: `failed`, of those that did not pass; `sample:1%`, of such a share of the
-        others too; or `all`, every renderer's of every case, as EXR. Default: of a case that passed ours and the
-        independent references' in one compact file, without loss, of any other everything; of a run of more than 2000
-        cases sample:1%. What is left out the command in a case's record makes again.
+        others too; or `all`, every renderer's of every case, as EXR. Default: of a case that passed the
+        subject's and the oracle's in one compact file, without loss, of any other everything; of a run of more than
+        2000 cases sample:1%. What is left out the command in a case's record makes again.
     single_file
         Also write report.html: the whole report in one file.
     dry_run

@@ -38,6 +38,9 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
             written.append(write_pixels(images, pixels, renders, scene and scene["camera"]))
     if pixels is None and not keeps_images(case) and case["verdict"] == Outcome.PASS:
         notes.append("It passed, and this run keeps no images of such a case; its command makes them again.")
+    if pixels is not None and pixels == case.get("pixels") and case["verdict"] == Outcome.PASS:
+        command = f"`{case['reproduce']} --keep-images all`" if case.get("reproduce") else "--keep-images all"
+        notes.append(f"Of a case that passed a run keeps the images of two renderers; {command} keeps everybody's.")
     lights = case.get("lights")
     lights = lights if isinstance(lights, int) and 0 <= lights < 1000 else 0
     record = {

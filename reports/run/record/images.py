@@ -23,15 +23,18 @@ from rayproof.reports.subjects import TRACER, Subject
 def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str | None]:
     """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
 
-    Of a case that passed the first configuration and the independent witnesses are enough to look at, in one file an
-    eighth of the size; of a case that the run does not keep, none. Of any other every renderer may be the one to look
-    at, and where it did not merely warn with whatever reads EXR.
+    Of a case that passed the first configuration and the oracle are enough to look at, in one file; the independent
+    references where the oracle has no answer. Of a case that the run does not keep, none. Of any other every renderer
+    may be the one to look at, and where it did not merely warn with whatever reads EXR.
     """
     if not task.images.keeps(task.case.name, outcome):
         return {}, None
     everyone = task.images.full or outcome is not Outcome.PASS
     scene, candidates = task.case.scene, task.candidates if everyone else task.candidates[:1]
-    witnesses = [witness for witness in task.witnesses if everyone or witness.independent]
+    oracle = any(witness.name == ORACLE and witness.answers for witness in task.witnesses)
+    witnesses = [
+        witness for witness in task.witnesses if everyone or (witness.name == ORACLE if oracle else witness.independent)
+    ]
     parties = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in candidates]
     parties += [(one.name, well_shaped(scene, one).answers) for one in witnesses]
     renders = {

@@ -2,6 +2,7 @@
 
 import zlib
 from base64 import b64decode
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -53,7 +54,7 @@ def task(answered, tmp_path):
     return make
 
 
-def test_a_case_that_passed_keeps_ours_and_the_independent_in_one_file(task, answered, tmp_path):
+def test_a_case_that_passed_keeps_ours_and_the_oracle_s_in_one_file(task, answered, tmp_path):
     images, pixels = keep_images(task(), Outcome.PASS)
 
     assert images == {}
@@ -62,6 +63,18 @@ def test_a_case_that_passed_keeps_ours_and_the_independent_in_one_file(task, ans
     assert set(kept) == {"tracer-float32", "analytic"}
     normal = answered[1][Stage.NORMAL].astype(np.float32)
     assert kept["analytic"][Stage.NORMAL].tobytes() == normal.tobytes()
+
+
+@pytest.mark.parametrize("lost", [{"name": "mitsuba_scalar"}, {"answers": {}}], ids=["not asked", "no answer"])
+def test_without_the_oracle_it_keeps_the_independent_references(task, tmp_path, lost):
+    asked = task()
+    first, second = asked.witnesses
+    third = replace(first, name="embree")
+
+    _, pixels = keep_images(replace(asked, witnesses=(replace(first, **lost), second, third)), Outcome.PASS)
+
+    independent = {"embree", *([lost["name"]] if "name" in lost else [])}
+    assert set(read_pixels(tmp_path / pixels)) == {"tracer-float32"} | independent
 
 
 def test_a_case_that_warns_keeps_everybody_in_one_file(task, tmp_path):
