@@ -25,7 +25,7 @@ TABLE = "derivations"
 MEASUREMENTS: tuple[Literal["end_to_end", "continued"], ...] = ("end_to_end", "continued")
 # Of a measurement: left out where it is 0.
 COUNTS = (
-    "interior", "over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss",
+    "over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss",
     "nan", "inf", "flagged",
 )  # fmt: skip
 RENDERED = (("error", None), ("cached", False))  # usual of a render, and left out
@@ -109,7 +109,7 @@ def _checks(case: CaseRecord, because: Mapping[str, Any], table: list[str]) -> I
                 if name == "continued" and measured == {} and check["end_to_end"]:
                     measured = check[name] = check["end_to_end"].copy()
                 if isinstance(measured, dict):
-                    _complete(measured)
+                    _complete(measured, _pixels(case))
             whole = check["end_to_end"]
             if "ratio" not in check and isinstance(whole, dict):
                 check["ratio"] = whole.get("worst_ratio") or 0.0
@@ -137,7 +137,8 @@ def _without_the_usual(check: CheckRecord, pixels: int, because: int | None) -> 
                 continue
             if name == "end_to_end" and "ratio" in left and left["ratio"] == measured.get("worst_ratio"):
                 del left["ratio"]
-            left[name] = _terse(measured)
+            # None at all would be that of end to end.
+            left[name] = _terse(measured, pixels) or {"interior": measured["interior"]}
     examined = left.get("examined")
     if examined is None:
         left["examined"] = None
@@ -161,8 +162,10 @@ def _pixels(case: Mapping[str, Any]) -> int:
     return (case.get("width") or 0) * (case.get("height") or 0)
 
 
-def _terse(measured: MeasurementRecord) -> MeasurementRecord:
+def _terse(measured: MeasurementRecord, pixels: int) -> MeasurementRecord:
     left = measured.copy()
+    if left.get("interior") == pixels - left.get("edge", 0):  # of the image's `pixels`
+        del left["interior"]
     if left.get("worst_inside") == left.get("worst_ratio"):
         left.pop("worst_inside", None)
     for name in (*COUNTS, *NUMBERS):
@@ -173,7 +176,8 @@ def _terse(measured: MeasurementRecord) -> MeasurementRecord:
     return left
 
 
-def _complete(measured: MeasurementRecord) -> None:
+def _complete(measured: MeasurementRecord, pixels: int) -> None:
+    measured.setdefault("interior", pixels - measured.get("edge", 0))
     for name in COUNTS:
         measured.setdefault(name, 0)
     for name in NUMBERS:

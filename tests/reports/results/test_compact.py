@@ -11,7 +11,7 @@ from rayproof.reports.results.json_numbers import plain
 from rayproof.reports.results.records import schema
 
 MEASURED = {"worst_ratio": 0.5, "worst_inside": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": [3, 1]}
-MEASURED |= dict.fromkeys(COUNTS, 0) | {"edge": 3}
+MEASURED |= dict.fromkeys(COUNTS, 0) | {"edge": 3, "interior": 9}
 EXAMINED = {"pixels": 12, "strict": 12} | dict.fromkeys(KINDS, 0)
 CHECK = {
     "configuration": "float32", "reference": "analytic", "stage": "ray", "verdict": "pass", "reason": "", "ratio": 0.5,
@@ -76,6 +76,8 @@ def test_what_is_not_usual_is_written_and_read():
         CHECK | {"verdict": "fail", "reason": "it is off", "ratio": 2.0, "examined": counts},
         CHECK | {"stage": "object", "end_to_end": exact, "continued": exact, "ratio": 0},
         CHECK | {"stage": "normal", "end_to_end": MEASURED | {"worst_inside": 0.25, "nan": 1}, "continued": MEASURED},
+        CHECK | {"stage": "position", "end_to_end": MEASURED | {"interior": 0}},
+        CHECK | {"stage": "irradiance", "continued": exact | {"edge": 0, "interior": 12}},
         CHECK | {"stage": "distance", "continued": MEASURED | {"worst_ratio": "inf", "worst_inside": "nan"}},
         CHECK | {"stage": "camera", "end_to_end": None, "examined": EXAMINED | {"pixels": 78, "strict": 78}},
         CHECK | {"stage": "exitance", "examined": EXAMINED | {"pixels": 78, "strict": 0, "unexamined": 78}},

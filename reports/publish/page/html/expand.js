@@ -2,12 +2,12 @@
 (function (rayproof) {
   "use strict";
 
-  const COUNTS = ["interior", "over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss", "nan", "inf", "flagged"];
+  const COUNTS = ["over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss", "nan", "inf", "flagged"];
   const NUMBERS = ["worst_ratio", "worst_error", "limit", "ulp"];
   const KINDS = ["wide", "side", "interval", "epsilon", "wrong", "unexamined"];
 
   const zeros = (names) => Object.fromEntries(names.map((name) => [name, 0]));
-  const completed = (measured) => (measured ? { worst_inside: measured.worst_ratio || 0, ...zeros(COUNTS), ...zeros(NUMBERS), pixel: [0, 0], ...measured } : null);
+  const completed = (measured, pixels) => (measured ? { interior: pixels - (measured.edge || 0), worst_inside: measured.worst_ratio || 0, ...zeros(COUNTS), ...zeros(NUMBERS), pixel: [0, 0], ...measured } : null);
   // An empty one is the same as end to end.
   const continued = (check) => (check.continued && !Object.keys(check.continued).length ? check.end_to_end : check.continued);
 
@@ -36,7 +36,7 @@
     const pixels = (record.width || 0) * (record.height || 0);
     const checks = ungrouped(record.checks || [], because, pixels).map((check) => ({ reason: "", ratio: check.end_to_end?.worst_ratio || 0, ...check,
       because: typeof check.because === "number" ? derivations[check.because] || "" : check.because,
-      end_to_end: completed(check.end_to_end), continued: completed(continued(check)) }));
+      end_to_end: completed(check.end_to_end, pixels), continued: completed(continued(check), pixels) }));
     const adjudication = record.adjudication && Object.fromEntries(Object.entries(record.adjudication).map(([stage, matrix], _, [[, first]]) => [stage, square({
       ...("baseline" in first ? { baseline: first.baseline } : {}), ...("renderers" in first ? { renderers: first.renderers } : {}), ...matrix })]));
     const renders = record.renders && record.renders.map((render) => ({ error: null, cached: false, ...render }));
