@@ -79,7 +79,6 @@ def engaged(
                 subject=request.subject,
                 cached=request.cached,
                 patient=request.patient,
-                most=request.case_timeout,
                 sources=_sources(request.configurations),
             )
             limits = Limits(timeout=request.timeout, jobs=jobs, memory=request.worker_memory)

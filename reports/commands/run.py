@@ -11,7 +11,7 @@ from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.json_numbers import legible
-from rayproof.reports.run.cache_store import LIMIT_VARIABLE, limit_of, usual_limit
+from rayproof.reports.run.cache_store import usual_limit
 
 if TYPE_CHECKING:
     from rayproof.reports.gate.gating import Demanded
@@ -32,7 +32,6 @@ def run(
     require: Repeated = (),
     jobs: int | None = None,
     timeout: float | None = None,
-    case_timeout: float | None = None,
     worker_memory: float | None = None,
     configuration: Repeated = (),
     formula: Repeated = (),
@@ -42,8 +41,6 @@ def run(
     confine: bool = False,
     diagnose: Literal["auto", "off"] = "auto",
     cache: bool = True,
-    cache_limit: float | None = None,
-    full: bool = False,
     keep_images: str | None = None,
     single_file: bool = False,
     dry_run: bool = False,
@@ -85,8 +82,6 @@ def run(
     timeout
         Seconds that one render or one judgement may take; with --subject, one render of it. Default: 120, and more
         where a case is estimated to take longer for its size.
-    case_timeout
-        Seconds that a case may take: its renders, as they follow each other, and the judgement. Default: no limit.
     worker_memory
         GiB of memory that one worker process may have; one that takes more is ended, and its render or judgement is an
         error. Default: no limit.
@@ -109,12 +104,7 @@ def run(
         After a run with failures: put every known mistake to the test and name the one that explains them; or off.
     cache
         Take from the cache what references answered before, and what was found before of answers that are equal to
-        the last bit. The renderer under test always renders.
-    cache_limit
-        GiB that the cache may take; what the last two runs used does not go, and what has no room is not kept. Default:
-        RAYPROOF_CACHE_LIMIT, or 2. On a cluster every worker's machine has its own.
-    full
-        Keep every renderer's images of every case, as EXR: the same as --keep-images all.
+        the last bit. The renderer under test always renders. The cache takes RAYPROOF_CACHE_LIMIT GiB, or 2.
     keep_images
         Of which cases images are kept: `failed`, of those that did not pass; `sample:1%`, of such a share of the
         others too; or `all`, every renderer's of every case, as EXR. Default: of a case that passed the
@@ -161,8 +151,6 @@ def run(
     """
     if timeout is not None and not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
-    if case_timeout is not None and not case_timeout > 0:
-        raise UsageError(f"--case-timeout must be positive, got {case_timeout} s")
     if worker_memory is not None and not 0 < worker_memory < MOST_MEMORY:
         raise UsageError(f"--worker-memory must be positive and below {MOST_MEMORY:g}, got {worker_memory} GiB")
     if jobs is not None and jobs < 1:
@@ -188,12 +176,7 @@ def run(
     if least_coverage is not None and not 0 <= least_coverage <= 100:
         raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
     with told_in_one_line():
-        if cache_limit is not None:
-            limit_of(str(cache_limit), said_by="--cache-limit")
-            os.environ[LIMIT_VARIABLE] = str(cache_limit)  # for the workers, too
         usual_limit()
-    if full and keep_images not in (None, "all"):
-        raise UsageError(f"--full keeps all images, and --keep-images {keep_images} does not; ask for one")
     place = scheduler_at(scheduler, tls_ca, tls_cert, tls_key, insecure=insecure, wait=wait)
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
@@ -225,7 +208,7 @@ def run(
                 stream = SceneStream(scenes, tested)
             heard = panel(required, tested)
             demanded = gate_demands(expect, against, least_coverage)
-            kept = images_to_keep("all" if full else keep_images, cases=len(selectors if stream is None else stream))
+            kept = images_to_keep(keep_images, cases=len(selectors if stream is None else stream))
         request = RunRequest(
             selectors=selectors,
             scenes=stream,
@@ -237,7 +220,6 @@ def run(
             cached=cache,
             jobs=count,
             timeout=timeout,
-            case_timeout=case_timeout,
             worker_memory=float("inf") if worker_memory is None else worker_memory * 2**30,
             patient=patient,
             configurations=tuple(one.name for one in chosen),

@@ -54,7 +54,6 @@ class _Waiting:
     task: Any
     done: Callable[[Reply], None]  # who gets the reply
     seconds: float | None
-    most: Callable[[], float] | None
     large: bool
 
 
@@ -101,16 +100,14 @@ class Pool:
         *,
         first: bool = False,
         seconds: float | None = None,
-        most: Callable[[], float] | None = None,
         large: bool = False,
     ) -> None:
         """Queue a task for a worker of `kind`; `done` gets its reply. All `first` ones go, in turn, before others.
 
-        It may take `seconds`, if that is more than the pool's limit, but no more than `most` says when it starts.
-        A `large` one waits until no other large one runs.
+        It may take `seconds`, if that is more than the pool's limit. A `large` one waits until no other large one runs.
         """
         queue = self._urgent if first else self._waiting
-        queue.append(_Waiting(kind=kind, task=task, done=done, seconds=seconds, most=most, large=large))
+        queue.append(_Waiting(kind=kind, task=task, done=done, seconds=seconds, large=large))
 
     @property
     def busy(self) -> dict[str, float]:
@@ -207,11 +204,6 @@ class Pool:
             if one.kind in full or not (one.kind in sleeping or computing < self._jobs):
                 postponed.append(one)
                 continue
-            left = None if one.most is None else one.most()
-            if left is not None and left <= 0:
-                about = {"error": "no time is left for its case", "stopped": True}
-                one.done(Reply(value=None, trace=None, seconds=0.0, **about))
-                continue
             place = self._free_place(one.kind)
             if place is None:
                 full.add(one.kind)
@@ -223,7 +215,6 @@ class Pool:
             worker.done = one.done
             worker.large = one.large
             worker.limit = max(self._limit(one.kind), one.seconds or 0.0)
-            worker.limit = worker.limit if left is None else min(worker.limit, left)
             worker.started = time.monotonic()
             worker.deadline = worker.started + worker.limit
             try:

@@ -166,17 +166,14 @@ def usual_limit() -> int:
 
     """
     text = os.environ.get(LIMIT_VARIABLE)
-    return LIMIT if not text else limit_of(text, said_by=LIMIT_VARIABLE)
-
-
-def limit_of(text: str, *, said_by: str) -> int:
-    """Return a limit [bytes] of its text [GiB]; raise ValueError, which names `said_by`, if it is none."""
+    if not text:
+        return LIMIT
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not 0 < value <= MOST:
-        raise ValueError(f"{said_by} must be positive and at most {MOST:g} GiB, got {text}")
+        raise ValueError(f"{LIMIT_VARIABLE} must be positive and at most {MOST:g} GiB, got {text}")
     return int(value * 2**30)
 
 

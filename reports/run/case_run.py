@@ -53,8 +53,7 @@ class Renders:
 class CaseRun:
     """Collect a case's renders and have them judged; `finished` gets the record.
 
-    Each render, and the judgement, may take `seconds`, where that is more than the pool's own limit, and all together
-    `most` seconds: each step as long as the kind of worker that it keeps longest, waiting for a worker not counted.
+    Each render, and the judgement, may take `seconds`, where that is more than the pool's own limit.
     """
 
     def __init__(
@@ -71,7 +70,6 @@ class CaseRun:
         copies: tuple[tuple[str, str], ...] = (),
         images: KeptImages = EVERY_CASE,
         seconds: float | None = None,
-        most: float | None = None,
         finished: Callable[["CaseRun", CaseRecord], None],
     ) -> None:
         self.planned = planned
@@ -84,7 +82,6 @@ class CaseRun:
         self._copies = copies  # of the user's own formulas: their paths, and where they lie here
         self._own = own  # the user's own formulas, each with the SHA-256 of its file
         self._images = images
-        self._most, self._taken = most, 0.0  # s that the case may take, and that its steps so far did
         self._limit, self._large = seconds, is_large(planned.case.scene)
         # Candidate -> who renders it: what is under test.
         self._asked = dict.fromkeys(planned.configurations, subject)
@@ -103,16 +100,10 @@ class CaseRun:
             self._finished(self, end.value)
             return
         found: dict[str, Reply] = {}
-        took = dict.fromkeys((request.kind for request in requests.values()), 0.0)
-
-        def left() -> float:
-            return float(self._most or 0.0) - self._taken - max(took.values())
 
         def take(name: str, reply: Reply) -> None:
             found[name] = reply
-            took[requests[name].kind] += reply.seconds
             if len(found) == len(requests):
-                self._taken += max(took.values())
                 self._advance(steps, found)
 
         for name, request in requests.items():
@@ -120,7 +111,6 @@ class CaseRun:
             if seconds is not None and request.kind == PROGRAM:
                 seconds = 3 * seconds  # its own limit ends it, with a reason; it may be called twice
             about = {"first": request.first, "seconds": seconds, "large": self._large}
-            about["most"] = None if self._most is None else left
             self._pool.submit(request.kind, request.task, partial(take, name), **about)
         if not requests:
             self._advance(steps, found)

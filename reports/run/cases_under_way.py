@@ -39,7 +39,6 @@ class Terms:
     cached: bool  # what was answered and found before may be taken from the cache
     sources: tuple[Source, ...] = ()  # the user's own formulas, for machines that have not got them
     copies: tuple[tuple[str, str], ...] = ()  # there: the path of each, and where it lies
-    most: float | None = None  # s that one case may take
     patient: bool  # a case whose size is estimated to take longer than the pool's limit has longer
 
 
@@ -96,7 +95,6 @@ class CasesUnderWay:
             copies=self._terms.copies,
             images=demands.images,
             seconds=seconds,
-            most=self._terms.most,
             finished=self._done,
         )
 

@@ -22,7 +22,6 @@ class RunRequest:
     require: tuple[str, ...]  # references whose "unsupported" counts as a failure
     jobs: int  # worker processes at once
     timeout: float  # s, for one render or one judgement
-    case_timeout: float | None = None  # s, for all renders and the judgement of a case
     worker_memory: float = float("inf")  # bytes of a worker process
     configurations: tuple[str, ...]
     json: Path | None  # where to copy results.json

@@ -121,7 +121,7 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     conclude(request, results, why, console)
     if store is not None and (left_out := store.left_out):
         full = f"the cache is full, at {store.limit / 2**30:.3g} GiB: {left_out / 2**30:.3g} GiB found no room"
-        console.print(f"{full}; --cache-limit gives it more", soft_wrap=True)
+        console.print(f"{full}; RAYPROOF_CACHE_LIMIT gives it more", soft_wrap=True)
     if stopped is not None:
         console.print(legible(f"stopped: {stopped}"), style="bold red", soft_wrap=True, markup=False)
         return NOT_MEASURED

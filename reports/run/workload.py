@@ -99,7 +99,6 @@ def render_and_judge(
                     subject=request.subject,
                     cached=store is not None,
                     patient=request.patient,
-                    most=request.case_timeout,
                 )
                 under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=recording.finished)
                 while len(recording.done) < len(planned) and calls.hopeless is None:

@@ -77,12 +77,10 @@ REQUEST = RunRequest(
 HOW = (
     "selectors",
     "scenes",
-    "case_timeout",
     "worker_memory",
     "shard",
     "out",
     "resume",
-    "changed",
     "jobs",
     "timeout",
     "json",

@@ -1,6 +1,5 @@
 """`rayproof run` hands the suite exactly what was asked for."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -86,13 +85,3 @@ def test_the_default_is_the_whole_suite_into_report(
     assert asked[0].out == Path("report")
     assert asked[0].jobs >= 1
     assert not asked[0].resume
-
-
-@pytest.mark.process
-def test_a_case_without_time_is_an_error_that_says_so(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("run", "primitives/sphere", "--case-timeout", 0.001, "--out", tmp_path, "--jobs", 1)
-
-    (case,) = json.loads((tmp_path / "results.json").read_text())["cases"]
-    assert ended.code == 3
-    assert case["verdict"] == "error"
-    assert "no time is left for its case" in case["reason"]

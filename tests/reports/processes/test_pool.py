@@ -314,18 +314,6 @@ def test_a_worker_that_takes_too_much_memory_is_ended_and_the_next_task_has_anot
     assert after.value == ("a", "after")
 
 
-def test_a_task_whose_case_has_no_time_left_is_not_begun_and_one_that_has_little_gets_no_more():
-    pool = Pool(jobs=1, timeout=50.0, target=obey)
-    left = iter((0.0, 0.5, 40.0))
-
-    none, little, enough = pooled(pool, "die", "hang", "after", most=lambda: next(left))
-
-    assert none.error == "no time is left for its case"
-    assert little.error == "no answer within 0.5 s; stopped"
-    assert little.stopped
-    assert enough.value == ("a", "after")
-
-
 def test_a_worker_that_has_done_many_tasks_is_replaced(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("rayproof.reports.processes.pool.LOOKED_AT", 2)
     monkeypatch.setattr("rayproof.reports.processes.pool.MOST_TASKS", 4)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rayproof.reports.run import cache_store
-from rayproof.reports.run.cache_store import DamagedEntryError, Store, encode, limit_of
+from rayproof.reports.run.cache_store import DamagedEntryError, Store, encode, usual_limit
 
 ARRAY = {"a": np.full(1000, 0.1)}
 SIZE = len(encode({"key": "k" * 64}, ARRAY, question="k" * 64))
@@ -85,9 +85,10 @@ def test_what_all_processes_left_out_is_added_up(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "much"])
-def test_a_limit_that_is_none_is_refused(text):
-    with pytest.raises(ValueError, match=f"--cache-limit must be positive and at most 8.58993e[+]09 GiB, got {text}"):
-        limit_of(text, said_by="--cache-limit")
+def test_a_limit_that_is_none_is_refused(text, monkeypatch):
+    monkeypatch.setenv("RAYPROOF_CACHE_LIMIT", text)
+    with pytest.raises(ValueError, match=f"CACHE_LIMIT must be positive and at most 8.58993e[+]09 GiB, got {text}"):
+        usual_limit()
 
 
 def test_what_another_store_wrote_is_counted_before_a_64th_of_the_limit_is_added(tmp_path):
