@@ -19,7 +19,7 @@ GUARDED = [
 # The judge's own take a second each; the audit plants them all.
 JUDGE = (
     "edges_excused",
-    "limit_times_1000",
+    "limit_times_10",
     "nan_passes",
     "stage_not_planned",
     "reference_never_suspect",

@@ -92,22 +92,6 @@ def broadcast() -> Iterator[None]:
         yield
 
 
-@FAULTS.register("judge/calibration_times_1000", where="judge", stage=None)
-@contextmanager
-def calibration_times_1000() -> Iterator[None]:
-    """Give every reference a constant of 1000.
-
-    The references' constants multiplied by 1000.
-    """
-    right = calibration.calibration
-
-    def wrong(reference: str) -> Any:
-        return replace(right(reference), factor=1000.0)
-
-    with replaced(right, wrong):
-        yield
-
-
 @FAULTS.register("judge/camera_limit_times_1000", where="judge", stage=None)
 @contextmanager
 def camera_limit_times_1000() -> Iterator[None]:
@@ -149,12 +133,6 @@ def red_ignored() -> AbstractContextManager[None]:
     return _not_compared(LIGHT, slice(0, 1))
 
 
-@FAULTS.register("judge/green_ignored", where="judge", stage=None)
-def green_ignored() -> AbstractContextManager[None]:
-    """Leave green out."""
-    return _not_compared(LIGHT, slice(1, 2))
-
-
 @FAULTS.register("judge/first_light_only", where="judge", stage=None)
 def first_light_only() -> AbstractContextManager[None]:
     """Compare the visibility of the first light alone."""
@@ -172,22 +150,6 @@ def closed_forms_ignored() -> Iterator[None]:
 
     def wrong(*arguments: Any) -> list[Any]:
         return []
-
-    with replaced(right, wrong):
-        yield
-
-
-@FAULTS.register("judge/continued_limit_times_1000", where="judge", stage=None)
-@contextmanager
-def continued_limit_times_1000() -> Iterator[None]:
-    """Scale one kind of limit by 1000.
-
-    The limits of exitance and radiance given the stage before multiplied by 1000.
-    """
-    right = limits.continued_light_limit
-
-    def wrong(*arguments: Any) -> Any:
-        return 1000 * right(*arguments)
 
     with replaced(right, wrong):
         yield
@@ -391,21 +353,6 @@ def light_at_edges_excused() -> Iterator[None]:
         return Held(good=where, interval=np.zeros_like(where))
 
     with altered(Bench, "_lit", wrong):
-        yield
-
-
-@FAULTS.register("judge/limit_times_1000", where="judge", stage=None)
-@contextmanager
-def limit_times_1000() -> Iterator[None]:
-    """Scale the unit roundoff by 1000.
-
-    Every limit multiplied by 1000.
-    """
-
-    def wrong(roundoff: Any, count: float) -> float:
-        return 1000 * roundoff.scale * gamma(count, precision=roundoff.precision)
-
-    with altered(limits.Roundoff, "__call__", wrong):
         yield
 
 
