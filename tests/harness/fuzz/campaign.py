@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rayproof import ROOT
 from tests.harness.fuzz.mutations import mutated
 from tests.harness.fuzz.targets import TARGETS, Target
 
@@ -119,12 +120,10 @@ def read_once(target: Target, place: Path, content: bytes, figures: Figures) -> 
 @contextmanager
 def _limited() -> Iterator[None]:
     """Limit the memory of this process and watch what it opens, for the block."""
-    from importlib import resources
-
     if not _watch.allowed:
         sys.addaudithook(_audit)
-        own = str(Path(str(resources.files("rayproof"))).parent)
-        _watch.allowed = (sys.prefix, sys.base_prefix, own, "/proc/", "/dev/null", "/sys/", "/usr/", "/lib")
+        own = [f"{ROOT}/{name}/" for name in ("cases", "python", "reference", "reports", "tests", "tracer")]
+        _watch.allowed = (sys.prefix, sys.base_prefix, *own, "/proc/", "/dev/null", "/sys/", "/usr/", "/lib")
     try:
         import resource
 
