@@ -16,6 +16,7 @@ import psutil
 from rayproof import HOLDER
 from rayproof.cases.scene_json import save_scene
 from rayproof.reports.processes.process_tree import adopt_orphans, descendants
+from rayproof.reports.results.compact import expand
 from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run import cache_store
 from rayproof.reports.run.engine.vetting import LIFETIME
@@ -237,7 +238,9 @@ class Site:
 
     def document(self, out: Path, name: str = "results.json") -> RunRecord:
         """Return a run's results."""
-        return json.loads((out / name).read_text(encoding="utf-8"))
+        results: RunRecord = json.loads((out / name).read_text(encoding="utf-8"))
+        expand(results)
+        return results
 
 
 def _verdict(case: CaseRecord) -> list[str | list[list[str]]]:
