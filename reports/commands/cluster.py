@@ -15,31 +15,17 @@ if TYPE_CHECKING:
     from rayproof.reports.run.engine.dispatch import Dispatch
     from rayproof.reports.run.request import RunRequest
 
-LONGEST_WAIT = 7 * 86400.0  # s
 
-
-def scheduler_at(
-    address: str | None,
-    authority: Path | None,
-    certificate: Path | None,
-    key: Path | None,
-    *,
-    insecure: bool,
-    wait: float,
-) -> "Place | None":
+def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
     """Return where a cluster is that does the work, or None for this machine.
 
     Raises:
         UsageError: no cluster can be meant by this.
 
     """
-    if not 0 < wait <= LONGEST_WAIT:
-        raise UsageError(f"--wait must be positive and at most {LONGEST_WAIT:g} s, got {wait:g} s")
-    files = {"--tls-ca": authority, "--tls-cert": certificate, "--tls-key": key}
-    given = [option for option, file in files.items() if file is not None]
     if address is None:
-        if given or insecure:
-            raise UsageError(f"{(*given, '--insecure')[0]} is for a cluster, which --scheduler names")
+        if tls is not None:
+            raise UsageError("--tls is for a cluster, which --scheduler names")
         return None
     from importlib.util import find_spec
 
@@ -47,19 +33,13 @@ def scheduler_at(
         raise UsageError("--scheduler needs Dask distributed, which is not installed: pip install 'rayproof[dask]'")
     from rayproof.reports.run.engine.cluster import Credentials, Place, checked
 
-    if given and len(given) < len(files):
-        lacking = next(option for option in files if option not in given)
-        raise UsageError(f"--tls-ca, --tls-cert and --tls-key belong together, and {lacking} is not there")
-    credentials = None
-    if authority is not None and certificate is not None and key is not None:
-        credentials = Credentials(authority=authority, certificate=certificate, key=key)
     with told_in_one_line():
-        return checked(Place(address=address, credentials=credentials, insecure=insecure))
+        return checked(Place(address=address, credentials=None if tls is None else Credentials(folder=tls)))
 
 
 @contextmanager
 def engaged(
-    place: "Place", request: "RunRequest", references: tuple[str, ...], *, jobs: int | None, wait: float
+    place: "Place", request: "RunRequest", references: tuple[str, ...], *, jobs: int | None
 ) -> Iterator["Dispatch"]:
     """Yield a cluster's workers that may have the request's cases; they end what they do for it with the block.
 
@@ -82,7 +62,7 @@ def engaged(
                 sources=_sources(request.configurations),
             )
             limits = Limits(timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
-            workers = stack.enter_context(dispatch(place, terms, limits, wait=wait, tell=_tell))
+            workers = stack.enter_context(dispatch(place, terms, limits, tell=_tell))
         yield workers
 
 

@@ -53,11 +53,7 @@ def run(
     seed: int | None = None,
     scenes: Path | None = None,
     scheduler: str | None = None,
-    tls_ca: Path | None = None,
-    tls_cert: Path | None = None,
-    tls_key: Path | None = None,
-    insecure: bool = False,
-    wait: float = 60.0,
+    tls: Path | None = None,
 ) -> int:
     """Judge the tracer or another renderer on cases or scene files; write a report.
 
@@ -137,16 +133,9 @@ def run(
         Where a cluster does the work: tls://HOST:PORT of a Dask scheduler, or local:N for one of N workers on this
         machine. Needs rayproof[dask]. --jobs is then each worker's, by default as many as its machine has processors;
         of local:N each has its share.
-    tls_ca
-        The certificate (PEM) of the authority that the scheduler's certificate and ours are from.
-    tls_cert
-        Our certificate (PEM), which the scheduler asks for.
-    tls_key
-        Its key (PEM).
-    insecure
-        Allow tcp://HOST:PORT: in plain text, where anybody who reaches the scheduler owns this process and all workers.
-    wait
-        Seconds to wait for a worker that may have work.
+    tls
+        With tls://HOST:PORT: the folder with the certificates that both ends show: ca.pem (of the authority), cert.pem
+        and key.pem (ours).
 
     """
     if timeout is not None and not timeout > 0:
@@ -177,7 +166,7 @@ def run(
         raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
     with told_in_one_line():
         usual_limit()
-    place = scheduler_at(scheduler, tls_ca, tls_cert, tls_key, insecure=insecure, wait=wait)
+    place = scheduler_at(scheduler, tls)
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
     from rayproof.reports.processes.scratch import scratch
@@ -232,7 +221,7 @@ def run(
         cluster = None
         if place is not None and not dry_run:  # before anything is written
             share = max(1, count // place.local) if place.local else jobs
-            cluster = engine.enter_context(engaged(place, request, heard.names, jobs=share, wait=wait))
+            cluster = engine.enter_context(engaged(place, request, heard.names, jobs=share))
         with told_in_one_line():
             if not dry_run:
                 own(out)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from distributed import Future as TaskFuture
 
 LOCAL = "local:"
-SCHEMES = ("tls://", "tcp://")
+SCHEME = "tls://"
 CONNECTING = 10.0  # s within which a scheduler answers
 MOST_LOCAL = 64  # workers of a cluster on this machine
 LOOK = 1.0  # s between looks at which workers there are
@@ -49,11 +49,24 @@ class ClusterError(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class Credentials:
-    """Files in PEM: the authority's certificate, and this end's own with its key."""
+    """A folder with files in PEM: the authority's certificate, and this end's own with its key."""
 
-    authority: Path
-    certificate: Path
-    key: Path
+    folder: Path
+
+    @property
+    def authority(self) -> Path:
+        """Return the authority's certificate."""
+        return self.folder / "ca.pem"
+
+    @property
+    def certificate(self) -> Path:
+        """Return this end's certificate."""
+        return self.folder / "cert.pem"
+
+    @property
+    def key(self) -> Path:
+        """Return the key of this end's certificate."""
+        return self.folder / "key.pem"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +75,6 @@ class Place:
 
     address: str  # "local:N", or "tls://HOST:PORT"
     credentials: Credentials | None = None
-    insecure: bool = False  # plain text is wanted
 
     @property
     def local(self) -> int:
@@ -96,58 +108,48 @@ def checked(place: Place) -> Place:
         number = address.removeprefix(LOCAL)
         if not number.isascii() or not number.isdigit() or not 1 <= int(number) <= MOST_LOCAL:
             raise ClusterError(f"--scheduler {address}: local:N starts N workers, from 1 to {MOST_LOCAL}")
-        if place.credentials is not None or place.insecure:
-            raise ClusterError(
-                f"--scheduler {address} makes its own certificates; --tls-* and --insecure are for others"
-            )
-        return place
-    if not address.startswith(SCHEMES) or ":" not in address.removeprefix(address[:6]):
-        raise ClusterError(f"--scheduler {address}: an address is tls://HOST:PORT, or local:N for N workers here")
-    if address.startswith("tcp://"):
-        if not place.insecure:
-            raise ClusterError(
-                f"--scheduler {address}: in plain text anybody who reaches it owns every worker and this process; "
-                "use tls://, or say --insecure"
-            )
         if place.credentials is not None:
-            raise ClusterError(f"--scheduler {address}: --tls-ca, --tls-cert and --tls-key are for tls://")
+            raise ClusterError(f"--scheduler {address} makes its own certificates; --tls is for others")
         return place
-    if place.insecure:
-        raise ClusterError(f"--scheduler {address}: --insecure is for tcp://")
+    if not address.startswith(SCHEME) or ":" not in address.removeprefix(SCHEME):
+        raise ClusterError(
+            f"--scheduler {address}: an address is tls://HOST:PORT, or local:N for N workers here; in plain text "
+            "anybody who reaches it owns every worker and this process"
+        )
     if place.credentials is None:
-        raise ClusterError(f"--scheduler {address}: --tls-ca, --tls-cert and --tls-key are needed, all three")
+        raise ClusterError(f"--scheduler {address}: --tls names the folder with ca.pem, cert.pem and key.pem")
     _check(place.credentials)
     return place
 
 
 def _check(credentials: Credentials) -> None:
     """Raise ClusterError for files that are no certificates, or no longer any."""
-    options = (("--tls-ca", credentials.authority), ("--tls-cert", credentials.certificate))
-    for option, path in (*options, ("--tls-key", credentials.key)):
+    certificates = (credentials.authority, credentials.certificate)
+    for path in (*certificates, credentials.key):
         try:
             path.read_bytes()
         except OSError as error:
-            raise ClusterError(f"{option} {path}: {error.strerror}") from None
-    for option, path in options:
-        until = _valid_until(option, path)
+            raise ClusterError(f"--tls: {path}: {error.strerror}") from None
+    for path in certificates:
+        until = _valid_until(path)
         if until < datetime.now(UTC):
-            raise ClusterError(f"{option} {path}: the certificate expired on {until:%Y-%m-%d}")
+            raise ClusterError(f"--tls: {path}: the certificate expired on {until:%Y-%m-%d}")
     try:
         context = ssl.create_default_context(ssl.Purpose.SERVER_AUTH, cafile=str(credentials.authority))
         context.load_cert_chain(credentials.certificate, credentials.key)
     except (ssl.SSLError, OSError) as error:
         raise ClusterError(
-            f"--tls-cert {credentials.certificate} and --tls-key {credentials.key} do not belong together: {error}"
+            f"--tls: {credentials.certificate} and {credentials.key} do not belong together: {error}"
         ) from None
 
 
-def _valid_until(option: str, path: Path) -> datetime:
+def _valid_until(path: Path) -> datetime:
     from cryptography import x509
 
     try:
         return x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
     except ValueError:
-        raise ClusterError(f"{option} {path}: is no certificate in PEM") from None
+        raise ClusterError(f"--tls: {path}: is no certificate in PEM") from None
 
 
 class Cluster:
@@ -317,7 +319,7 @@ def written_credentials(folder: Path) -> Credentials:
     from distributed import Security
 
     made: Any = Security.temporary()
-    files = Credentials(authority=folder / "authority.pem", certificate=folder / "own.pem", key=folder / "own-key.pem")
+    files = Credentials(folder=folder)
     files.authority.write_text(made.tls_ca_file)
     files.certificate.write_text(made.tls_client_cert)
     files.key.write_text(made.tls_client_key)
@@ -392,14 +394,12 @@ def _why(error: BaseException, address: str = "") -> str:
     if "expired" in text:
         return "the scheduler's certificate has expired"
     if "CERTIFICATE_VERIFY_FAILED" in text or "certificate verify failed" in text:
-        return "the scheduler's certificate is not of the authority that --tls-ca names"
+        return "the scheduler's certificate is not of the authority that --tls names"
     if "alert" in text.lower() and "ca" in text.lower():
-        return "the scheduler does not take the certificate that --tls-cert names"
+        return "the scheduler does not take the certificate that --tls names"
     if "EOF occurred in violation of protocol" in text:
         # The alert that says why can be lost when the other side closes at once.
-        return (
-            "the scheduler ended the connection, as it does if it does not take the certificate that --tls-cert names"
-        )
+        return "the scheduler ended the connection, as it does if it does not take the certificate that --tls names"
     if "refused" in text.lower() or _refuses(address):
         return "nobody listens there"
     if "timed out" in text.lower() or isinstance(error, TimeoutError):

@@ -29,6 +29,7 @@ from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record.unjudged import unjudged
 from rayproof.reports.run.size import estimate
 
+WAIT = 60.0  # s for a worker that may have work
 WINDOW = 2  # batches on their way to a worker: one that it does, and one that waits there
 WORK = 4.0  # s that a worker has with a batch
 LOSSES = 2  # workers that a case alone may cost
@@ -278,20 +279,18 @@ class Dispatch:
 
 
 @contextmanager
-def dispatch(
-    place: Place, terms: Terms, limits: Limits, *, wait: float, tell: Callable[[str], None]
-) -> Iterator[Dispatch]:
+def dispatch(place: Place, terms: Terms, limits: Limits, *, tell: Callable[[str], None]) -> Iterator[Dispatch]:
     """Yield what hands out a run's cases at a place, once a worker is there that may have them.
 
     Raises:
-        ClusterError: the cluster cannot be used, or has no worker within `wait` seconds that would find the same.
+        ClusterError: the cluster cannot be used, or has no worker within `WAIT` seconds that would find the same.
 
     """
     choose_packaged_llvm()
     with reached(place) as cluster:
         vetting = Vetting(cluster, terms, limits, tell=tell)
-        vetting.wait(wait)
-        found = Dispatch(cluster, terms, limits, vetting, patience=wait)
+        vetting.wait(WAIT)
+        found = Dispatch(cluster, terms, limits, vetting, patience=WAIT)
         try:
             yield found
         finally:

@@ -88,7 +88,7 @@ class Vetting:
                 more = f", and {len(self.refused) - 1} more like it" if len(self.refused) > 1 else ""
                 raise ClusterError(f"--scheduler: no worker may have work: {first['id']}: {first['why']}{more}")
             if time.monotonic() > until:
-                raise ClusterError(f"--scheduler: no worker came within {seconds:g} s (--wait)")
+                raise ClusterError(f"--scheduler: no worker came within {seconds:g} s")
 
     def look(self, there: Mapping[str, WorkerState]) -> list[Worker]:
         """Take up which workers there are, ask new ones what they are, and return those that have gone."""

@@ -114,7 +114,7 @@ def _beside(scheduler: str, counts: list[int], json: Path | None) -> None:
     from rayproof.reports.commands.cluster import scheduler_at
     from tests.benchmarks.growth.measuring import SuiteCost, beside_a_cluster, cluster_ratios
 
-    place = scheduler_at(scheduler, None, None, None, insecure=False, wait=60.0) if "://" not in scheduler else None
+    place = scheduler_at(scheduler, None) if "://" not in scheduler else None
     if place is None:
         raise UsageError(f"--scheduler is local:N here, whose processor time can be measured; got {scheduler}")
     rows: list[SuiteCost] = []

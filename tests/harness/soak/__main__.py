@@ -22,7 +22,6 @@ from tests.harness.soak.scenarios import SCENARIOS, Outcome
 from tests.harness.soak.site import Site, Tally
 
 MOST_CASES = 2000  # above which a run writes no results.json
-USUAL_WAIT = 60.0  # s
 FIGURES = ("planned", "recorded", "twice", "wrong", "hung", "tracebacks", "processes_left", "folders_left")
 
 
@@ -104,7 +103,7 @@ def soak(
         raise UsageError(f"--cases must be from 1 to {MOST_CASES}, got {cases}")
     if scheduler is not None and not scheduler.startswith("local:"):
         raise UsageError(f"--scheduler {scheduler}: a soak kills workers, so that it takes only its own: local:N")
-    place = scheduler_at(scheduler, None, None, None, insecure=False, wait=USUAL_WAIT)
+    place = scheduler_at(scheduler, None)
     if os.name != "posix":
         raise UsageError("a soak needs the signals of POSIX")
     if json is not None:

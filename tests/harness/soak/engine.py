@@ -35,8 +35,7 @@ class Engine:
         self._address = self._told(where)
         self._workers = [self._worker() for _ in range(workers)]
         self.words = (
-            "--scheduler", self._address, "--tls-ca", str(files.authority), "--tls-cert", str(files.certificate),
-            "--tls-key", str(files.key),
+            "--scheduler", self._address, "--tls", str(files.folder),
         )  # fmt: skip
 
     @property

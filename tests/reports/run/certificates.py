@@ -8,6 +8,8 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
+FILES = ("ca.pem", "cert.pem", "key.pem")
+
 
 class Authority:
     """An authority of a test, whose files lie in a folder."""
@@ -48,3 +50,11 @@ class Authority:
             )
         )
         return files
+
+    def folder(self, name: str, *, days: float = 1.0) -> Path:
+        """Return a folder with ca.pem, and with cert.pem and key.pem of a certificate valid for so many days."""
+        folder = self._folder / f"{self._name}-{name}"
+        folder.mkdir()
+        for source, copy in zip((self.file, *self.vouched(name, days=days)), FILES, strict=True):
+            (folder / copy).write_bytes(source.read_bytes())
+        return folder

@@ -340,8 +340,10 @@ def test_a_scheduler_that_hangs_is_not_waited_for_forever(tmp_path: Path) -> Non
     about = (*scenes(tmp_path, 9), "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
     with site(tmp_path / "site") as cluster:
         cluster.worker()
-        at = ("--scheduler", cluster.address, *cluster.tls, "--wait", 20)
-        with started(tmp_path, *about, *at, settings={"dispatch.LIFETIME": 5.0, "waiting.LARGEST": 2}) as process:
+        at = ("--scheduler", cluster.address, *cluster.tls)
+        with started(
+            tmp_path, *about, *at, settings={"dispatch.LIFETIME": 5.0, "dispatch.WAIT": 20.0, "waiting.LARGEST": 2}
+        ) as process:
             assert eventually(lambda: kept(tmp_path / "out"))
             cluster.scheduler.send_signal(signal.SIGSTOP)
             printed, complaint = process.communicate(timeout=120)

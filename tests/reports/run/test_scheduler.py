@@ -103,7 +103,7 @@ class Site:
         self.folder = folder
         folder.mkdir()
         self.authority = Authority(folder)
-        self.tls = ("--tls-ca", self.authority.file, *self._pair("client", "--tls-cert", "--tls-key"))
+        self.tls = ("--tls", self.authority.folder("client"))
         self._processes: list[subprocess.Popen[bytes]] = []
         self.scheduler = self._started(
             "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", folder / "where"
@@ -188,7 +188,7 @@ def test_who_shows_no_certificate_is_kept_out_and_so_is_plain_text(lonely: Site,
     assert said(somebody) != b""
     assert said(nobody) == b""
     assert said(None) == b""
-    plain = ran("primitives/sphere", "--out", tmp_path / "out", "--scheduler", f"tcp://{host}:{port}", "--insecure")
+    plain = ran("primitives/sphere", "--out", tmp_path / "out", "--scheduler", f"tcp://{host}:{port}")
     assert plain.returncode == 2
     assert not (tmp_path / "out").exists()
 
@@ -212,36 +212,40 @@ def test_a_cluster_of_this_machine_tells_nobody_anything_in_plain_text() -> None
 
 def bad(lonely: Site, tmp_path: Path, what: str) -> tuple[tuple[object, ...], str]:
     """Return options, and what the line says about them."""
-    other = Authority(tmp_path, "other")
-    key = other.vouched("wrong")
-    expired = lonely.authority.vouched("expired", days=-1.0)
     at = ("--scheduler", lonely.address)
-    ours = ("--tls-ca", lonely.authority.file)
-    with_tls = (*at, *lonely.tls)
+    other = Authority(tmp_path, "other")
+    mixed = {
+        "absent file": ("cert.pem", None),
+        "not PEM": ("cert.pem", "key.pem"),
+        "another's key": ("key.pem", "key.pem"),
+        "another authority": ("ca.pem", "ca.pem"),
+    }
+    if what in mixed:
+        folder, (name, theirs) = lonely.authority.folder(what.replace(" ", "-").replace("'", "")), mixed[what]
+        source = folder if what == "not PEM" else other.folder("wrong")
+        (folder / name).unlink() if theirs is None else (folder / name).write_bytes((source / theirs).read_bytes())
+        said = {"absent file": "No such file", "not PEM": "no certificate", "another's key": "do not belong together"}
+        return (*at, "--tls", folder), said.get(what, "--tls")
+    if what == "another's certificate":
+        folder = other.folder("stranger")
+        (folder / "ca.pem").write_bytes(lonely.authority.file.read_bytes())
+        return (*at, "--tls", folder), "--tls"
+    if what == "expired":
+        return (*at, "--tls", lonely.authority.folder("expired", days=-1.0)), "expired on"
     return {
-        "plain text": (("--scheduler", "tcp://127.0.0.1:1"), "--insecure"),
-        "no certificate": (at, "all three"),
-        "half of a certificate": ((*at, *ours), "--tls-cert"),
-        "expired": ((*at, *ours, "--tls-cert", expired[0], "--tls-key", expired[1]), "expired on"),
-        "absent file": ((*at, *ours, "--tls-cert", tmp_path / "none", "--tls-key", key[1]), "No such file"),
-        "not PEM": ((*at, *ours, "--tls-cert", key[1], "--tls-key", key[1]), "no certificate"),
-        "another's key": ((*at, *lonely.tls[:4], "--tls-key", key[1]), "do not belong together"),
-        "another authority": ((*at, "--tls-ca", other.file, *lonely.tls[2:]), "--tls-ca"),
-        "another's certificate": ((*at, *ours, "--tls-cert", key[0], "--tls-key", key[1]), "--tls-cert"),
+        "plain text": (("--scheduler", "tcp://127.0.0.1:1"), "in plain text"),
+        "no certificate": (at, "--tls names the folder"),
         "nobody there": (("--scheduler", "tls://127.0.0.1:1", *lonely.tls), "nobody listens"),
-        "no worker": ((*with_tls, "--wait", "2"), "no worker came within 2 s"),
-        "no wait": ((*with_tls, "--wait", "0"), "--wait must be positive"),
+        "no worker": ((*at, *lonely.tls), "no worker came within 2 s"),
         "no address": (("--scheduler", "127.0.0.1"), "tls://HOST:PORT"),
         "no workers": (("--scheduler", "local:0"), "from 1 to"),
-        "no scheduler": (("--insecure",), "--scheduler names"),
-        "random scenes": (("--scheduler", "local:2", "--count", "3"), "one machine"),
+        "no scheduler": (("--tls", tmp_path), "--scheduler names"),
     }[what]
 
 
 BAD = (
-    "plain text", "no certificate", "half of a certificate", "expired", "absent file", "not PEM", "another's key",
-    "another authority", "another's certificate", "nobody there", "no worker", "no wait", "no address", "no workers",
-    "no scheduler", "random scenes",
+    "plain text", "no certificate", "expired", "absent file", "not PEM", "another's key", "another authority",
+    "another's certificate", "nobody there", "no worker", "no address", "no workers", "no scheduler",
 )  # fmt: skip
 
 
@@ -254,8 +258,10 @@ def test_bad_input_is_a_line_and_nothing_is_written(
         monkeypatch.setattr(
             "rayproof.reports.run.engine.cluster.CONNECTING", 1e-4
         )  # s, too short to hear that it is refused
+    if what == "no worker":
+        monkeypatch.setattr("rayproof.reports.run.engine.dispatch.WAIT", 2.0)
     options, says = bad(lonely, tmp_path, what)
-    ended = rayproof("run", "random" if "random" in what else "primitives/sphere", "--out", tmp_path / "out", *options)
+    ended = rayproof("run", "primitives/sphere", "--out", tmp_path / "out", *options)
 
     assert ended.code == 2
     assert says in ended.error
