@@ -18,10 +18,11 @@ from weakref import finalize
 
 import msgspec
 
+from rayproof.reports.results.compact import TABLE, compact_case, expand
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.ratios import worst_ratio
-from rayproof.reports.results.records import CaseRecord, problem_of_case
+from rayproof.reports.results.records import CaseRecord, RunRecord, problem_of_case
 
 NAME = "results.sqlite"
 APPLICATION = 0x52415952  # "RAYR" in SQLite's header: says that the file is ours
@@ -29,7 +30,9 @@ VERSION = 1
 WAIT = 30.0  # s for another process that is writing
 LEVEL = 6  # of zlib
 GAPS = 64  # rows in pages that are gone, beyond which nothing is looked for
-HELD = 2**25  # bytes of JSON whose records stay in memory: a default suite; of longer runs the rest is read again
+HELD = (
+    2**24
+)  # bytes of compact JSON whose records stay in memory: a default suite; of longer runs the rest is read again
 LARGEST = 2**30  # bytes of one record: a deflated one that becomes more is damaged
 WORST = [outcome.value for outcome in Outcome]
 # Of a case's record: what no list shows.
@@ -48,7 +51,7 @@ _TABLES = (
     f"PRAGMA application_id = {APPLICATION}",
     f"PRAGMA user_version = {VERSION}",
 )
-_DAMAGED = (ValueError, TypeError, KeyError, zlib.error, OverflowError)
+_DAMAGED = (ValueError, TypeError, KeyError, AttributeError, zlib.error, OverflowError)
 
 
 class DamagedTableError(ValueError):
@@ -97,7 +100,7 @@ class CaseTable:
 
     def keep(self, key: str, record: CaseRecord, *, place: int | None = None) -> None:
         """Write a finished case under its key, in the place of what was there; with a `place`, as one of the run's."""
-        text = as_json(record).encode()
+        text = as_json(compact_case(record)).encode()
         brief = {name: value for name, value in record.items() if name not in HEAVY}
         ratio = worst_ratio(record)
         brief["worst_ratio"] = ratio
@@ -254,7 +257,9 @@ class CaseTable:
             if found is None:
                 raise KeyError(f"case {number} is gone")
             text = _inflated(found[0])
-            record = _laid_over(text, found[1])
+            record = _expanded(_object(text))
+            if found[1]:
+                record.update(_object(found[1]))
             if wrong := problem_of_case(record):
                 raise DamagedTableError(f"{self.path}: {wrong}")
         self._hold(number, record, len(text))
@@ -403,6 +408,13 @@ def _object(text: bytes | str) -> CaseRecord:
     if not isinstance(found, dict):
         raise TypeError("is no JSON object")
     return cast(CaseRecord, found)
+
+
+def _expanded(record: CaseRecord) -> CaseRecord:
+    """Return a record as it was kept, in place: `compact_case` undone."""
+    table = cast("dict[str, Any]", record).pop(TABLE, [])
+    expand(cast("RunRecord", {"cases": [record], TABLE: table}))
+    return record
 
 
 def _laid_over(record: bytes | str, added: str | None) -> CaseRecord:
