@@ -45,7 +45,7 @@ def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseR
     }
     failing = spread([one for one in evidence.values() if one.failed])
     changing = _changing(results, configuration)
-    searched = search(list(evidence.values()), seconds=seconds - FOR_BLAME, pairs=changing is None)
+    searched = search(list(evidence.values()), seconds=seconds - FOR_BLAME)
     if not searched.tried:
         return []
     others: Sequence[Evidence] = ()

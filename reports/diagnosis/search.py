@@ -14,7 +14,6 @@ from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.damage import damages, rivals
 from rayproof.reports.diagnosis.fits import from_images
 from rayproof.reports.diagnosis.hypotheses import Hypothesis, bound, estimated, fits, in_one_light, joined, singles
-from rayproof.reports.diagnosis.samples import classes, pairs_of, sampled, tells
 from rayproof.reports.diagnosis.stage_by_stage import explanations
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence, Tally, differ, trial
 from rayproof.reports.diagnosis.trial_by_stages import Continued
@@ -26,7 +25,6 @@ MUTE = 1 / 3  # of the failing cases that a hypothesis explains: so many more ma
 HOLDING = 10.0  # s of processor time beyond the search's: a name that is not held against every case is none
 LEAST_LEFT = 8  # pixels that a mistake leaves: so many are asked whether they are another's
 STILL_LEFT = 0.3  # of these so many, at most, are left by both
-MOST_PAIRS = 24  # pairs that a few pixels do not contradict, which then meet whole cases
 LEAST_SEEN = 3  # failing cases that look like a mistake whose pixels roundings decide
 
 
@@ -61,7 +59,7 @@ class Searched:
     notes: tuple[str, ...] = field(default=())
 
 
-def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool = True) -> Searched:
+def search(evidence: Sequence[Evidence], *, seconds: float = 20.0) -> Searched:
     """Return the mistakes that explain what the evidence shows, within so much processor time [s]."""
     clock = Clock(seconds)
     failing = spread([one for one in evidence if one.failed])
@@ -81,7 +79,7 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0, pairs: bool =
         # Where a renderer's stages do not follow from each other by any mistake, as those of one that leaves out shapes
         # by bounds of its own, its image as a whole may still be one mistake's.
         rest = [*predicted, *fitted][:FAILING]
-        left = _end_to_end(screen, rest, failing, passing, clock, whole, pairs=pairs and not staged)
+        left = _end_to_end(screen, rest, failing, passing, clock, whole)
         if staged:  # all that it wrote speaks, so that a second mistake in few pixels is seen
             left = [one for one in left if one.off < LEAST_LEFT]
     left = left or _seen(failing)
@@ -146,8 +144,6 @@ def _end_to_end(
     passing: Sequence[Evidence],
     clock: Clock,
     whole: Clock,
-    *,
-    pairs: bool,
 ) -> list[Found]:
     """Return the mistakes whose answers from the camera on are the renderer's."""
     everything = [*failing, *passing]
@@ -174,15 +170,6 @@ def _end_to_end(
         return []
     if not left and not clock.over:
         left = held(_left(fits(from_images(failing[::2]), clock), screen, rest, passing[:PASSING], clock))
-    if pairs and not left:
-        plain = [one for one in hypotheses if not one.parameters]
-        shown = sampled(failing)
-        both = [one for _, one in zip(range(MOST_PAIRS), pairs_of(shown, plain, clock), strict=False)]
-        both = [one for one in both if tells(one, shown, LEAST_TELLING)]
-        for alike in classes(both, [*shown, *sampled(passing)]):
-            (one, *_) = _left(alike[:1], screen, rest, passing[:PASSING], whole) or [None]
-            if one is not None:
-                left += [Found(hypothesis=other, tallies=one.tallies) for other in alike]
     return left
 
 

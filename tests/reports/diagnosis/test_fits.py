@@ -86,7 +86,7 @@ def test_a_camera_is_named_by_an_image_alone() -> None:
     law = Law(variable="cos(fovy/2)", exponent=1.0)
     way = Free(scales=(law, law)).way
 
-    found = search([shown(name, way) for name in CASES], pairs=False).found
+    found = search([shown(name, way) for name in CASES]).found
 
     assert {one.hypothesis.mistakes for one in found} == {("another_camera",)}
     assert "cos(fovy/2) times as wide and as high" in found[0].hypothesis.sentence
@@ -118,8 +118,8 @@ def test_a_curve_is_held_against_the_cases_that_it_was_not_estimated_from() -> N
     cases = [shown(name, falls_off(lambda r: 1 / (1 + r) ** 2)) for name in ("primitives/sphere", "primitives/plane")]
     right = shown("inside/sphere", Way(), failed=False)
 
-    assert {one.hypothesis.mistakes for one in search(cases, pairs=False).found} == {("curve_of_distance",)}
-    assert search([*cases, right], pairs=False).found == ()
+    assert {one.hypothesis.mistakes for one in search(cases).found} == {("curve_of_distance",)}
+    assert search([*cases, right]).found == ()
 
 
 def test_light_that_depends_on_more_than_one_variable_has_no_formula() -> None:

@@ -166,17 +166,17 @@ def test_a_name_is_held_against_every_case_of_the_run(monkeypatch: pytest.Monkey
         monkeypatch.setattr(searching, name, 1)
     shown = [under(name, "no_pi") for name in ("primitives/sphere", "primitives/plane")]
     last = under("inside/sphere", "two_pi")
-    assert ("no_pi",) in [one.hypothesis.mistakes for one in search(shown, pairs=False).found]
+    assert ("no_pi",) in [one.hypothesis.mistakes for one in search(shown).found]
 
-    assert search([*shown, last], pairs=False).found == ()
+    assert search([*shown, last]).found == ()
 
 
 def test_a_name_that_there_is_no_time_to_hold_against_every_case_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = [under(name, "no_pi") for name in ("primitives/sphere", "primitives/plane")]
-    assert search(shown, pairs=False).found
+    assert search(shown).found
     monkeypatch.setattr(searching, "HOLDING", -1000.0)
 
-    assert search(shown, pairs=False).found == ()
+    assert search(shown).found == ()
 
 
 @pytest.mark.parametrize("passing", [10, 0])
@@ -190,7 +190,7 @@ def test_a_mistake_in_one_model_of_light_is_named_though_the_other_is_right(
         (lit, None),
         ([*lit, evidence("simplified/lights_at_1.5m", failed=False)], "inverse_square"),
     ):
-        found = search(shown, pairs=False).found
+        found = search(shown).found
 
         named = {one.hypothesis.mistakes: one.hypothesis for one in found}
         assert named[("cosine_squared",)].way.shading == restricted
