@@ -27,8 +27,15 @@ EXAMPLES = {
     for block in blocks(page, "python")
 }
 
+LINE = EXAMPLES.pop("tracer/formulas/__init__.py")
+
 USES = {
-    "tracer/intersections/sphere_closest_point.py": """
+    "tracer/formulas/spheres.py": f"""
+from rayproof.tracer.formulas import FUNCTIONS, right
+for name, entry in {{{LINE}}}.items():
+    assert entry.path == "spheres:closest_point"
+    FUNCTIONS.register(name, **entry.facts)(closest_point)
+from rayproof.cases.stages import Stage
 from rayproof.cases.families import select
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import render

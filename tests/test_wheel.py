@@ -32,7 +32,7 @@ def test_ours(conformance):
 
 FORMULA = """
 import tracer
-from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.formulas import FORMULAS
 
 def mine(ray, plane, interval):
     assert tracer.OWN

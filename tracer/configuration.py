@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rayproof.cases.rounding import PRECISIONS
-from rayproof.tracer.catalogue import FORMULAS
-from rayproof.tracer.formula import MARK, Formula, digest, is_own
+from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.formulas.own_file import MARK, digest, is_own
 
 # A user's file may have slashes in its path; the next part begins after its function's name.
 _PART = re.compile(rf"(?:[^/=]+=[^=:]*{re.escape(MARK)}\w*|[^/]*)(?:/|$)")

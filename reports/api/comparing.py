@@ -69,7 +69,7 @@ def compare(
     from rayproof.reports.studies.compare.comparison import compare as compare_formulas
     from rayproof.reports.studies.compare.contenders import contender, seen
     from rayproof.reports.studies.compare.questions import questions
-    from rayproof.tracer.formula import forget
+    from rayproof.tracer.formulas.own_file import forget
 
     forget()
     pair = seen(*(contender(str(name), precision=precision) for name in (base, candidate)))

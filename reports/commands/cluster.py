@@ -70,7 +70,7 @@ def _sources(configurations: tuple[str, ...]) -> tuple["Source", ...]:
     """Return the user's own formulas of configurations; raise ValueError for one that cannot be loaded."""
     from rayproof.reports.run.cases_under_way import Source
     from rayproof.tracer.configuration import Configuration
-    from rayproof.tracer.formula import is_own, sources
+    from rayproof.tracer.formulas.own_file import is_own, sources
 
     found = {}
     for name in filter(is_own, configurations):

@@ -83,7 +83,7 @@ def formulas(
     from rayproof.reports.studies.compare.comparison import compare as run_comparison
     from rayproof.reports.studies.compare.contenders import contender, seen
     from rayproof.reports.studies.compare.questions import questions
-    from rayproof.tracer.formula import OwnFormulaError
+    from rayproof.tracer.formulas.own_file import OwnFormulaError
 
     with told_in_one_line():
         pair = seen(*(contender(name, precision=precision) for name in (base, candidate)))

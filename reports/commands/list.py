@@ -81,7 +81,7 @@ def cases() -> list[Row]:
 
 def formulas() -> list[Row]:
     """Describe every formula of the tracer; controls and planted faults are wrong on purpose and say so."""
-    from rayproof.tracer.catalogue import FORMULAS
+    from rayproof.tracer.formulas import FORMULAS
 
     return [
         {

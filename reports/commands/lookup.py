@@ -63,7 +63,7 @@ def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Conf
     """
     from rayproof.reports.run.llvm import choose_packaged_llvm
     from rayproof.tracer.configuration import Configuration
-    from rayproof.tracer.formula import forget, is_own
+    from rayproof.tracer.formulas.own_file import forget, is_own
 
     if not names and not formulas:
         return ()

@@ -12,7 +12,7 @@ from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 if TYPE_CHECKING:
-    from rayproof.tracer.formula import Formula
+    from rayproof.tracer.formulas import Formula
 
 
 def new(what: Literal["formula"], slot: str, file: Path) -> int:
@@ -28,7 +28,7 @@ def new(what: Literal["formula"], slot: str, file: Path) -> int:
         The file to write, such as mine.py; it must not exist.
 
     """
-    from rayproof.tracer.catalogue import FORMULAS
+    from rayproof.tracer.formulas import FORMULAS
 
     if slot not in FORMULAS.slots:
         raise UsageError(f"no slot is called {slot!r}; known: {', '.join(FORMULAS.slots)}")
@@ -51,55 +51,57 @@ def new(what: Literal["formula"], slot: str, file: Path) -> int:
 
 def starter(default: "Formula") -> tuple[str, str]:
     """Return a function's name and the text of a file that holds it: the default of a slot as a user's own formula."""
-    module = sys.modules[default.function.__module__]
-    source = inspect.getsource(module)
-    tree = ast.parse(source)
-    lines = source.splitlines()
-    taken: set[int] = set()  # numbers of lines, from 1
     name = default.function.__name__
-    for node in tree.body:
-        for decorator in getattr(node, "decorator_list", ()):
-            taken.update(range(decorator.lineno, (decorator.end_lineno or decorator.lineno) + 1))
-    words = {word.id for node in tree.body if not _imports(node) for word in _outside_decorators(node)}
-    for node in tree.body:
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            kept = [alias for alias in node.names if (alias.asname or alias.name).split(".")[0] in words]
-            taken.update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
-            if kept:
-                taken.discard(node.lineno)
-                lines[node.lineno - 1] = ast.unparse(_only(node, kept))
-    about = tree.body[0]
-    taken.update(range(1, (about.end_lineno or 1) + 1))
-    body = "\n".join(line for number, line in enumerate(lines, 1) if number not in taken).strip()
-    head = [f"A formula of one's own for the slot `{default.slot}`.", "", *_contract(default), ""]
-    head += [f"It begins as {default.name}: {(ast.get_docstring(tree) or '').strip()}"]
-    written = "\n".join(head).replace("\\", "\\\\").replace('"""', "'''")
-    return name, f'"""{written}\n"""\n\n' + re.sub(r"\n{4,}", "\n\n\n", body) + "\n"
+    source = inspect.getsource(sys.modules[default.function.__module__])
+    tree, lines = ast.parse(source), source.splitlines()
+    bound = {word: node for node in tree.body if not _imports(node) for word in _bound(node)}
+    # What the function needs of its page: itself, its helpers and constants, and what these need.
+    needed, waiting = {bound[name]}, [bound[name]]
+    while waiting:
+        found = {bound[word] for word in _words(waiting.pop()) if word in bound} - needed
+        needed |= found
+        waiting += found
+    words = {word for node in needed for word in _words(node)}
+    head = [f"A formula of one's own for the slot `{default.slot}`.", "", *_contract(default.slot), ""]
+    written = "\n".join([*head, f"It begins as {default.name}."]).replace("\\", "\\\\").replace('"""', "'''")
+    imports = [ast.unparse(kept) for node in tree.body if (kept := _only(node, words)) is not None]
+    # By lines, which have the comments beside them.
+    body = ["\n".join(lines[node.lineno - 1 : node.end_lineno]) for node in tree.body if node in needed]
+    return name, "\n\n\n".join([f'"""{written}\n"""\n\n' + "\n".join(imports), *body]) + "\n"
 
 
-def _contract(default: "Formula") -> list[str]:
-    """Return the contract of a slot, as its folder states it; without the lines that are other slots'."""
-    folder = sys.modules[default.function.__module__.rpartition(".")[0]]
-    lines = inspect.cleandoc(folder.__doc__ or "").splitlines()[2:]
-    starts = [number for number, line in enumerate(lines) if re.match(r" {4}\w+\(", line)]
-    mine = [number for number in starts if lines[number].startswith(f"    {default.slot}(")]
-    if not mine:
-        return lines
-    ends = [*starts[1:], next((n for n in range(starts[-1], len(lines)) if not lines[n].strip()), len(lines))]
-    end = ends[starts.index(mine[0])]
-    return [*lines[: starts[0]], *lines[mine[0] : end], *lines[ends[-1] :]]
+def _contract(slot: str) -> list[str]:
+    """Return the contract of a slot, as `tracer.formulas` states it among those of its group."""
+    from rayproof.tracer import formulas
+
+    blocks = inspect.cleandoc(formulas.__doc__ or "").split("\n\n")
+    place, group = next((k, block) for k, block in enumerate(blocks) if f"\n    {slot}(" in f"\n{block}")
+    own = next(lines for lines in re.split(r"\n(?= {4}\w)", group) if lines.startswith(f"    {slot}("))
+    return [*blocks[2].splitlines(), "", *blocks[place - 1].splitlines(), "", *own.splitlines()]
 
 
 def _imports(node: ast.stmt) -> bool:
     return isinstance(node, ast.Import | ast.ImportFrom)
 
 
-def _outside_decorators(node: ast.stmt) -> list[ast.Name]:
-    inside = {word for one in getattr(node, "decorator_list", ()) for word in ast.walk(one)}
-    return [word for word in ast.walk(node) if isinstance(word, ast.Name) and word not in inside]
+def _bound(node: ast.stmt) -> list[str]:
+    """Return the names that a function, class or assignment of a page binds."""
+    if isinstance(node, ast.FunctionDef | ast.ClassDef):
+        return [node.name]
+    return [target.id for target in getattr(node, "targets", ()) if isinstance(target, ast.Name)]
 
 
-def _only(node: ast.Import | ast.ImportFrom, names: list[ast.alias]) -> ast.stmt:
+def _words(node: ast.stmt) -> set[str]:
+    return {word.id for word in ast.walk(node) if isinstance(word, ast.Name)}
+
+
+def _only(node: ast.stmt, words: set[str]) -> ast.stmt | None:
+    """Return an import of those names alone that are among the words; None for another statement or no such name."""
+    if not isinstance(node, ast.Import | ast.ImportFrom):
+        return None
+    names = [alias for alias in node.names if (alias.asname or alias.name).split(".")[0] in words]
+    if not names:
+        return None
     if isinstance(node, ast.Import):
         return ast.Import(names=names)
     return ast.ImportFrom(module=node.module, names=names, level=node.level)

@@ -42,7 +42,7 @@ def tradeoff(
     from rayproof.reports.studies.tradeoff.files import write
     from rayproof.reports.studies.tradeoff.measuring import measure
     from rayproof.reports.studies.tradeoff.tasks import DEFAULT, QUICK, tasks
-    from rayproof.tracer.catalogue import FORMULAS
+    from rayproof.tracer.formulas import FORMULAS
 
     with told_in_one_line():
         named = [FORMULAS.named(one) for one in formula]

@@ -28,7 +28,7 @@ from rayproof.reports.diagnosis.answering import (
 )
 from rayproof.reports.diagnosis.trial import NEARLY, Evidence, Tally
 from rayproof.reports.judge.comparison.measurement import ratios
-from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.formulas import FORMULAS
 
 # Slots of formulas that meet or light one kind of shapes alone, or one way of asking.
 OF_A_KIND = {

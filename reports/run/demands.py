@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from rayproof.reports.run.kept_images import KeptImages
 from rayproof.reports.run.request import RunRequest
-from rayproof.tracer.formula import is_own
+from rayproof.tracer.formulas.own_file import is_own
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -50,8 +50,8 @@ def alternatives() -> dict[str, frozenset[str]]:
         ValueError: it covers nothing that the default does not.
 
     """
-    from rayproof.tracer.catalogue import FORMULAS
     from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.formulas import FORMULAS
 
     usual = Configuration(precision="float32").items
     found = {}

@@ -180,9 +180,9 @@ def _configuration(formula: str | None, configuration: str, folder: Path) -> "Co
         LookupError, ValueError: there is no such formula or configuration.
 
     """
-    from rayproof.tracer.catalogue import FORMULAS
     from rayproof.tracer.configuration import Configuration
-    from rayproof.tracer.formula import MARK
+    from rayproof.tracer.formulas import FORMULAS
+    from rayproof.tracer.formulas.own_file import MARK
 
     chosen = Configuration.parse(configuration)
     if formula is None:

@@ -5,8 +5,8 @@ import pytest
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
 from tests.tracer.scenes import camera, scene
 

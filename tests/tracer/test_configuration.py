@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.formula import OwnFormulaError
+from rayproof.tracer.formulas import FORMULAS
+from rayproof.tracer.formulas.own_file import OwnFormulaError
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ import pytest
 
 from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, camera, matrix, scene
 

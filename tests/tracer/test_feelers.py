@@ -7,8 +7,8 @@ import pytest
 
 from rayproof.cases.scene import Cube, Plane, PointLight, Shape, Sphere, Square
 from rayproof.cases.stages import Stage
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
 from rayproof.tracer.stages.shadow_epsilon import shadow_epsilon
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, affine, camera, matrix, scene

@@ -9,8 +9,8 @@ import pytest
 
 from rayproof.cases.scene import IDENTITY, Mesh, Scene, Sphere
 from rayproof.cases.stages import Stage
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.plan import plan
 from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SECOND_LIGHT, SHAPES, everything, octahedron, scene

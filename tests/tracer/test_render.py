@@ -7,8 +7,8 @@ import pytest
 
 from rayproof.cases.scene import IDENTITY, Camera, Mesh, Scene, Shape, Square, Triangle
 from rayproof.cases.stages import FACTS, IMAGE_STAGES, Stage, StageImages, exr_channels
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import continue_from, render
 from tests.tracer.scenes import ALBEDO, FLOOR, SHAPES, camera, everything, octahedron, scene
 

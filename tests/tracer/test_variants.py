@@ -9,9 +9,9 @@ import pytest
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Sphere
 from rayproof.cases.stages import Stage
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.render import render
 from rayproof.tracer.shapes.cube import CubeArrays

@@ -85,7 +85,7 @@ class ShapeHierarchy:
         """Return the t of one ray and one shape, inf where they do not meet."""
         transform, arrays = item
         formula = configuration.formula(self.host.like.slot)
-        if transform is not None and formula.facts["space"] == "object":
+        if transform is not None and formula.facts.get("space") == "object":
             ray = configuration["to_object"](ray, transform)
         return formula.function(ray, arrays, interval)
 

@@ -73,7 +73,7 @@ class UnrolledShapes:
 
     def _distance(self, body: UnrolledShape, ray: Ray, interval: Interval) -> Any:
         formula = self.configuration.formula(body.shape.slot)
-        seen = self._object_ray(body, ray) if formula.facts["space"] == "object" else ray
+        seen = self._object_ray(body, ray) if formula.facts.get("space") == "object" else ray
         return formula.function(seen, body.arrays, interval)
 
     def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval]) -> list[NearestHit]:

@@ -26,7 +26,7 @@ def feeler_origins(world: World, surfaces: Sequence[Surface]) -> FeelerOrigins |
     """Return where feelers start, or None where nothing can stand in a light's way."""
     if not world.has_blockers:
         return None
-    if world.configuration.formula("feeler").facts["doubles"] and world.types.precision != "float64":
+    if world.configuration.formula("feeler").facts.get("doubles", False) and world.types.precision != "float64":
         return _in_float64(world, surfaces)
     hits = [
         Hit(

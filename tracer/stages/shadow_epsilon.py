@@ -14,7 +14,7 @@ def shadow_epsilon(configuration: Configuration, *, scale: Any, spread: Any = 1.
     smaller clearance.
     """
     strategy = configuration.formula("feeler")
-    precision = "float64" if strategy.facts["doubles"] else configuration.precision
-    epsilon = strategy.facts["epsilon"](bound(scale=scale, spread=spread, precision=precision))
+    precision = "float64" if strategy.facts.get("doubles", False) else configuration.precision
+    epsilon = strategy.facts.get("clearances", 1) * bound(scale=scale, spread=spread, precision=precision)
     moved = strategy.facts.get("moved")
     return epsilon if moved is None else epsilon + moved(scale, precision)

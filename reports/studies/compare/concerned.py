@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from rayproof.cases.scene import IDENTITY, Scene
-from rayproof.tracer.catalogue import PLACED, SHAPES_OF
+from rayproof.tracer.formulas import PLACED, SHAPES_OF
 
 
 def concerned(scene: Scene, slots: Sequence[str]) -> frozenset[int] | None:

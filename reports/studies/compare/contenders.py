@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.stages import Stage
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration, parts_of
-from rayproof.tracer.formula import Formula, is_own
+from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.formulas.own_file import is_own
 
 # What of the camera shows in an image only through a ray by the inverse matrices, and what shows in none.
 MATRICES = ("view", "projection", "inverse")

@@ -9,8 +9,8 @@ from scipy import stats
 from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.reports.studies.stability.questions import QUESTIONS, Grades, Truth
 from rayproof.reports.studies.stability.slopes import Slope, fitted
-from rayproof.tracer.catalogue import FORMULAS
-from rayproof.tracer.formula import Formula, is_own
+from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.formulas.own_file import is_own
 
 
 @dataclass(frozen=True, kw_only=True)

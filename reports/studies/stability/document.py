@@ -7,7 +7,7 @@ from rayproof.cases.ladders import Ladder
 from rayproof.reports.studies.stability.climb import Climb, Rung
 from rayproof.reports.studies.stability.judge import Verdict
 from rayproof.reports.studies.stability.records import ClimbRecord, LadderAbout, RungRecord
-from rayproof.tracer.formula import is_own
+from rayproof.tracer.formulas.own_file import is_own
 
 
 def record(verdict: Verdict) -> ClimbRecord:

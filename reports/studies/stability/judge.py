@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from rayproof.cases.ladders import Ladder, PredictedSlope
 from rayproof.reports.studies.stability.climb import Climb, Drawn
-from rayproof.tracer.formula import is_own
+from rayproof.tracer.formulas.own_file import is_own
 
 WITNESS_LIMIT = 2.0**-60  # relative; the truth must be far better than the best answer
 

@@ -10,8 +10,8 @@ from rayproof.reports.studies.stability.document import record
 from rayproof.reports.studies.stability.guards import broken
 from rayproof.reports.studies.stability.judge import doubted, judged
 from rayproof.reports.studies.stability.records import ClimbRecord
-from rayproof.tracer.catalogue import FORMULAS
-from rayproof.tracer.formula import Formula, is_own
+from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.formulas.own_file import is_own
 
 
 @dataclass(frozen=True, kw_only=True)

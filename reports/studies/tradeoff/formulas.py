@@ -19,9 +19,8 @@ from rayproof.reports.studies.tradeoff.clocks import kernel_seconds
 from rayproof.reports.studies.tradeoff.entry import Entry
 from rayproof.reports.studies.tradeoff.points import Point
 from rayproof.reports.studies.tradeoff.tails import quantile, tail
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.render import render
 
 # Asked beside the tracer's formulas; its kernels run through Dr.Jit, so that they are timed by the same clock.

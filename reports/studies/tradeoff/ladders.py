@@ -14,7 +14,7 @@ from rayproof.reports.studies.tradeoff.entry import Entry
 from rayproof.reports.studies.tradeoff.formulas import variants
 from rayproof.reports.studies.tradeoff.points import Point
 from rayproof.reports.studies.tradeoff.tails import quantile, tail
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import Formula
 
 RAYS = 2**16  # in a timed launch; a question carries its rays to the device and back each time
 LADDER = "ladder"  # the first half of a diagram's name

@@ -15,7 +15,7 @@ from rayproof.reports.studies.tradeoff.routes import ROUTES, route_entries
 from rayproof.reports.studies.tradeoff.sampling import sampling_entries
 from rayproof.reports.studies.tradeoff.tasks import Sampled
 from rayproof.tracer.device.versions import versions
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import Formula
 
 SAMPLES = "samples"
 KINDS = {SAMPLES: "samples", ROUTES: "paths", LADDER: "ladders"}  # the first half of a diagram's name; others are slots

@@ -11,8 +11,7 @@ from rayproof.cases.stresses import STRESSES
 from rayproof.reports.studies.compare.concerned import concerned
 from rayproof.reports.studies.tradeoff.formulas import Task, variants
 from rayproof.reports.studies.tradeoff.ladders import ladders
-from rayproof.tracer.catalogue import SHAPES_OF
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import SHAPES_OF, Formula
 
 DEFAULT = (
     "far_sphere_*", "far_cube_1e3", "far_triangle_1e3", "tangent_sphere", "sliver_*", "grazing_plane",

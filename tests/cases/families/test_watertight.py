@@ -17,8 +17,8 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.supported_stages import of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import plan
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
 from tests.reports.judge.scenes import candidate, witness
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from rayproof.cases.case import Case
 from rayproof.cases.stages import Stage
-from rayproof.tracer.formula import is_own
+from rayproof.tracer.formulas.own_file import is_own
 from tests.harness.audit.faults import FAULTS
 from tests.harness.audit.mutants.trials import selected
 
 if TYPE_CHECKING:
-    from rayproof.tracer.formula import Formula
+    from rayproof.tracer.formulas import Formula
 
 # An intersection says what is hit and how far away it is, and feelers run through it too: a fault may show in a shadow
 # alone. So may one of the way into object space.
@@ -54,12 +54,12 @@ class PlantedFault:
 
 
 def _meets(formula: "Formula") -> bool:
-    return formula.folder == "intersections" or formula.slot == "to_object"
+    return formula.slot in ("cube", "nearest", "plane", "sphere", "square", "to_object", "triangle")
 
 
 def tracer_faults() -> tuple[PlantedFault, ...]:
     """Return the tracer's planted faults, and the wrong forms that the lecture prints."""
-    from rayproof.tracer.catalogue import FORMULAS
+    from rayproof.tracer.formulas import FORMULAS
 
     return tuple(
         _of_formula(formula)
@@ -113,7 +113,7 @@ def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
     if pattern == LIAR:
         return ()
     if is_own(pattern):
-        from rayproof.tracer.catalogue import FORMULAS
+        from rayproof.tracer.formulas import FORMULAS
 
         return (_of_formula(FORMULAS.named(pattern)),)
     everything = (*tracer_faults(), *other_faults())

@@ -22,8 +22,7 @@ from typing import Any
 from rayproof import ROOT
 
 TRACER = ROOT / "tracer"
-FORMULAS = ("camera", "clipping", "feelers", "intersections", "normals", "shading", "transforms")
-FROM_USERS = "formula.py"
+FORMULAS = "formulas"
 # Beside the cases that are chosen for routes: what one of them alone reaches.
 ALONE = ("acne/light_on_the_sphere", "crowds/spheres_beside_a_mesh", "faces/one", "faces/over_two_to_the_15")
 # Of shapes that are unrolled, and in trees of every kind: what another formula reaches, it reaches in these.
@@ -54,12 +53,8 @@ FUNCTIONS: Mapping[str, str] = {
     "shapes/shape.py:TracedShape.arrays": NOT_ASKED,
     "shapes/shape.py:TracedShape.center_and_half": NOT_ASKED,
     "shapes/triangles.py:layers": "asked about images of 2^17 samples or more: tests/tracer/test_plan.py",
-    "catalogue.py:Catalogue.__contains__": JUDGE,
-    "catalogue.py:Catalogue.named": JUDGE,
     "configuration.py:parts_of": JUDGE,
     "configuration.py:Configuration.own": OWN,
-    "catalogue.py:Catalogue.__len__": JUDGE,
-    "catalogue.py:Catalogue.variants": JUDGE,
     "configuration.py:Configuration.parse": JUDGE,
     "configuration.py:Configuration.name": JUDGE,
     "configuration.py:Configuration.chosen": JUDGE,
@@ -98,10 +93,6 @@ LINES: Mapping[str, str] = {
     "device/arrays.py:if wanted:": REFUSED,
     "device/coherent_branches.py:found.append(some)": BENCH,
     "device/coherent_branches.py:return compute()": BENCH,
-    'catalogue.py:slot, _, variant = name.partition("/")': OWN,
-    "catalogue.py:if is_own(variant):": OWN,
-    'catalogue.py:return own_formula(variant, default=self[f"{slot}/{self.slots[slot]}"])': OWN,
-    "catalogue.py:if slot not in self.slots:": REFUSED,
     'shapes/kinds.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
     (
         'shapes/representable.py:return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"'
@@ -122,9 +113,9 @@ LINES: Mapping[str, str] = {
 
 
 def files() -> dict[str, Path]:
-    """Return the tracer's files outside the folders of formulas, by their place in it."""
+    """Return the tracer's files outside the folder of formulas, by their place in it."""
     found = {str(path.relative_to(TRACER)): path for path in sorted(TRACER.rglob("*.py"))}
-    return {name: path for name, path in found.items() if name.split("/")[0] not in (*FORMULAS, FROM_USERS)}
+    return {name: path for name, path in found.items() if name.split("/")[0] != FORMULAS}
 
 
 def _bodies(code: types.CodeType, *, imported: bool = True) -> Iterator[types.CodeType]:
@@ -242,8 +233,8 @@ def _traced() -> None:
     """Trace what a run renders of the cases that are chosen for routes, and by every formula of two of them."""
     from rayproof.cases.families import select
     from rayproof.cases.stages import Stage
-    from rayproof.tracer.catalogue import FORMULAS as CATALOGUE
     from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.formulas import FORMULAS as CATALOGUE
     from rayproof.tracer.frames import Frames
     from rayproof.tracer.render import render
     from tests.harness.paths.declared import FRAMES, NUMBERS

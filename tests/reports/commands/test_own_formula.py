@@ -18,9 +18,9 @@ from rayproof.reports.run.tasks.trace_task import trace
 from rayproof.reports.run.worker_settings import workers
 from rayproof.reports.studies.tradeoff.tasks import tasks
 from rayproof.reports.subjects import TRACER
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.formula import forget, sources
+from rayproof.tracer.formulas import FORMULAS
+from rayproof.tracer.formulas.own_file import forget, sources
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
 
@@ -137,7 +137,7 @@ def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof,
 def test_it_travels_with_what_it_imports_and_is_the_same_where_it_arrives(
     folder: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rayproof.tracer.formula._COPIES", {})
+    monkeypatch.setattr("rayproof.tracer.formulas.own_file._COPIES", {})
     before = Configuration.parse(NAME).own
     path, files = sources(Configuration.parse(NAME).formula("sphere"))
     arrived = tmp_path_factory.mktemp("arrived")

@@ -10,8 +10,8 @@ from rayproof.cases.families import select
 from rayproof.cases.scene_json import save_scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.exr import read_answers
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
 

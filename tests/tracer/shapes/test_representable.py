@@ -8,8 +8,8 @@ import pytest
 
 from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Sphere
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
 from rayproof.tracer.shapes.representable import LARGEST
 from tests.tracer.scenes import camera, scene

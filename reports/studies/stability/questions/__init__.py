@@ -15,7 +15,7 @@ import numpy as np
 
 from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.registry import Registry
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import Formula
 
 Answer = dict[str, np.ndarray]
 

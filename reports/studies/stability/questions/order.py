@@ -15,7 +15,7 @@ from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grad
 from rayproof.reports.studies.stability.shapes import Triangle
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import Formula
 
 TRIANGLE = Triangle()
 

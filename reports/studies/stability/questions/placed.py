@@ -25,7 +25,7 @@ from rayproof.reports.studies.stability.questions.distance import graded
 from rayproof.reports.studies.stability.shapes import SHAPES, Triangle, towards
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import Formula
 from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.transforms import Transform
 
@@ -114,7 +114,7 @@ class PlacedDistance:
         shape = traced(MADE[str(ladder.options["shape"])](matrix))
         intersect = configuration.formula(shape.slot)
         ray = ray_of(uploaded({name: inputs[name][block] for name in "od"}, types))
-        if intersect.facts["space"] == "object":
+        if intersect.facts.get("space") == "object":
             ray = configuration["to_object"](ray, shape.transform)
         return intersect.function(ray, shape.arrays(types), ahead(types))
 

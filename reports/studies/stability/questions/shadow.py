@@ -20,10 +20,9 @@ from rayproof.reports.studies.stability.exactly import Columns, confirmed, decid
 from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.mathematics import dot, minus
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
-from rayproof.tracer.catalogue import FORMULAS
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import ArrayTypes, array_types
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.rays import Hit, Interval, Ray
 from rayproof.tracer.shapes.error_bounds import clearance
 from rayproof.tracer.shapes.sphere import SphereArrays
@@ -65,7 +64,7 @@ class Shadow:
         strategy = configuration.formula("feeler")
         columns = uploaded(inputs, types)
         columns = columns | self._hit(ladder, columns, types)
-        wide = bool(strategy.facts["doubles"]) and precision != FLOAT64
+        wide = bool(strategy.facts.get("doubles", False)) and precision != FLOAT64
         if wide:
             types = array_types(FLOAT64)
             wider = uploaded(inputs, types)

@@ -21,7 +21,7 @@ from rayproof.reports.studies.stability.questions.view_ray import ViewRay, looki
 from rayproof.reports.studies.stability.shapes import SHAPES, towards
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import Formula
 
 MATTERS = ("eye", "target", "up", "sx", "sy")  # of a camera, for a direction
 MOST = 200  # rays

@@ -21,7 +21,7 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.device.kernel_constants import LITERALS
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import Formula
 from rayproof.tracer.plan import Context, Plan
 from rayproof.tracer.stages.intersector import World
 

@@ -20,7 +20,7 @@ from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grad
 from rayproof.reports.studies.stability.questions.placed import angles
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import Formula
 from rayproof.tracer.stages.camera_frame import camera_frame
 
 TANGENT_BITS = 300

@@ -15,7 +15,7 @@ from rayproof.reports.studies.compare.findings import Finding, finding
 from rayproof.reports.studies.compare.pairing import PairedStage, paired
 from rayproof.reports.studies.compare.received import as_received
 from rayproof.reports.studies.compare.verdicts import NOTHING, TRADE, Signs, accuracy, outcome, speed
-from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.formulas import FORMULAS
 from tests.reports.commands.conftest import Rayproof
 
 SCENE = next(iter(STRESSES["far_sphere_1e3"]()))[1]

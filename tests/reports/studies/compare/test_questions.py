@@ -7,7 +7,7 @@ from rayproof.cases.stresses import STRESSES, stressing
 from rayproof.reports.studies.compare.concerned import concerned
 from rayproof.reports.studies.compare.contenders import contender
 from rayproof.reports.studies.compare.questions import questions
-from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.formulas import FORMULAS
 
 
 @pytest.mark.parametrize("name", list(STRESSES))

@@ -10,7 +10,7 @@ from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung
 from rayproof.reports.studies.stability.judge import doubted, judged
 from rayproof.reports.studies.stability.questions import Truth, Witness
 from rayproof.reports.studies.stability.slopes import Slope
-from rayproof.tracer.catalogue import FORMULAS
+from rayproof.tracer.formulas import FORMULAS
 
 SPH_FAR = next(ladder for ladder in all_ladders() if ladder.name == "SPH-FAR")
 

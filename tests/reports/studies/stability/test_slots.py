@@ -11,8 +11,7 @@ from rayproof.reports.studies.stability.conditioned import Conditioned
 from rayproof.reports.studies.stability.judge import judged
 from rayproof.reports.studies.stability.survey import applies
 from rayproof.tracer.acceleration import packet_bounds
-from rayproof.tracer.catalogue import FORMULAS
-from rayproof.tracer.formula import Formula
+from rayproof.tracer.formulas import FORMULAS, Formula
 
 LADDERS = {ladder.name: ladder for ladder in all_ladders()}
 SLOTS = {

@@ -1,0 +1,261 @@
+"""A formula of the user's own: a function in a file, written slot=FILE.py:function where a variant's name stands.
+
+To name one executes nothing: its file is imported when the function is first needed, checked against its slot's
+contract, and each mistake is reported in one line.
+"""
+
+import hashlib
+import importlib.util
+import inspect
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path, PurePath
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rayproof.tracer.formulas import Formula
+
+MARK = ".py:"  # what tells a user's function, FILE.py:function, from the name of a variant
+_LOADED: dict[tuple[object, ...], "Checked"] = {}  # by slot, place, and the file as it was found there
+_COPIES: dict[str, Path] = {}  # by the path that the user wrote
+
+
+def is_own(variant: str) -> bool:
+    """Return whether a variant, or a name that has it, is a function of the user's."""
+    return MARK in variant
+
+
+class OwnFormulaError(ValueError):
+    """The user's file or function is not what the slot needs; the message is one line that names it."""
+
+
+def canonical(place: str) -> str:
+    """Return "FILE.py:function" by the shortest path that may have been written: ./mine.py:f is mine.py:f."""
+    path, _, function = place.rpartition(":")
+    return f"{PurePath(path)}:{function}"
+
+
+def own_formula(place: str, *, default: "Formula") -> "Formula":
+    """Return the function at "FILE.py:function" as a formula of the slot of `default`, with the facts of `default`.
+
+    `load` imports the file; it raises OwnFormulaError where that fails or the function does not fit the slot.
+    """
+    place = canonical(place)
+    return replace(
+        default,
+        variant=place,
+        load=lambda: _loaded(place, default),
+        default=False,
+        kind="right",
+        erratum=None,
+        known_bad=None,
+        leaks=None,
+        equivalent=None,
+    )
+
+
+def digest(formula: "Formula") -> str:
+    """Return the SHA-256 of the user's file of `formula` and of its neighbours that it imports.
+
+    Raises:
+        OwnFormulaError: it cannot be loaded.
+
+    """
+    return _own(formula).content
+
+
+def sources(formula: "Formula") -> tuple[str, Mapping[str, bytes]]:
+    """Return the path by which the user's file of `formula` was named, and what it is made of, by path beside it.
+
+    Raises:
+        OwnFormulaError: it cannot be loaded.
+
+    """
+    return formula.variant.rpartition(":")[0], _own(formula).sources
+
+
+def copied(path: str, copy: Path) -> None:
+    """Take a copy for the user's file of that path: on another machine it lies elsewhere."""
+    _COPIES[path] = copy
+
+
+def _own(formula: "Formula") -> "Checked":
+    loaded = formula.load()
+    if not isinstance(loaded, Checked):
+        raise TypeError(f"{formula.name} is not the user's")
+    return loaded
+
+
+def forget() -> None:
+    """Read the user's files again when they are next needed: in a notebook they change while this process lives."""
+    _LOADED.clear()
+
+
+def _loaded(place: str, default: "Formula") -> "Checked":
+    path, _, name = place.rpartition(":")
+    file = _COPIES.get(path, Path(path))
+    try:
+        found = file.stat()
+    except OSError as error:
+        raise OwnFormulaError(f"{path}: there is no such file") from error
+    key = (default.slot, place, found.st_dev, found.st_ino, found.st_mtime_ns, found.st_size)
+    if key not in _LOADED:
+        function, content, sources = _function(file, name)
+        _same_signature(place, function, default)
+        _LOADED[key] = Checked(place, function, default, content, sources)
+    return _LOADED[key]
+
+
+def _function(path: Path, name: str) -> tuple[Callable[..., Any], str, dict[str, bytes]]:
+    """Return a function of a file, the SHA-256 of all that the file is made of, and that itself."""
+    if not path.is_file():
+        raise OwnFormulaError(f"{path}: there is no such file")
+    module, content, sources = _imported(path)
+    function = getattr(module, name, None)
+    if not callable(function):
+        known = [key for key, value in vars(module).items() if inspect.isfunction(value)]
+        raise OwnFormulaError(f"{path} has no function {name!r}; it has {', '.join(known) or 'none'}")
+    return function, content, sources
+
+
+def _imported(path: Path) -> tuple[ModuleType, str, dict[str, bytes]]:
+    name = f"rayproof_own_{path.stem}"
+    specification = importlib.util.spec_from_file_location(name, path)
+    if specification is None or specification.loader is None:
+        raise OwnFormulaError(f"{path}: Python cannot import such a file")
+    module = importlib.util.module_from_spec(specification)
+    # The file may import its neighbours, as a script would.
+    folder = path.resolve().parent
+    known = frozenset(sys.modules)
+    try:
+        source = path.read_bytes()
+    except OSError as error:
+        raise OwnFormulaError(f"{path}: {error.strerror}") from error
+    neighbours: list[Path] = []
+    sys.path.insert(0, str(folder))
+    sys.modules[name] = module  # where a dataclass looks up the module that it is made in
+    try:
+        # Not by its loader: what it compiled before may be taken for the file as it is now.
+        exec(compile(source, str(path), "exec", dont_inherit=True), vars(module))
+    except (Exception, SystemExit) as error:  # the boundary: whatever a stranger's file does on import is its error
+        raise OwnFormulaError(f"{path} does not import: {_told(error, path)}") from error
+    finally:
+        if str(folder) in sys.path:
+            sys.path.remove(str(folder))
+        sys.modules.pop(name, None)
+        neighbours = _forget_neighbours(folder, frozenset(sys.modules) - known)
+    content, sources = hashlib.sha256(source), {path.name: source}
+    for neighbour in sorted(neighbours):
+        data = neighbour.read_bytes()
+        content.update(b"\0" + neighbour.name.encode() + b"\0" + hashlib.sha256(data).digest())
+        if neighbour.is_relative_to(folder):
+            sources[neighbour.relative_to(folder).as_posix()] = data
+    return module, content.hexdigest(), sources
+
+
+def _forget_neighbours(folder: Path, names: frozenset[str]) -> list[Path]:
+    """Take those of `names` that lie in `folder` out of what is imported: another file's may be called the same.
+
+    Return the files that they were read from.
+    """
+    own = {name for name in names if any(place.parent == folder for place in _places(sys.modules[name]))}
+    forgotten = [name for name in names if name.partition(".")[0] in own]
+    files = [place for name in forgotten for place in _places(sys.modules[name]) if place.is_file()]
+    for name in forgotten:
+        del sys.modules[name]
+    return files
+
+
+def _places(module: ModuleType) -> list[Path]:
+    """Return the file of a module, and the folders of a package."""
+    specification = getattr(module, "__spec__", None)
+    if specification is None:
+        return []
+    # What is built in has the word for it as its origin.
+    files = [specification.origin] if specification.has_location else []
+    return [Path(str(place)).resolve() for place in (*files, *(specification.submodule_search_locations or ()))]
+
+
+def _told(error: BaseException, path: Path) -> str:
+    """Return an error's kind, first line, and the line of the user's file that it came from."""
+    first = (str(error).splitlines() or [""])[0]
+    line = None  # a syntax error tells its line itself
+    step = error.__traceback__
+    while step is not None:
+        if step.tb_frame.f_code.co_filename == str(path):
+            line = step.tb_lineno
+        step = step.tb_next
+    where = f" (line {line})" if line else ""
+    return f"{type(error).__name__}: {first}{where}" if first else f"{type(error).__name__}{where}"
+
+
+def _same_signature(place: str, function: Callable[..., Any], default: "Formula") -> None:
+    wanted = list(inspect.signature(default.function).parameters)
+    try:
+        signature = inspect.signature(function)
+        signature.bind(*wanted)
+    except (TypeError, ValueError) as error:
+        raise OwnFormulaError(
+            f"{place} cannot be called as {default.slot}({', '.join(wanted)}), as the slot's contract asks: {error}"
+        ) from error
+
+
+class Checked:
+    """The user's function; each call compares what it returns with what the slot's default returns there.
+
+    The default's result is never evaluated, so it costs no run time: nothing of it reaches the kernel.
+    """
+
+    def __init__(
+        self,
+        place: str,
+        function: Callable[..., Any],
+        default: "Formula",
+        content: str,
+        sources: Mapping[str, bytes],
+    ) -> None:
+        self.place, self.default, self.content, self.sources = place, default, content, sources
+        self._function = function
+        self.__doc__ = function.__doc__
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Return the user's result.
+
+        Raises:
+            OwnFormulaError: the function raised, or returned another kind or shape of thing than the slot's default.
+
+        """
+        try:
+            result = self._function(*arguments)
+        except Exception as error:  # the boundary: whatever a stranger's function raises is its error
+            path = Path(self._function.__code__.co_filename) if inspect.isfunction(self._function) else Path()
+            raise OwnFormulaError(f"{self.place} raised {_told(error, path)}") from error
+        problem = _problem(result, self.default.function(*arguments))
+        if problem is not None:
+            raise OwnFormulaError(f"{self.place} {problem}")
+        return result
+
+
+def _problem(result: Any, wanted: Any) -> str | None:
+    """Return what is wrong with a result's kind or shape, or None."""
+    if isinstance(wanted, tuple | list):
+        if not isinstance(result, tuple | list) or len(result) != len(wanted):
+            return f"returns {_kind(result)}, the slot needs {len(wanted)} values: {', '.join(map(_kind, wanted))}"
+        return next((found for pair in zip(result, wanted, strict=True) if (found := _problem(*pair))), None)
+    if type(result) is not type(wanted):
+        return f"returns {_kind(result)}, the slot needs {_kind(wanted)}"
+    import drjit as dr  # not above: to read a configuration's name takes no Dr.Jit
+
+    if dr.is_array_v(wanted):
+        # A result of width 1 holds for every ray; a wider one must have one entry a ray.
+        entries, needed = dr.width(result), dr.width(wanted)
+        if entries not in (1, needed):
+            return f"returns {entries} entries for {needed} rays"
+    return None
+
+
+def _kind(value: Any) -> str:
+    kind = type(value)
+    return f"{kind.__module__}.{kind.__name__}" if kind.__module__.startswith("drjit") else kind.__name__
