@@ -37,8 +37,8 @@ def canonical(place: str) -> str:
     return f"{PurePath(path)}:{function}"
 
 
-def own_formula(place: str, *, default: "Formula") -> "Formula":
-    """Return the function at "FILE.py:function" as a formula of the slot of `default`, with the facts of `default`.
+def own_formula(place: str, *, default: Any) -> Any:
+    """Return the function at "FILE.py:function" as a `Formula` of the slot of `default`, another one, with its facts.
 
     `load` imports the file; it raises OwnFormulaError where that fails or the function does not fit the slot.
     """
