@@ -14,7 +14,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.float_codec import decode, encode
 from rayproof.reports.results.json_numbers import as_json, legible_json
-from rayproof.reports.results.prediction import Factors, pinhole, predicted, predictions
+from rayproof.reports.results.prediction import Factors, intensities, pinhole, predicted, predictions
 
 # The renderer against which the others are stored: the one they should all be close to.
 BASE = "analytic"
@@ -23,11 +23,12 @@ Renders = dict[str, dict[Stage, np.ndarray]]  # by renderer: float32 (height, wi
 
 
 def write_pixels(
-    path: Path, name: str, renders: Mapping[str, Mapping[Stage, np.ndarray]], camera: Mapping[str, Any] | None
+    path: Path, name: str, renders: Mapping[str, Mapping[Stage, np.ndarray]], scene: Mapping[str, Any] | None
 ) -> Path:
     """Write the script that hands `renders`, rounded to float32 once, to the page as `name`; return `path`.
 
-    `camera` is a scene file's: rays and hit points are foretold from it; without, the file is larger.
+    `scene` is what a scene file says of camera, lights and shading: rays, hit points and light are foretold from it;
+    without, the file is larger.
     """
     with np.errstate(over="ignore"):
         images = {
@@ -35,7 +36,8 @@ def write_pixels(
             for renderer, answers in renders.items()
         }
     base = BASE if BASE in images else next(iter(images), None)
-    rays = pinhole(camera)
+    camera = None if scene is None else scene["camera"]
+    rays, lights = pinhole(camera), intensities(scene)
     x, y, z = map(float, camera["eye"]) if rays is not None and camera is not None else (0.0, 0.0, 0.0)
     tables: dict[Stage, Factors] = {}
     encoded = {
@@ -46,7 +48,7 @@ def write_pixels(
                 **encode(
                     image,
                     predictions(
-                        stage, own, images[base] if base and base != renderer else None, (x, y, z), rays, tables
+                        stage, own, images[base] if base and base != renderer else None, (x, y, z), rays, tables, lights
                     ),
                 ),
             }

@@ -5,6 +5,7 @@ same file for browsers), so that adding the stored difference of bits gives back
 finite it is 0: a NaN made by arithmetic has no bits of its own that both would agree on.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from typing import Any, Required, TypedDict
@@ -19,15 +20,18 @@ Factors = dict[str, list[float]]  # by object, of each channel
 # A stage that is an earlier one times a constant per object: M = albedo E, L = M / pi.
 TIMES = {Stage.EXITANCE: Stage.IRRADIANCE, Stage.RADIANCE: Stage.EXITANCE}
 
+BY_LIGHTS = (Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY)  # that E takes, beside the scene's lights
+
 
 class Prediction(TypedDict, total=False):
     """How an image is foretold, and what that takes; the rest is left out."""
 
-    by: Required[str]  # "nothing", "base", "factors", "pinhole" or "ray"
+    by: Required[str]  # "nothing", "base", "factors", "pinhole", "ray" or "lights"
     of: str  # the stage that is multiplied
     factors: Factors
     rays: list[list[float]]
     eye: list[float]
+    lights: list[list[float]]
 
 
 class Drafted(Prediction):
@@ -57,12 +61,13 @@ def predictions(
     eye: tuple[float, float, float],
     rays: list[list[float]] | None = None,
     tables: dict[Stage, Factors] | None = None,
+    lights: list[list[float]] | None = None,
 ) -> Iterator[tuple[Prediction, np.ndarray]]:
     """Yield each way to foretell `own[stage]`: how, as plain JSON data, and the float32 prediction.
 
     `own` holds the renderer's stages, `base` those of the renderer that all are compared with, if it is another one.
-    `eye` is the camera's (3), m; `rays` its `pinhole`, where the camera is known. `tables` keeps the factors that were
-    found, for the other renderers of the same scene.
+    `eye` is the camera's (3), m; `rays` its `pinhole`, where the camera is known; `lights` are the scene's
+    `intensities`. `tables` keeps the factors that were found, for the other renderers of the same scene.
     """
     image = own[stage]
     yield {"by": "nothing"}, np.zeros_like(image)
@@ -76,6 +81,10 @@ def predictions(
         yield {"by": "pinhole", "rays": rays}, through(rays, image.shape[0], image.shape[1])
     if stage is Stage.POSITION and {Stage.RAY, Stage.DISTANCE} <= set(own):
         yield {"by": "ray", "eye": list(eye)}, along(own[Stage.RAY], own[Stage.DISTANCE], eye)
+    if stage is Stage.IRRADIANCE and base is None and lights:
+        shapes = [own[one].shape for one in BY_LIGHTS if one in own]
+        if shapes == [image.shape, image.shape, (*image.shape[:2], len(lights))]:
+            yield {"by": "lights", "lights": lights}, lit(own, lights)
 
 
 def predicted(how: Stored, stage: Stage, own: Images, base: Images | None) -> np.ndarray | None:
@@ -87,6 +96,8 @@ def predicted(how: Stored, stage: Stage, own: Images, base: Images | None) -> np
         return times(own[Stage(how["of"])], own[Stage.OBJECT], how["factors"])
     if how["by"] == "pinhole":
         return through(how["rays"], how["height"], how["width"])
+    if how["by"] == "lights":
+        return lit(own, how["lights"])
     return along(own[Stage.RAY], own[Stage.DISTANCE], how["eye"]) if how["by"] == "ray" else None
 
 
@@ -176,6 +187,35 @@ def along(ray: np.ndarray, distance: np.ndarray, eye: Any) -> np.ndarray:
     with np.errstate(over="ignore", invalid="ignore"):
         point = np.asarray(eye, np.float64) + distance.astype(np.float64) * ray.astype(np.float64)
         return _finite(point.astype(np.float32))
+
+
+def intensities(scene: Any) -> list[list[float]] | None:
+    """Return each light's position [m] and intensity by channel [W/sr] of a scene file; None where it tells none."""
+    try:
+        if scene.get("shading", "inverse_square") != "inverse_square":
+            return None
+        lights = [
+            (*map(float, light["position"]), *(float(f) / (4 * math.pi) for f in light["flux"]))
+            for light in scene["lights"]
+        ]
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
+        return None
+    return [[*light] for light in lights] if all(len(x) == 6 and np.isfinite(x).all() for x in lights) else None
+
+
+def lit(own: Images, lights: list[list[float]]) -> np.ndarray:
+    """Return the sum of I cos / d^2 over the lights that are seen, in float64 rounded to float32 once."""
+    point, normal = (np.moveaxis(own[stage].astype(np.float64), -1, 0) for stage in BY_LIGHTS[:2])
+    total = np.zeros((3, *point.shape[1:]))
+    with np.errstate(all="ignore"):
+        for number, light in enumerate(lights):
+            d = [light[i] - point[i] for i in range(3)]
+            squared = (d[0] * d[0] + d[1] * d[1]) + d[2] * d[2]
+            cosine = ((normal[0] * d[0] + normal[1] * d[1]) + normal[2] * d[2]) / np.sqrt(squared)
+            share = np.where((own[Stage.VISIBILITY][..., number] > 0) & (cosine > 0), cosine / squared, 0.0)
+            for channel in range(3):
+                total[channel] = total[channel] + light[3 + channel] * share
+        return _finite(np.stack([*total], axis=-1).astype(np.float32))
 
 
 def _finite(image: np.ndarray) -> np.ndarray:

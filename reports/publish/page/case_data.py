@@ -35,7 +35,7 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         images = path.with_name(f"{path.stem}.pixels.js")
         pixels = images.relative_to(folder).as_posix() if renders else None
         if pixels is not None:
-            written.append(write_pixels(images, pixels, renders, scene and scene["camera"]))
+            written.append(write_pixels(images, pixels, renders, scene))
     if pixels is None and not keeps_images(case) and case["verdict"] == Outcome.PASS:
         notes.append("It passed, and this run keeps no images of such a case; its command makes them again.")
     if pixels is not None and pixels == case.get("pixels") and case["verdict"] == Outcome.PASS:

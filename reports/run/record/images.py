@@ -47,7 +47,8 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     if not renders:
         return {}, None
     path = Path("images", f"{place_of(task.case.name)}.js")
-    write_pixels(task.folder / path, path.as_posix(), renders, asdict(task.case.scene.camera))
+    known = {"camera": asdict(scene.camera), "lights": [*map(asdict, scene.lights)], "shading": scene.shading}
+    write_pixels(task.folder / path, path.as_posix(), renders, known)
     return {}, path.as_posix()
 
 

@@ -67,7 +67,7 @@ def write_both(
         renders |= {called(label, old): earlier[old] for _, old in found}
     if renders:
         scene = scene_of(folders[1], after)
-        write_pixels(out / relative, relative, renders, scene and scene["camera"])
+        write_pixels(out / relative, relative, renders, scene)
     return (sum(counts) if found else None), bool(renders)
 
 

@@ -133,10 +133,10 @@ def test_pixels_are_unpacked_bit_for_bit_by_every_prediction(run, tmp_path: Path
     odd = answers(rounding=1e-7)
     for stage in odd:
         odd[stage][0, :3, 0] = (np.nan, np.inf, -0.0)
-    path = write_pixels(tmp_path / "a.js", "a.js", {"ours": odd, "analytic": answers()}, SCENE["camera"])
+    path = write_pixels(tmp_path / "a.js", "a.js", {"ours": odd, "analytic": answers()}, SCENE)
     stored = json.loads(path.read_text().splitlines()[1])
     ways = {(one["by"], one["curved"]) for stages in stored["renderers"].values() for one in stages.values()}
-    assert {by for by, _ in ways} == {"nothing", "base", "factors", "ray", "pinhole"}
+    assert {by for by, _ in ways} == {"nothing", "base", "factors", "ray", "pinhole", "lights"}
 
     code = """async (stored) => { const { base, renderers } = stored; const known = new Map();
         const get = (name, stage) => { const key = name + stage; if (!known.has(key)) known.set(key, (async () => {

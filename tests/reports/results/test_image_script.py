@@ -21,7 +21,7 @@ def renders():
 
 
 def test_every_bit_of_every_stage_comes_back(tmp_path, renders):
-    back = read_pixels(write_pixels(tmp_path / "a.js", "a.js", renders, SCENE["camera"]))
+    back = read_pixels(write_pixels(tmp_path / "a.js", "a.js", renders, SCENE))
 
     assert list(back) == list(renders)
     for name, stages in renders.items():
@@ -32,7 +32,7 @@ def test_every_bit_of_every_stage_comes_back(tmp_path, renders):
 
 
 def test_one_renderer_is_read_as_it_is_among_all(tmp_path, renders):
-    write_pixels(tmp_path / "a.js", "a.js", renders, SCENE["camera"])
+    write_pixels(tmp_path / "a.js", "a.js", renders, SCENE)
 
     images, _ = kept_images(tmp_path, {"pixels": "a.js"}, only=("tracer-float32", "nobody", None))
 
@@ -46,9 +46,7 @@ def test_a_renderer_a_few_roundings_away_adds_little(tmp_path):
     one = {"analytic": answers(width=80, height=60)}
     two = one | {"tracer-float32": answers(width=80, height=60, rounding=6e-8)}
 
-    alone, both = (
-        write_pixels(tmp_path / "a.js", "a", renders, SCENE["camera"]).stat().st_size for renders in (one, two)
-    )
+    alone, both = (write_pixels(tmp_path / "a.js", "a", renders, SCENE).stat().st_size for renders in (one, two))
 
     assert both < 1.8 * alone
     assert both < 0.35 * 2 * 22 * 4 * 80 * 60
@@ -63,7 +61,7 @@ def test_what_holds_no_images_is_refused_in_one_line(tmp_path):
 
 
 def test_a_case_that_keeps_one_file_is_read_like_one_that_keeps_many(tmp_path, renders):
-    write_pixels(tmp_path / "a.js", "a.js", renders, SCENE["camera"])
+    write_pixels(tmp_path / "a.js", "a.js", renders, SCENE)
 
     images, notes = kept_images(tmp_path, {"pixels": "a.js", "renders": [{"renderer": "analytic", "image": None}]})
 

@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.prediction import along, factors, pinhole, predicted, predictions, through, times
+from rayproof.reports.results.prediction import (
+    along,
+    factors,
+    intensities,
+    lit,
+    pinhole,
+    predicted,
+    predictions,
+    through,
+    times,
+)
 from tests.reports.publish.sample import EYE, SCENE, answers
 
 
@@ -49,15 +59,34 @@ def test_every_prediction_is_made_again_from_what_it_says_of_itself(own):
     base = {stage: image + np.float32(1) for stage, image in own.items()}
     seen = set()
 
-    for stage in own:
-        for how, foretold in predictions(stage, own, base, tuple(EYE), pinhole(SCENE["camera"])):
+    lights = intensities(SCENE)
+    for stage, before in [*((stage, base) for stage in own), (Stage.IRRADIANCE, None)]:
+        for how, foretold in predictions(stage, own, before, tuple(EYE), pinhole(SCENE["camera"]), lights=lights):
             height, width, _ = foretold.shape
-            again = predicted({**how, "height": height, "width": width}, stage, own, base)
+            again = predicted({**how, "height": height, "width": width}, stage, own, before)
             assert (np.zeros_like(foretold) if again is None else again).tobytes() == foretold.tobytes()
             assert np.isfinite(foretold).all() or how["by"] == "base"
             seen.add(how["by"])
 
-    assert seen == {"nothing", "base", "factors", "ray", "pinhole"}
+    assert seen == {"nothing", "base", "factors", "ray", "pinhole", "lights"}
+
+
+def test_irradiance_is_foretold_by_the_lights(own):
+    lights = intensities(SCENE)
+    assert lights is not None
+
+    foretold = lit(own, lights)
+
+    # Of hit points, normals and E that are rounded to float32.
+    assert np.allclose(foretold, own[Stage.IRRADIANCE], rtol=1e-4, atol=1e-6)
+    assert (foretold > 0).mean() > 0.2
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"shading": "simplified"}, {"lights": 3}, {"lights": [{"position": [1], "flux": [1]}]}]
+)
+def test_lights_that_are_not_known_foretell_nothing(wrong):
+    assert intensities(SCENE | wrong) is None
 
 
 def test_without_objects_or_with_indices_that_are_no_numbers_nothing_breaks(own):

@@ -41,6 +41,23 @@
     return result;
   }
 
+  // Each light is [x, y, z, and its intensity by channel].
+  function lit(position, normal, visibility, lights) {
+    const result = new Float32Array(position.values.length), n = normal.values, seen = visibility.values;
+    for (let pixel = 0, at = 0; at < result.length; pixel += 1, at += 3) {
+      const total = [0, 0, 0];
+      lights.forEach((light, number) => {
+        const d = [0, 1, 2].map((i) => light[i] - position.values[at + i]);
+        const squared = (d[0] * d[0] + d[1] * d[1]) + d[2] * d[2];
+        const cosine = ((n[at] * d[0] + n[at + 1] * d[1]) + n[at + 2] * d[2]) / Math.sqrt(squared);
+        const share = seen[pixel * visibility.channels + number] > 0 && cosine > 0 ? cosine / squared : 0;
+        for (let c = 0; c < 3; c += 1) total[c] += light[3 + c] * share;
+      });
+      for (let c = 0; c < 3; c += 1) result[at + c] = finite(Math.fround(total[c]));
+    }
+    return result;
+  }
+
   // -> Float32Array, or null where 0 is foretold; `get(renderer, stage)` promises a decoded image.
   rayproof.predict = async function (stored, stage, renderer, base, get) {
     if (stored.by === "base") return (await get(base, stage)).values;
@@ -49,6 +66,10 @@
     }
     if (stored.by === "pinhole") return through(stored.rays, stored.width, stored.height);
     if (stored.by === "ray") return along(await get(renderer, "ray"), await get(renderer, "distance"), stored.eye);
+    if (stored.by === "lights") {
+      const [position, normal, visibility] = await Promise.all(["position", "normal", "visibility"].map((one) => get(renderer, one)));
+      return lit(position, normal, visibility, stored.lights);
+    }
     return null;
   };
 })(window.rayproof);

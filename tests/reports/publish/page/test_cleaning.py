@@ -22,7 +22,7 @@ ATTACK = "alert(document.cookie)"
 def pixels(tmp_path: Path) -> Path:
     """Return a case's images as a run writes them."""
     renders = {"analytic": answers(), "tracer-float32": answers(rounding=1e-7)}
-    return write_pixels(tmp_path / "a.js", "a.js", renders, SCENE["camera"])
+    return write_pixels(tmp_path / "a.js", "a.js", renders, SCENE)
 
 
 def test_what_a_run_wrote_stays_as_it_is(pixels: Path) -> None:
