@@ -23,7 +23,7 @@ class Scratch:
     def remove(self) -> None:
         """Remove the folder with all that is in it, as far as that can be done."""
         shutil.rmtree(self.folder, ignore_errors=True)
-        os.close(self._lock)
+        self._lock.release(force=True)
 
 
 @contextmanager

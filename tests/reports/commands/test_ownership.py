@@ -38,9 +38,8 @@ def owner(tmp_path):
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("command", [["run", "primitives/sphere"], ["audit", "--only", "sphere/*"]])
-def test_the_second_is_refused_in_one_line_that_names_the_first(owner, command, rayproof: Rayproof, tmp_path: Path):
-    ended = rayproof(*command, "--out", tmp_path / "out")
+def test_the_second_is_refused_in_one_line_that_names_the_first(owner, rayproof: Rayproof, tmp_path: Path):
+    ended = rayproof("run", "primitives/sphere", "--out", tmp_path / "out")
 
     assert ended.code == 2
     assert ended.error.count("\n") == 1
