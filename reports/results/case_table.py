@@ -176,7 +176,7 @@ class CaseTable:
                 place, key, record, added = self._connection.execute(
                     "SELECT place, key, record, added FROM cases WHERE id = ?", (number,)
                 ).fetchone()
-                case = _object(_inflated(record))
+                case = _expanded(_object(_inflated(record)))
                 later = _object(added) if added else None
                 if later is not None and "picture" in later:
                     case["picture"] = later["picture"]
