@@ -33,7 +33,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "rayproof.reports.commands.new:new",
         "Write a starter for a formula of your own, with its slot's contract in it.",
     ),
-    "merge": ("rayproof.reports.commands.merge:merge", "Put the parts together that several machines ran."),
     "report": ("rayproof.reports.commands.report:report", "Publish a results folder again, without rendering."),
     "view": ("rayproof.reports.commands.view:view", "Show any two images in the report's viewer."),
     "list": (
@@ -78,6 +77,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
 
 # Commands of the version before, and what takes their place; the next version forgets them.
 GONE: dict[str, str] = {
+    "merge": "run --merge DIR... --out ALL",
     "audit": "python -m tests.harness.audit, in a checkout of rayproof",
     "bench": "python -m tests.benchmarks.bench, in a checkout of rayproof",
     "paths": "python -m tests.harness.paths, in a checkout of rayproof",

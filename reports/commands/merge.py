@@ -1,38 +1,30 @@
-"""`rayproof merge`: the parts of a run that several machines made, as one run."""
+"""`rayproof run --merge`: the parts of a run that several machines made, as one run."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
+if TYPE_CHECKING:
+    from rayproof.reports.gate.gating import Demanded
+
 
 def merge(
-    *folders: Path,
+    folders: tuple[Path, ...],
+    *,
     out: Path,
-    expect: Path | None = None,
-    against: Path | None = None,
-    least_coverage: float | None = None,
-    history: Path | None = None,
-    json: Path | None = None,
+    demanded: "Demanded | None",
+    history: Path | None,
+    json: Path | None,
 ) -> int:
     """Put the parts of a run together that `rayproof run --shard` made, and publish them as one run.
 
     They must be of the same code, plan, subject and demands. The cases of a part that is not there are missing, and the
-    run counts as not finished.
-
-    Parameters
-    ----------
-    folders
-        The parts' folders, in any order.
-    out
-        The folder for results and report; none of the parts'.
-    expect, against, least_coverage, history, json
-        As for `rayproof run`.
-
+    run counts as not finished. `out` is none of the parts' folders.
     """
     if not folders:
-        raise UsageError("name the folders of the parts: rayproof merge DIR... --out ALL")
-    from rayproof.reports.commands.run import gate_demands
+        raise UsageError("name the folders of the parts: rayproof run --merge DIR... --out ALL")
     from rayproof.reports.results.headline import THE_USUAL
     from rayproof.reports.run import suite
     from rayproof.reports.run.request import RunRequest
@@ -43,7 +35,6 @@ def merge(
         if out.resolve() in {folder.resolve() for folder in folders}:
             raise ValueError(f"{out} is one of the parts; the whole needs a folder of its own")
         shards = load_shards(folders)
-        demanded = gate_demands(expect, against, least_coverage)
         for file in filter(None, (history, json)):
             writable_folder(file.parent)
         own(out)

@@ -29,6 +29,7 @@ def run(
     out: Path = Path("report"),
     resume: bool = False,
     shard: str | None = None,
+    merge: bool = False,
     require: Repeated = (),
     jobs: int | None = None,
     timeout: float | None = None,
@@ -67,8 +68,11 @@ def run(
     resume
         Go on with the run that OUT holds; finished cases are not done again.
     shard
-        Do one part of the cases only, such as 3/8: the third of eight, by a digest of each case's name. `rayproof
-        merge` puts the parts' folders together.
+        Do one part of the cases only, such as 3/8: the third of eight, by a digest of each case's name. --merge
+        puts the parts' folders together.
+    merge
+        Put the parts of a run together that --shard made, and publish them as one: SELECTORS are their folders. They
+        are of the same code, plan, subject and demands; the cases of a part that is not there are missing.
     require
         A reference that must have a say, or several with commas: a case about which it can say nothing at all fails
         (of an optional program: a run); one that answers on request only is asked; one that is not installed ends the
@@ -146,6 +150,22 @@ def run(
         raise UsageError(f"--jobs must be at least 1, got {jobs}")
     if not 0 < memory < MOST_MEMORY:
         raise UsageError(f"--memory must be positive and below {MOST_MEMORY:g}, got {memory} GiB")
+    if least_coverage is not None and not 0 <= least_coverage <= 100:
+        raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
+    if merge:
+        if any(
+            (resume, shard, require, configuration, formula, subject != TRACER, dry_run, count, seed, scenes, scheduler)
+        ):
+            raise UsageError("--merge renders nothing: it goes with --out, --json, --single-file and what a gate asks")
+        from rayproof.reports.commands.merge import merge as merge_parts
+
+        with told_in_one_line():
+            demanded = gate_demands(expect, against, least_coverage)
+        code = merge_parts(tuple(map(Path, selectors)), out=out, demanded=demanded, history=history, json=json)
+        from rayproof.reports.commands.report import write_one_file
+
+        write_one_file(out, asked=single_file)
+        return code
     piece = None
     if shard is not None:
         from rayproof.reports.run.shards import shard_of
@@ -153,7 +173,7 @@ def run(
         with told_in_one_line():
             piece = shard_of(shard)
     if piece is not None and not all(one is None for one in (expect, against, least_coverage, history)):
-        raise UsageError("--expect, --against, --least-coverage and --history are for the whole: give them to merge")
+        raise UsageError("--expect, --against, --least-coverage and --history are for the whole: give them to --merge")
     selectors = drawn(selectors, count, seed)
     if scenes is not None and selectors:
         raise UsageError(f"--scenes says what is run, and so does {selectors[0]}")
@@ -162,8 +182,6 @@ def run(
         raise UsageError(
             "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
         )
-    if least_coverage is not None and not 0 <= least_coverage <= 100:
-        raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
     with told_in_one_line():
         usual_limit()
     place = scheduler_at(scheduler, tls)
