@@ -20,7 +20,7 @@ from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.records import CaseRecord, EngineRecord
 from rayproof.reports.run.cases_under_way import Terms
 from rayproof.reports.run.engine import machine
-from rayproof.reports.run.engine.batch import BadAnswerError, Batch, Limits, unpacked, write
+from rayproof.reports.run.engine.batch import Batch, Limits, unpacked, write
 from rayproof.reports.run.engine.cluster import Cluster, Event, Place, reached
 from rayproof.reports.run.engine.vetting import GLANCE, LIFETIME, Vetting, Worker
 from rayproof.reports.run.engine.waiting import Structure, Waiting
@@ -184,11 +184,7 @@ class Dispatch:
             self._refuse(sent, said)
         else:
             self._cluster.forget(event.task)
-            try:
-                found = unpacked(event.value, sent.batch)
-            except BadAnswerError as wrong:
-                self._refuse(sent, str(wrong))
-                return
+            found = unpacked(event.value)
             self._answered = time.monotonic()
             self._rate += 0.3 * (event.value.seconds / max(sent.estimated, 1e-6) - self._rate)
             for one in sent.batch.cases:

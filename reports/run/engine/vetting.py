@@ -8,7 +8,6 @@ import time
 import uuid
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from rayproof.reports.results.records import RefusedRecord, WorkerRecord
 from rayproof.reports.run.cases_under_way import Terms
@@ -114,9 +113,9 @@ class Vetting:
         worker = self.workers.get(address)
         if worker is None:
             return True
-        if event.error is not None or event.lost is not None or not _is_told(event.value):
-            why = event.error if event.error is not None else event.lost or "it does not say what it is"
-            self.refuse(address, f"{type(why).__name__}: {why}" if isinstance(why, BaseException) else why)
+        if event.error is not None or event.lost is not None:
+            why = event.lost if event.error is None else f"{type(event.error).__name__}: {event.error}"
+            self.refuse(address, str(why))
             return True
         theirs, processors = event.value
         difference = self._ours.difference(theirs)
@@ -162,14 +161,3 @@ class Vetting:
         for question in [question for question, address in self._asked.items() if address in addresses]:
             del self._asked[question]
             self._cluster.forget(question)
-
-
-def _is_told(value: Any) -> bool:
-    """Say whether an answer has the form of what a worker tells; it is foreign data."""
-    return (
-        isinstance(value, tuple)
-        and len(value) == 2
-        and isinstance(value[0], Facts)
-        and isinstance(value[0].told, dict)
-        and isinstance(value[1], int)
-    )

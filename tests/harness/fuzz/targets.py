@@ -3,7 +3,6 @@
 import base64
 import json
 import struct
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -439,77 +438,6 @@ def part_table() -> Target:
     return Target(name=NAME, seeds=(_part()[1],), read=read, refusals=(ResultsError,))
 
 
-def answer() -> Target:
-    """Return what a worker of a cluster answers to a batch of two cases, as JSON, taken up as a run does."""
-    from dataclasses import replace
-
-    from rayproof.cases.families import select
-    from rayproof.reports.results.case_table import NAME, CaseTable
-    from rayproof.reports.run.cases_under_way import Terms
-    from rayproof.reports.run.demands import Demands
-    from rayproof.reports.run.engine.batch import BadAnswerError, Batch, Limits, unpacked, write
-    from rayproof.reports.run.kept_images import EVERY_CASE
-    from rayproof.reports.run.plan import PlannedCase
-    from rayproof.reports.run.record import totals
-    from rayproof.reports.subjects import THE_TRACER
-
-    demands = Demands(subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, own=())
-    records = [{**case, "scene": f"scenes/{case['name']}.json"} for case in _results()["cases"]]
-    case = select(["primitives/sphere"])[0]
-    batch = Batch(
-        name="b",
-        run="r",
-        terms=Terms(demands=demands, subject=THE_TRACER, cached=False, patient=False),
-        limits=Limits(timeout=1.0),
-        cases=tuple(
-            PlannedCase(case=replace(case, name=str(one["name"])), configurations=("float32",)) for one in records
-        ),
-    )
-    whole = {
-        "finished": [
-            {"name": one["name"], "record": one, "files": {one["scene"]: "{}", f"images/{one['name']}/a.exr": "a"}}
-            for one in records
-        ],
-        "seconds": 1.5,
-    }
-
-    def read(path: Path) -> Any:
-        try:
-            told = json.loads(path.read_bytes())
-        except (ValueError, RecursionError) as error:
-            raise BadAnswerError("no answer of anybody's") from error
-        found = unpacked(_answered(told), batch)
-        table = CaseTable(path.parent / NAME)
-        for place, (record, files) in enumerate(found.values()):
-            write(files, path.parent)
-            table.keep(f"key{place}", record, place=place)
-        return totals.of(table.cases())
-
-    return Target(name="answer.json", seeds=(json.dumps(whole).encode(),), read=read, refusals=(BadAnswerError,))
-
-
-def _answered(told: Any) -> Any:
-    """Return the objects that the engine would have made: whatever is of another type stays so."""
-    from rayproof.reports.run.engine.batch import Answer, Finished
-
-    def bare(value: Any) -> Any:
-        return value.encode(errors="surrogatepass") if isinstance(value, str) else value
-
-    def one(case: Any) -> Any:
-        if not isinstance(case, dict) or not case.keys() >= {"name", "record", "files"}:
-            return case
-        record, files = case["record"], case["files"]
-        packed = zlib.compress(json.dumps(record).encode()) if isinstance(record, dict) else bare(record)
-        named = {name: bare(data) for name, data in files.items()} if isinstance(files, dict) else files
-        return Finished(name=case["name"], record=packed, files=named)
-
-    if not isinstance(told, dict) or not told.keys() >= {"finished", "seconds"}:
-        return told
-    finished = told["finished"]
-    cases: Any = tuple(map(one, finished)) if isinstance(finished, list) else finished
-    return Answer(finished=cases, seconds=told["seconds"])
-
-
 def history() -> Target:
     """Return a history file, shown."""
     import tempfile
@@ -559,7 +487,6 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "table": table,
     "part": part,
     "part table": part_table,
-    "answer": answer,
     "history": history,
     "cache": cache,
 }
