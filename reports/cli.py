@@ -163,7 +163,7 @@ def _called(given: list[str], program: "App | None") -> int:
     from cyclopts import CycloptsError
 
     from rayproof.reports.commands.usage import UsageError, disown, one_line
-    from rayproof.tracer.device.llvm import NoBackendError
+    from rayproof.tracer.kernel.compiler import NoBackendError
 
     try:
         if program is None and given[0] in GONE:

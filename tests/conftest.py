@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 
 from rayproof.cases.mesh_sandbox import START
-from rayproof.tracer.device import llvm
+from rayproof.tracer.kernel import compiler
 from tests.command_line import command as command
 
-llvm.select()
+compiler.select()
 
 HERE = Path(__file__).parent
 STARTS = {"os.exec", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "subprocess.Popen"}

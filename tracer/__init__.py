@@ -1,6 +1,6 @@
 """The renderer under test: the specification's formulas on Dr.Jit alone."""
 
-from rayproof.tracer.device import llvm
+from rayproof.tracer.kernel import compiler
 
 # Dr.Jit loads LLVM when it is imported, so the choice must be made before any module below can import it.
-llvm.select()
+compiler.select()

@@ -18,11 +18,9 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes, array_types
-from rayproof.tracer.device.buffers import DeviceBuffers
-from rayproof.tracer.device.coherent_branches import asked
-from rayproof.tracer.device.scheduling import next_step
-from rayproof.tracer.device.tiles import Lanes
+from rayproof.tracer.kernel.arrays import ArrayTypes, Lanes, array_types
+from rayproof.tracer.kernel.branches import asked, next_step
+from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.plan import Plan, plan
 from rayproof.tracer.stages.trace import Trace, radiance
 

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 from rayproof.cases.scene import Mesh, Scene, Shape
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.buffers import DeviceBuffers
-from rayproof.tracer.device.kernel_constants import KernelConstants
+from rayproof.tracer.kernel.arrays import ArrayTypes
+from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants
 from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.triangles import layers
 

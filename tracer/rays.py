@@ -13,7 +13,7 @@ class Ray:
     origin: Any
     direction: Any
     # What formulas of triangles derive from the ray alone, once for all triangles that it meets: a
-    # `tracer.numerics.shear.Shear`, or None where each formula derives it by itself.
+    # `tracer.kernel.arithmetic.Shear`, or None where each formula derives it by itself.
     shear: Any = field(default=None, repr=False, compare=False)
 
     def at(self, t: Any) -> Any:

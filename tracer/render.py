@@ -14,8 +14,8 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.kernel_constants import Numbers, Stages
-from rayproof.tracer.device.tiles import Lanes
+from rayproof.tracer.kernel.arrays import Lanes
+from rayproof.tracer.kernel.parameters import NumbersInMemory, SplitKernels
 from rayproof.tracer.plan import Plan, plan
 from rayproof.tracer.shapes.representable import beyond
 from rayproof.tracer.stages.camera_frame import Frame
@@ -78,7 +78,7 @@ def render(
     if refusal is not None:
         raise ValueError(refusal)
     # What is asked for is written to memory anyway, and the next stage may begin from there.
-    parameters = Stages() if len(wanted) > 1 else Numbers()
+    parameters = SplitKernels() if len(wanted) > 1 else NumbersInMemory()
     trace = Trace.of(scene, configuration, per_side=samples, chosen=chosen, parameters=parameters)
     channels = images(trace, wanted)
     dr.eval(channels)
@@ -107,7 +107,7 @@ def continue_from(scene: Scene, stage: Stage, given: StageImages, configuration:
     if refusal is not None:
         raise ValueError(refusal)
     alone = replace(plan(scene, configuration), columns=1, rows=1, split=False, pipelined=False)
-    trace = Trace.of(scene, configuration, per_side=1, chosen=alone, parameters=Stages())
+    trace = Trace.of(scene, configuration, per_side=1, chosen=alone, parameters=SplitKernels())
     order, Float = list(Stage), trace.world.types.Float
     before = {
         one: [Float(channel) for channel in np.asarray(image, dtype=np.float64).reshape(-1, image.shape[-1]).T]

@@ -67,9 +67,9 @@ def render(
     """
     choose_packaged_llvm()
     from rayproof.tracer.configuration import Configuration
-    from rayproof.tracer.device.llvm import select as select_llvm
     from rayproof.tracer.formulas import FORMULAS
     from rayproof.tracer.formulas.own_file import forget
+    from rayproof.tracer.kernel.compiler import select as select_llvm
     from rayproof.tracer.render import render as trace
 
     asked = image_stages(stages)

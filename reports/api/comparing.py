@@ -63,7 +63,7 @@ def compare(
     if any(runs):
         raise ValueError("a run can only be compared with another run")
     choose_packaged_llvm()
-    from rayproof.tracer.device.llvm import select
+    from rayproof.tracer.kernel.compiler import select
 
     select()
     from rayproof.reports.studies.compare.comparison import compare as compare_formulas

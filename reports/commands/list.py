@@ -49,7 +49,7 @@ def catalogue(
 
 def _write_pages(folder: Path) -> int:
     from rayproof.reports.diagnosis.pages import write
-    from rayproof.tracer.device.llvm import select
+    from rayproof.tracer.kernel.compiler import select
 
     select()
     return write(folder)

@@ -51,7 +51,7 @@ def stability(
             own(out / "stability")
         if json is not None:
             writable_folder(json.parent)
-    from rayproof.tracer.device.llvm import select
+    from rayproof.tracer.kernel.compiler import select
 
     select()
     from rayproof.reports.studies.stability.survey import plan, survey
@@ -87,7 +87,7 @@ def tell(done: int, total: int, one: "ClimbRecord") -> None:
 def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
     """Return what `--json` writes."""
     from rayproof.reports.studies.stability.guards import keeps_subnormals
-    from rayproof.tracer.device.versions import versions
+    from rayproof.tracer.kernel.arrays import versions
 
     return {
         "schema": 1,

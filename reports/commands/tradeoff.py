@@ -36,7 +36,7 @@ def tradeoff(
         sphere=./mine.py:nearest_hit. Repeatable.
 
     """
-    from rayproof.tracer.device.llvm import select
+    from rayproof.tracer.kernel.compiler import select
 
     select()
     from rayproof.reports.studies.tradeoff.files import write

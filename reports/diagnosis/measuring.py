@@ -34,7 +34,7 @@ from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trial import Evidence, undecided
 from rayproof.reports.results.exr import read_answers
 from rayproof.reports.subjects.request import hand_over
-from rayproof.tracer.device.llvm import select
+from rayproof.tracer.kernel.compiler import select
 
 SOURCE = ROOT / "examples" / "renderers" / "mistaken.cpp"
 EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it

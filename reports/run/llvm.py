@@ -1,6 +1,6 @@
 """Choosing the packaged LLVM for this process and every worker that it starts."""
 
-from rayproof.tracer.device.llvm import select
+from rayproof.tracer.kernel.compiler import select
 
 
 def choose_packaged_llvm() -> None:

@@ -12,9 +12,9 @@ from rayproof.tracer.acceleration.grid_boxes import GridBoxes
 from rayproof.tracer.acceleration.packet_bounds import Beam
 from rayproof.tracer.acceleration.traversal import NONE, Walk, any_hit, nearest
 from rayproof.tracer.acceleration.triangle_bvh import HostTriangleHierarchy, TriangleHierarchy, host_forest
-from rayproof.tracer.device.arrays import ArrayTypes, array_types
-from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.formulas import FORMULAS
+from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
+from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.triangles import TriangleArrays
 

@@ -13,8 +13,8 @@ from rayproof.cases.scene import PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.tracer import render as rendering
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.kernel_constants import Literals
 from rayproof.tracer.frames import Frames
+from rayproof.tracer.kernel.parameters import Literals
 from rayproof.tracer.plan import Plan, plan
 from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, everything, octahedron, scene

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.tracer.device.arrays import ArrayTypes, array_types
-from rayproof.tracer.numerics.products import difference_of_products
-from rayproof.tracer.numerics.ulps import moved_by_ulps, next_towards
+from rayproof.tracer.kernel.arithmetic import difference_of_products, moved_by_ulps, next_towards
+from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 NUMPY = {"float32": np.float32, "float64": np.float64}
@@ -119,7 +118,7 @@ def test_subnormals_are_kept_on_the_cpu(types: ArrayTypes) -> None:
     # In a process of its own, as the harness renders: another renderer's library may have told this one's processor
     # to flush them (Embree, which Mitsuba uses, does).
     script = (
-        "import drjit as dr, numpy as np, sys; from rayproof.tracer.device.arrays import array_types; "
+        "import drjit as dr, numpy as np, sys; from rayproof.tracer.kernel.arrays import array_types; "
         "types = array_types(sys.argv[1]); smallest = float(np.finfo(sys.argv[1]).smallest_subnormal); "
         "x = types.Float(smallest * 4); dr.make_opaque(x); sys.exit(int((x / 2)[0] != smallest * 2))"
     )

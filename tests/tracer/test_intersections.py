@@ -8,8 +8,8 @@ import pytest
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square, Triangle
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.kinds import traced
 from tests.tracer.scenes import ALBEDO

@@ -10,8 +10,8 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Shape
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.numerics.unit_vectors import inverse_root
+from rayproof.tracer.kernel.arithmetic import inverse_root
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.render import render
 from tests.tracer.scenes import SHAPES, affine, scene
 

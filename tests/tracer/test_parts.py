@@ -14,9 +14,9 @@ from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.traversal import Walk, nearest
 from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, bounds, host_forest
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.device.buffers import DeviceBuffers
 from rayproof.tracer.formulas import FORMULAS
+from rayproof.tracer.kernel.arrays import array_types
+from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.plan import plan
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.triangles import baked

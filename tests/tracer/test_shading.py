@@ -10,7 +10,7 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Plane, Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.render import render
 from tests.tracer.scenes import LIGHT, SECOND_LIGHT, camera, everything, scene
 

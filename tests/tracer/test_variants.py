@@ -10,8 +10,8 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Sphere
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.formulas import FORMULAS
+from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.render import render
 from rayproof.tracer.shapes.cube import CubeArrays

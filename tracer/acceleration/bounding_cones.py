@@ -24,8 +24,8 @@ import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.tracer.acceleration.packet_bounds import larger, reduced, smaller
-from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.kernel_constants import KernelConstants
+from rayproof.tracer.kernel.arrays import ArrayTypes
+from rayproof.tracer.kernel.parameters import KernelConstants
 from rayproof.tracer.shapes.shape import TracedShape
 
 ROUNDINGS = 32.0

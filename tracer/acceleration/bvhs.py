@@ -11,7 +11,7 @@ from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
 from rayproof.tracer.acceleration.shape_bvh import ShapeHierarchy, host_crowd
 from rayproof.tracer.acceleration.traversal import WIDER, Hierarchy, Walk, nearest
 from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, host_forest
-from rayproof.tracer.numerics.shear import prepared, turning_alike, turns
+from rayproof.tracer.kernel.arithmetic import prepared, turning_alike, turns
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 

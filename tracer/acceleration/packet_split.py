@@ -11,7 +11,7 @@ import drjit as dr
 
 from rayproof.tracer.acceleration.packet_bounds import larger, reduced, smaller
 from rayproof.tracer.acceleration.traversal import Walk, any_hit
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 
 APART = 2.0  # times what a tile spans whose neighbours are all as close as the closest two; measured
 

@@ -16,9 +16,8 @@ import numpy as np
 
 from rayproof.tracer.acceleration.builder import Tree
 from rayproof.tracer.acceleration.grid_boxes import AXES, LOWER, STEPS, UPPER, GridBoxes
-from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.buffers import DeviceBuffers, aligned, packets
-from rayproof.tracer.device.kernel_constants import KernelConstants
+from rayproof.tracer.kernel.arrays import ArrayTypes
+from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants, aligned, packets
 
 CHILDREN = 4
 

@@ -12,9 +12,8 @@ from rayproof.tracer.acceleration.builder import tree_over
 from rayproof.tracer.acceleration.grid_boxes import on_grid
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, Nodes, quantise
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.buffers import DeviceBuffers, packets
-from rayproof.tracer.device.kernel_constants import KernelConstants
+from rayproof.tracer.kernel.arrays import ArrayTypes
+from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants, packets
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.shape import TracedShape

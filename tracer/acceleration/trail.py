@@ -9,7 +9,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 
 DONE = 0xFFFFFFFF  # the node of those that are done
 # What is pending on a level are the siblings x = 1 .. 3 of the current child, counted by exclusive or: bit x - 1. Of

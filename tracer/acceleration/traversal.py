@@ -20,8 +20,8 @@ from rayproof.tracer.acceleration.packet_bounds import Beam
 from rayproof.tracer.acceleration.quantised_boxes import Nodes
 from rayproof.tracer.acceleration.trail import DONE, nearest_child, pop
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.coherent_branches import where
+from rayproof.tracer.kernel.arrays import ArrayTypes
+from rayproof.tracer.kernel.branches import where
 from rayproof.tracer.rays import Interval, Ray
 
 NONE = 0x7FFFFFFF  # the number of no item

@@ -14,9 +14,8 @@ from rayproof.tracer.acceleration.grid_boxes import on_grid
 from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.quantised_boxes import HostNodes, Nodes, quantise
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.buffers import DeviceBuffers, aligned, packets
-from rayproof.tracer.device.kernel_constants import LITERALS, KernelConstants
+from rayproof.tracer.kernel.arrays import ArrayTypes
+from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers, KernelConstants, aligned, packets
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.triangles import TriangleArrays, baked, degenerate, in_pieces, object_normals, slenderness
 

@@ -15,7 +15,7 @@ import drjit as dr
 
 from rayproof.cases.scene import Vector
 from rayproof.tracer.acceleration.bounding_cones import Cone, Directions, cone
-from rayproof.tracer.device.coherent_branches import where
+from rayproof.tracer.kernel.branches import where
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.kinds import traced

@@ -5,8 +5,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.tracer.numerics.matrices import matrix
-from rayproof.tracer.numerics.unit_vectors import unit
+from rayproof.tracer.kernel.arithmetic import matrix, unit
 
 ORDER = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # (sx, sy) of the frustum's corners
 

@@ -4,8 +4,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.tracer.numerics.matrices import matrix, quad
-from rayproof.tracer.numerics.unit_vectors import normalized
+from rayproof.tracer.kernel.arithmetic import matrix, normalized, quad
 
 
 def reference_point(frame: Any, sx: Any, sy: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.rounding import gamma
-from rayproof.tracer.numerics.quadratic import ordered
+from rayproof.tracer.kernel.arithmetic import ordered
 from rayproof.tracer.rays import Interval, Ray
 
 

@@ -5,8 +5,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.tracer.numerics.matrices import quad
-from rayproof.tracer.numerics.unit_vectors import normalized
+from rayproof.tracer.kernel.arithmetic import normalized, quad
 from rayproof.tracer.rays import Ray
 from rayproof.tracer.shapes.shape import HALF
 from rayproof.tracer.shapes.transforms import Transform

@@ -10,7 +10,7 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF, gamma
-from rayproof.tracer.numerics.ulps import moved_by_ulps, next_towards
+from rayproof.tracer.kernel.arithmetic import moved_by_ulps, next_towards
 from rayproof.tracer.rays import Hit, Start
 
 FIXED_MINIMUM = 1e-3  # m

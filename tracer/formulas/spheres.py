@@ -8,9 +8,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.tracer.numerics.float64 import in_float64
-from rayproof.tracer.numerics.products import difference_of_products
-from rayproof.tracer.numerics.quadratic import ordered, stable_roots
+from rayproof.tracer.kernel.arithmetic import difference_of_products, in_float64, ordered, stable_roots
 from rayproof.tracer.rays import Interval, Ray
 
 

@@ -8,9 +8,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.tracer.numerics.float64 import in_float64
-from rayproof.tracer.numerics.products import difference_of_products
-from rayproof.tracer.numerics.shear import distance, edge_functions, shear
+from rayproof.tracer.kernel.arithmetic import difference_of_products, distance, edge_functions, in_float64, shear
 from rayproof.tracer.rays import Interval, Ray
 
 EPSILON = 1e-8  # m^2, of `moeller_trumbore_epsilon`
@@ -177,7 +175,7 @@ def woop_kahan(ray: Ray, triangle: Any, interval: Interval) -> Any:
     No compiler can fuse these again. An area is off by 1.5 ulp at most, so that without underflow its sign is always
     right for the sheared corners, and neighbours agree about their edge.
     Sources: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", Journal of Computer Graphics Techniques 2
-    (2013); Kahan (see `tracer.numerics.products`).
+    (2013); Kahan (see `tracer.kernel.arithmetic`).
     """
     sheared = shear(ray, triangle)
     return distance(sheared, edge_functions(sheared, difference_of_products), interval)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.shapes.cube import TracedCube
 from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.shapes.sphere import TracedSphere

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from rayproof.cases.scene import Vector
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.shapes.transforms import Transform
 
 HALF = 0.5  # m, half the size of the unit cube and the unit square

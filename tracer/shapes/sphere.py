@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rayproof.cases.scene import Vector
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.shapes.shape import TracedShape
 
 

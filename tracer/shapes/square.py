@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.shapes.cube import CORNERS, TracedCube
 from rayproof.tracer.shapes.shape import HALF
 

@@ -1,7 +1,7 @@
 """Where a shape stands: its model matrix, inverted on the host in float64 and rounded once to the working precision.
 
 Coefficients that are 0 or 1 cost no operation, so that a translation or an axis-aligned scale is no more than that.
-Where kernels are to be shared (`tracer.device.kernel_constants`), only those that are 0 cost none. Where there are many
+Where kernels are to be shared (`tracer.kernel.parameters`), only those that are 0 cost none. Where there are many
 shapes, the matrix differs from lane to lane, and is looked up in memory instead of written into the kernel.
 """
 
@@ -13,7 +13,7 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import IDENTITY, Matrix
-from rayproof.tracer.device.kernel_constants import LITERALS, KernelConstants
+from rayproof.tracer.kernel.parameters import LITERALS, KernelConstants
 
 
 @dataclass(frozen=True, kw_only=True)

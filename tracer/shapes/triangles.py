@@ -15,7 +15,7 @@ import numpy as np
 
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import IDENTITY, Mesh, Shape, Triangle, Vector
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.shapes.shape import TracedShape
 
 PIECE = 2**14  # triangles

@@ -7,8 +7,8 @@ import drjit as dr
 
 from rayproof.cases.scene import Camera
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes
-from rayproof.tracer.device.kernel_constants import KernelConstants
+from rayproof.tracer.kernel.arrays import ArrayTypes
+from rayproof.tracer.kernel.parameters import KernelConstants
 
 
 @dataclass(frozen=True, kw_only=True)

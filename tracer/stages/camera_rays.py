@@ -10,8 +10,8 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.scene import Camera
-from rayproof.tracer.device.scheduling import next_step
-from rayproof.tracer.device.tiles import Lanes
+from rayproof.tracer.kernel.arrays import Lanes
+from rayproof.tracer.kernel.branches import next_step
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.stages.camera_frame import Frame, Viewpoint, camera_frame

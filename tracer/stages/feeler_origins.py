@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import drjit as dr
 
-from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.rays import Hit, Interval, Ray
 from rayproof.tracer.stages.hit_attributes import HitShapes
 from rayproof.tracer.stages.intersector import World

@@ -7,7 +7,7 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.scene import Vector
-from rayproof.tracer.device.scheduling import next_step
+from rayproof.tracer.kernel.branches import next_step
 from rayproof.tracer.rays import Feeler, Hit, Interval, Ray
 from rayproof.tracer.stages.feeler_origins import FeelerOrigins, feeler_origins
 from rayproof.tracer.stages.intersector import World

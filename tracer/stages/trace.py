@@ -1,6 +1,6 @@
 """From pixel to radiance: each stage is made from the one before, in the order of the specification.
 
-Every stage is a list with an entry for each sample of a lane (`tracer.device.tiles`): Dr.Jit arrays, evaluated only
+Every stage is a list with an entry for each sample of a lane (`tracer.kernel.arrays`): Dr.Jit arrays, evaluated only
 where `KernelConstants.store` ends a kernel.
 """
 
@@ -16,11 +16,9 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.acceleration.packet_bounds import reduced
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.device.buffers import DeviceBuffers
-from rayproof.tracer.device.coherent_branches import where
-from rayproof.tracer.device.kernel_constants import LITERALS, KernelConstants
-from rayproof.tracer.device.scheduling import next_step
+from rayproof.tracer.kernel.arrays import array_types
+from rayproof.tracer.kernel.branches import next_step, where
+from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers, KernelConstants
 from rayproof.tracer.plan import Context, Plan, plan
 from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.stages.camera_rays import View, camera_rays, clipped, sample_ndc, sample_positions

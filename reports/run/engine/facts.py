@@ -14,7 +14,7 @@ from rayproof.reports.run.cases_under_way import Terms
 from rayproof.reports.run.verdict_memory import version as reference_version
 from rayproof.reports.subjects import PROGRAM
 from rayproof.reports.subjects.choosing import identity
-from rayproof.tracer.device.llvm import VARIABLE, packaged_library
+from rayproof.tracer.kernel.compiler import VARIABLE, packaged_library
 
 LLVM = "karellen-llvm-core"
 

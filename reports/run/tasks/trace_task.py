@@ -11,9 +11,9 @@ from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.llvm import one_thread
-from rayproof.tracer.device.versions import versions
 from rayproof.tracer.formulas.own_file import copied
+from rayproof.tracer.kernel.arrays import versions
+from rayproof.tracer.kernel.compiler import one_thread
 from rayproof.tracer.render import render
 
 SMALL = 2**16  # px of an image that one thread renders no later than several, with half of their processor time

@@ -7,7 +7,7 @@ import drjit as dr
 import numpy as np
 
 from rayproof.reports.studies.stability.exactly import Columns
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 
 ALIGNMENT = 256  # bytes
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from rayproof.reports.studies.stability.exactly import Columns
-from rayproof.tracer.device.arrays import ArrayTypes
+from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.cube import CubeArrays
 from rayproof.tracer.shapes.kinds import PlaneArrays

@@ -1,7 +1,7 @@
 """What the compiler must not do: treat NaN as a number, or fuse a product into a sum behind a formula's back.
 
 Either would make the same formula different arithmetics on different backends. FastMath is turned off by
-`tracer.device.arrays`; LLVM does not contract a product and a sum unless it is told to. Both are asked, not assumed.
+`tracer.kernel.arrays`; LLVM does not contract a product and a sum unless it is told to. Both are asked, not assumed.
 What subnormals become is no fault, it differs by backend: the report says which.
 """
 
@@ -9,7 +9,7 @@ import drjit as dr
 import numpy as np
 
 from rayproof.reports.studies.stability.device import number
-from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.kernel.arrays import array_types
 
 PRODUCTS = 4096
 LARGE = 65536

@@ -14,8 +14,8 @@ from rayproof.reports.studies.tradeoff.points import DiagramRecord, Point, Trade
 from rayproof.reports.studies.tradeoff.routes import ROUTES, route_entries
 from rayproof.reports.studies.tradeoff.sampling import sampling_entries
 from rayproof.reports.studies.tradeoff.tasks import Sampled
-from rayproof.tracer.device.versions import versions
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import versions
 
 SAMPLES = "samples"
 KINDS = {SAMPLES: "samples", ROUTES: "paths", LADDER: "ladders"}  # the first half of a diagram's name; others are slots

@@ -26,8 +26,8 @@ from rayproof.reports.studies.tradeoff.formulas import pixels
 from rayproof.reports.studies.tradeoff.points import Point
 from rayproof.reports.studies.tradeoff.tails import quantile, tail
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.kernel_constants import LITERALS
 from rayproof.tracer.frames import Frames
+from rayproof.tracer.kernel.parameters import LITERALS
 from rayproof.tracer.render import render
 from rayproof.tracer.stages.trace import Trace, images
 

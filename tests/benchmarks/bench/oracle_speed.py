@@ -150,7 +150,7 @@ def oracle_speed(scene: str, *, json: Path | None = None) -> int:
 
     """
     loaded = scene_named(scene)
-    from rayproof.tracer.device.llvm import select
+    from rayproof.tracer.kernel.compiler import select
 
     select()
     found = speeds(loaded)

@@ -12,8 +12,8 @@ import pytest
 
 from rayproof.cases.benchmark_scenes import chosen
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.frames import Frames
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.plan import Plan
 from tests.benchmarks.bench.kernels import Kernel, Work, kernels, loops, shared, work
 from tests.benchmarks.bench.limits import CHAIN, WIDTH, _add, _chained, _divide, _multiply_add, _root, limit

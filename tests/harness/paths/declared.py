@@ -14,8 +14,8 @@ from rayproof.tracer.acceleration.builder import PIECE
 from rayproof.tracer.acceleration.parts import in_parts, slanting
 from rayproof.tracer.acceleration.triangle_bvh import bounds
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import backend
 from rayproof.tracer.frames import PACKETS
+from rayproof.tracer.kernel.arrays import backend
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.triangles import baked, degenerate

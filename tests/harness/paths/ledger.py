@@ -13,7 +13,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES
 from rayproof.reports.results.json_numbers import number
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import backend
+from rayproof.tracer.kernel.arrays import backend
 from rayproof.tracer.plan import plan
 from rayproof.tracer.render import render
 from tests.harness.paths.declared import FRAMES, NUMBERS, PATHS, STAGES, Rendering

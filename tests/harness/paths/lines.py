@@ -47,7 +47,7 @@ DIAGNOSIS = "continues a stage from another renderer's, for the diagnosis: tests
 
 # "file:function" -> why.
 FUNCTIONS: Mapping[str, str] = {
-    "device/coherent_branches.py:asked": BENCH,
+    "kernel/branches.py:asked": BENCH,
     "frames.py:Frames.asked": BENCH,
     "frames.py:Frames.pixels": "a copy of what was rendered, which nothing is here",
     "shapes/shape.py:TracedShape.arrays": NOT_ASKED,
@@ -66,11 +66,11 @@ FUNCTIONS: Mapping[str, str] = {
     "shapes/error_bounds.py:bound": JUDGE,
     "plan.py:Plan.text": JUDGE,
     "stages/shadow_epsilon.py:shadow_epsilon": JUDGE,
-    "device/versions.py:versions": JUDGE,
-    "device/llvm.py:packaged_library": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
-    "device/llvm.py:_libm": ONE_THREAD,
-    "device/llvm.py:one_thread": ONE_THREAD,
-    "device/llvm.py:select": "chosen before anything is rendered: tests/tracer/device/test_llvm.py",
+    "kernel/arrays.py:versions": JUDGE,
+    "kernel/compiler.py:packaged_library": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
+    "kernel/compiler.py:_libm": ONE_THREAD,
+    "kernel/compiler.py:one_thread": ONE_THREAD,
+    "kernel/compiler.py:select": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
     "render.py:continue_from": DIAGNOSIS,
     "stages/trace.py:continued": DIAGNOSIS,
 }
@@ -90,9 +90,9 @@ LINES: Mapping[str, str] = {
         "self._first(leaves * nodes.number)"
     ): HALVES,
     "acceleration/triangle_bvh.py:return None": "meshes without a face that has an area: tests/tracer/test_render.py",
-    "device/arrays.py:if wanted:": REFUSED,
-    "device/coherent_branches.py:found.append(some)": BENCH,
-    "device/coherent_branches.py:return compute()": BENCH,
+    "kernel/arrays.py:if wanted:": REFUSED,
+    "kernel/branches.py:found.append(some)": BENCH,
+    "kernel/branches.py:return compute()": BENCH,
     'shapes/kinds.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
     (
         'shapes/representable.py:return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"'
@@ -274,7 +274,7 @@ def left(name: str, path: Path, seen: set[int]) -> dict[int, str]:
 
 def unexecuted() -> list[str]:
     """Return the lines that nothing executes and nobody excuses. The process is then good for nothing else."""
-    from rayproof.tracer.device.llvm import select
+    from rayproof.tracer.kernel.compiler import select
 
     select()
     _evaluate_nothing()

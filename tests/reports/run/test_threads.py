@@ -53,7 +53,7 @@ def test_one_thread_alone_flushes_subnormal_numbers_and_leaves_the_caller_as_it_
         from rayproof import tracer
         import drjit as dr
         from drjit.llvm import Float, Float64
-        from rayproof.tracer.device.llvm import one_thread
+        from rayproof.tracer.kernel.compiler import one_thread
 
         kind, faint = (Float, 1e-38) if sys.argv[1] == "float32" else (Float64, 1e-307)
 

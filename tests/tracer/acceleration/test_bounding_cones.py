@@ -8,9 +8,9 @@ import numpy as np
 from rayproof.cases.scene import Sphere
 from rayproof.tracer.acceleration.bounding_cones import Directions, cone
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.device.kernel_constants import LITERALS
 from rayproof.tracer.frames import Frames
+from rayproof.tracer.kernel.arrays import array_types
+from rayproof.tracer.kernel.parameters import LITERALS
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.shapes.kinds import traced
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, octahedron, scene, shapes

@@ -5,7 +5,7 @@ import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import IDENTITY
-from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.shapes.transforms import Transform
 from tests.tracer.scenes import affine
 

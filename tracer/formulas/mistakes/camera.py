@@ -5,7 +5,7 @@ from typing import Any
 
 import drjit as dr
 
-from rayproof.tracer.numerics.matrices import matrix
+from rayproof.tracer.kernel.arithmetic import matrix
 
 
 def fault_left_handed(eye: Any, target: Any, up: Any) -> tuple[Any, Any, Any]:

@@ -16,8 +16,8 @@ from rayproof.reports.studies.stability.exactly import Columns, Mathematics, con
 from rayproof.reports.studies.stability.mathematics import dot
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
 from rayproof.reports.studies.stability.shapes import Signs
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.rays import Interval
 
 

@@ -12,8 +12,8 @@ from rayproof.reports.studies.stability.exactly import decided, evaluated, sampl
 from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.reports.studies.stability.shapes import SHAPES, Hit, towards
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import array_types
 
 LENGTHS = {"sphere": ("o", "c", "r"), "triangle": ("o", "a", "b", "c")}
 

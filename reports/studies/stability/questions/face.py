@@ -10,8 +10,8 @@ from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
 from rayproof.reports.studies.stability.questions.distance import Distance
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.kernel.arrays import array_types
 
 
 @QUESTIONS.register("face")

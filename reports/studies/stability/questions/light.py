@@ -15,8 +15,8 @@ from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import Columns, single
 from rayproof.reports.studies.stability.mathematics import dot
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import array_types
 
 BITS = 256
 DTYPES: Mapping[str, type[np.floating]] = {"float32": np.float32, "float64": np.float64}

@@ -14,8 +14,8 @@ from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
 from rayproof.reports.studies.stability.shapes import Triangle
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import array_types
 
 TRIANGLE = Triangle()
 

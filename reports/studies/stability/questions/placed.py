@@ -24,8 +24,8 @@ from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grad
 from rayproof.reports.studies.stability.questions.distance import graded
 from rayproof.reports.studies.stability.shapes import SHAPES, Triangle, towards
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 from rayproof.tracer.shapes.kinds import traced
 from rayproof.tracer.shapes.transforms import Transform
 

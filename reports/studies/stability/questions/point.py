@@ -19,8 +19,8 @@ from rayproof.reports.studies.stability.mathematics import cross, dot, minus, no
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.reports.studies.stability.questions.distance import Distance
 from rayproof.reports.studies.stability.questions.placed import angles
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.rays import Ray
 
 

@@ -21,8 +21,8 @@ from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.mathematics import dot, minus
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import ArrayTypes, array_types
 from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 from rayproof.tracer.rays import Hit, Interval, Ray
 from rayproof.tracer.shapes.error_bounds import clearance
 from rayproof.tracer.shapes.sphere import SphereArrays

@@ -20,8 +20,8 @@ from rayproof.reports.studies.stability.questions.distance import Distance
 from rayproof.reports.studies.stability.questions.view_ray import ViewRay, looking, tangents
 from rayproof.reports.studies.stability.shapes import SHAPES, towards
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import array_types
 
 MATTERS = ("eye", "target", "up", "sx", "sy")  # of a camera, for a direction
 MOST = 200  # rays

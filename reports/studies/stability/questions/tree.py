@@ -18,10 +18,9 @@ from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, nothing
 from rayproof.reports.studies.stability.questions.distance import Distance
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
-from rayproof.tracer.device.buffers import DeviceBuffers
-from rayproof.tracer.device.kernel_constants import LITERALS
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import array_types
+from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers
 from rayproof.tracer.plan import Context, Plan
 from rayproof.tracer.stages.intersector import World
 

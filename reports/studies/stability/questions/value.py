@@ -21,10 +21,10 @@ from rayproof.reports.studies.stability.device import downloaded, uploaded
 from rayproof.reports.studies.stability.exactly import Columns, Mathematics, evaluated, parts, sample, witnessed
 from rayproof.reports.studies.stability.mathematics import dot, plus, times
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.formulas.camera import ORDER
-from rayproof.tracer.numerics.matrices import matrix
+from rayproof.tracer.kernel.arithmetic import matrix
+from rayproof.tracer.kernel.arrays import array_types
 
 PI_REST = 1.2246467991473532e-16  # what float64's pi lacks
 PLACES = tuple(product(range(4), repeat=2))  # of a 4x4 matrix

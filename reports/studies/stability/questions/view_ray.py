@@ -19,8 +19,8 @@ from rayproof.reports.studies.stability.mathematics import cross, minus, normali
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.reports.studies.stability.questions.placed import angles
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.stages.camera_frame import camera_frame
 
 TANGENT_BITS = 300

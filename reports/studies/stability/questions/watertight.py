@@ -14,8 +14,8 @@ from rayproof.reports.studies.stability.exactly import Columns, rational, sample
 from rayproof.reports.studies.stability.geometry import ahead, ray_of
 from rayproof.reports.studies.stability.mathematics import cross, dot, minus
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from rayproof.tracer.device.arrays import array_types
 from rayproof.tracer.formulas import Formula
+from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.shapes.triangles import TriangleArrays
 
 MARGIN = 1e-6

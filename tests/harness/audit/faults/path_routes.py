@@ -11,9 +11,9 @@ from rayproof.tracer import frames
 from rayproof.tracer.acceleration import bounding_cones
 from rayproof.tracer.acceleration.bounding_cones import Cone
 from rayproof.tracer.acceleration.unrolled import UnrolledShapes
-from rayproof.tracer.device.kernel_constants import Numbers
-from rayproof.tracer.device.tiles import Lanes
 from rayproof.tracer.frames import Frames
+from rayproof.tracer.kernel.arrays import Lanes
+from rayproof.tracer.kernel.parameters import NumbersInMemory
 from rayproof.tracer.shapes.transforms import Transform
 from rayproof.tracer.stages import camera_rays
 from rayproof.tracer.stages.hit_attributes import HitShapes
@@ -186,7 +186,7 @@ method(
 )
 method(
     "numbers_flux",
-    Numbers,
+    NumbersInMemory,
     "__call__",
     _flux(False),
     "Numbers in memory of one kernel: every flux is wrong.",
@@ -197,7 +197,7 @@ method(
 )
 method(
     "stages_flux",
-    Numbers,
+    NumbersInMemory,
     "__call__",
     _flux(True),
     "Numbers in memory of several kernels: every flux is wrong.",

@@ -11,7 +11,7 @@ from rayproof.tracer.acceleration import builder, packet_split, parts, traversal
 from rayproof.tracer.acceleration.bvhs import Hierarchies
 from rayproof.tracer.acceleration.quantised_boxes import Nodes
 from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy
-from rayproof.tracer.numerics import shear
+from rayproof.tracer.kernel import arithmetic
 from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.shapes.triangles import TracedMesh
 from rayproof.tracer.stages import surfaces, trace
@@ -297,7 +297,7 @@ function(
 )
 function(
     "shear_together",
-    shear.prepared,
+    arithmetic.prepared,
     _sheared(True),
     "Rays that turn alike in the shear are stretched.",
     path="shear/together",
@@ -307,7 +307,7 @@ function(
 )
 function(
     "shear_each",
-    shear.prepared,
+    arithmetic.prepared,
     _sheared(False),
     "Rays that turn by themselves in the shear are stretched.",
     path="shear/each by itself",

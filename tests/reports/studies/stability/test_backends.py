@@ -9,7 +9,7 @@ import drjit as dr
 import pytest
 
 from rayproof.reports.cli import NOT_MEASURED
-from rayproof.tracer.device.arrays import BACKENDS, VARIABLE
+from rayproof.tracer.kernel.arrays import BACKENDS, VARIABLE
 
 pytestmark = pytest.mark.process
 
@@ -18,7 +18,7 @@ CODE = """
 import json
 from rayproof.reports.studies.stability.guards import broken
 from rayproof.reports.studies.stability.survey import plan, survey
-from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.kernel.arrays import array_types
 both = ("float32", "float64")
 planned = plan(("sphere/textbook", "sphere/haines"), ladders=("SPH-FAR",), precisions=both, quick=True)
 found = [[one["formula"], one["precision"], one["slope"], one["surprise"]] for one in survey(planned, doubts=print)]

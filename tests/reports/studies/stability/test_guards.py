@@ -5,7 +5,7 @@ import numpy as np
 
 from rayproof.reports.studies.stability.device import number
 from rayproof.reports.studies.stability.guards import broken
-from rayproof.tracer.device.arrays import array_types
+from rayproof.tracer.kernel.arrays import array_types
 
 
 def test_neither_fast_math_nor_contraction(precision: str) -> None:

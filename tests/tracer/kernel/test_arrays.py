@@ -3,8 +3,7 @@
 import drjit as dr
 import pytest
 
-from rayproof.tracer.device.arrays import array_types, backend
-from rayproof.tracer.device.versions import versions
+from rayproof.tracer.kernel.arrays import array_types, backend, versions
 
 
 def test_fast_math_is_off_so_that_nan_times_zero_is_nan(precision: str) -> None:

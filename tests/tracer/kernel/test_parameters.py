@@ -12,8 +12,8 @@ from rayproof.cases.scene import IDENTITY, Cube, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.tracer import render as rendering
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.device.kernel_constants import Literals
 from rayproof.tracer.frames import Frames
+from rayproof.tracer.kernel.parameters import Literals
 from rayproof.tracer.render import render
 from tests.tracer.scenes import FLOOR, LIGHT, affine, camera, everything, octahedron, scene
 

@@ -9,36 +9,36 @@ from types import SimpleNamespace
 import drjit as dr
 import pytest
 
-from rayproof.tracer.device import llvm
-from rayproof.tracer.device.arrays import backend
+from rayproof.tracer.kernel import compiler
+from rayproof.tracer.kernel.arrays import backend
 
 
 def test_a_library_named_by_the_user_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(llvm.VARIABLE, "/a/library/of/mine.so")
+    monkeypatch.setenv(compiler.VARIABLE, "/a/library/of/mine.so")
 
-    llvm.select()
+    compiler.select()
 
-    assert os.environ[llvm.VARIABLE] == "/a/library/of/mine.so"
+    assert os.environ[compiler.VARIABLE] == "/a/library/of/mine.so"
 
 
 def test_no_packaged_library_leaves_the_choice_to_drjit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(sys, "prefix", str(tmp_path))
-    monkeypatch.delenv(llvm.VARIABLE, raising=False)
+    monkeypatch.delenv(compiler.VARIABLE, raising=False)
 
-    llvm.select()
+    compiler.select()
 
-    assert llvm.packaged_library() is None
-    assert llvm.VARIABLE not in os.environ
+    assert compiler.packaged_library() is None
+    assert compiler.VARIABLE not in os.environ
 
 
 def test_a_library_that_aborts_and_was_loaded_before_is_told_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     early = SimpleNamespace(detail=SimpleNamespace(llvm_version=lambda: (15, 0, 7)))
     monkeypatch.setitem(sys.modules, "drjit", early)
-    monkeypatch.setattr(llvm, "packaged_library", lambda: Path("/the/packaged/library.so"))
-    monkeypatch.delenv(llvm.VARIABLE, raising=False)
+    monkeypatch.setattr(compiler, "packaged_library", lambda: Path("/the/packaged/library.so"))
+    monkeypatch.delenv(compiler.VARIABLE, raising=False)
 
-    with pytest.raises(llvm.NoBackendError, match=r"imported before rayproof and loaded LLVM 15\.0\.7") as told:
-        llvm.select()
+    with pytest.raises(compiler.NoBackendError, match=r"imported before rayproof and loaded LLVM 15\.0\.7") as told:
+        compiler.select()
 
     assert "\n" not in str(told.value)
 
@@ -50,7 +50,7 @@ def test_a_library_that_aborts_and_was_loaded_before_is_told_in_one_line(monkeyp
 def test_neither_order_of_imports_kills_a_script(order: str) -> None:
     # What an older LLVM cannot compile: a constant of float64.
     script = f"{order}; import drjit.llvm; print(drjit.sqrt(drjit.llvm.Float64([2.0]) * 3.7))"
-    environment = {name: value for name, value in os.environ.items() if name != llvm.VARIABLE}
+    environment = {name: value for name, value in os.environ.items() if name != compiler.VARIABLE}
 
     done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
 

@@ -1,4 +1,6 @@
-"""Choose the LLVM that comes with the packages, ahead of any that the system has.
+"""The compiler: which LLVM is loaded, and on how many threads kernels run.
+
+The LLVM that comes with the packages is chosen, ahead of any that the system has.
 
 LLVM 15 and 16 abort the process on float minimum and maximum, and LLVM 15 on float64 kernels; Dr.Jit would take the
 newest library that it finds. Imports no Dr.Jit, because Dr.Jit loads LLVM when it is imported.

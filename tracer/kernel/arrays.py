@@ -1,0 +1,180 @@
+"""Dr.Jit's array types and backends, and how the samples of an image lie in lanes.
+
+The array types that the tracer computes with: the only file that names backends and precisions.
+
+Dr.Jit's FastMath is turned off here, because it makes the CPU and GPU backends different arithmetics and turns
+NaN * 0 into 0.
+
+Which samples of an image each SIMD lane computes: one, or a tile of several that go through the tree together.
+
+Neighbouring lanes hold neighbouring tiles, in blocks of four by four, so that what a processor does at once stays
+close together in the image as well.
+"""
+
+import importlib
+import importlib.metadata
+import os
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+from rayproof.tracer.kernel import compiler
+
+SUFFIXES = {"float32": "f", "float64": "f64"}  # of the names of Dr.Jit's types
+BACKENDS = {"cuda": dr.JitBackend.CUDA, "llvm": dr.JitBackend.LLVM}  # the first that is there is taken
+VARIABLE = "RAYPROOF_BACKEND"  # names one of them, for a machine that has both
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArrayTypes:
+    """One Dr.Jit backend at one precision.
+
+    The fields are Dr.Jit's classes; Vector has three components, Quad four, Packet as many as it is given.
+    """
+
+    precision: str
+    backend: str  # "cuda" or "llvm"
+    Float: Any
+    Vector: Any
+    Quad: Any
+    Packet: Any
+    Matrix: Any  # 4x4
+    Int: Any  # 32 bits
+    UInt: Any  # 32 bits
+    Bool: Any
+
+
+@cache
+def backend() -> str:
+    """Return what RAYPROOF_BACKEND names; without it "cuda" where Dr.Jit finds an NVIDIA GPU, else "llvm".
+
+    Raises:
+        NoBackendError: Dr.Jit has neither, or not the one that is named; using it anyway would kill the process.
+
+    """
+    wanted = os.environ.get(VARIABLE)
+    for name, found in BACKENDS.items():
+        if wanted in (None, "", name) and dr.has_backend(found):
+            return name
+    if wanted:
+        raise compiler.NoBackendError(
+            f"{VARIABLE}={wanted}, but Dr.Jit has no such backend here; known: {', '.join(BACKENDS)}"
+        )
+    raise compiler.NoBackendError(
+        "Dr.Jit finds neither an NVIDIA GPU nor a usable LLVM; install karellen-llvm-core (and the system's "
+        f"libatomic1), or name an LLVM library of version 19 or later in {compiler.VARIABLE}"
+    )
+
+
+@cache
+def array_types(precision: str) -> ArrayTypes:
+    """Return the array types of `precision` on this machine's backend.
+
+    Raises:
+        LookupError: the precision is neither float32 nor float64.
+        NoBackendError: Dr.Jit has no backend.
+
+    """
+    if precision not in SUFFIXES:
+        raise LookupError(f"no precision is called {precision!r}; known: {', '.join(SUFFIXES)}")
+    name = backend()
+    module = importlib.import_module(f"drjit.{name}")
+    dr.set_flag(dr.JitFlag.FastMath, False)
+    suffix = SUFFIXES[precision]
+    return ArrayTypes(
+        precision=precision,
+        backend=name,
+        Float=module.Float64 if precision == "float64" else module.Float32,
+        Vector=getattr(module, f"Array3{suffix}"),
+        Quad=getattr(module, f"Array4{suffix}"),
+        Packet=getattr(module, f"ArrayX{suffix}"),
+        Matrix=getattr(module, f"Matrix4{suffix}"),
+        Int=module.Int32,
+        UInt=module.UInt32,
+        Bool=module.Bool,
+    )
+
+
+BLOCK = 4  # tiles, per side
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lanes:
+    """An image of width x height samples, cut into tiles of `columns` x `rows`, one per lane."""
+
+    width: int
+    height: int
+    columns: int = 1
+    rows: int = 1
+
+    @property
+    def tile(self) -> int:
+        """Return the samples per lane."""
+        return self.columns * self.rows
+
+    @cached_property
+    def _blocks(self) -> tuple[int, int]:
+        across, down = self.columns * BLOCK, self.rows * BLOCK
+        return -(-self.width // across), -(-self.height // down)
+
+    @property
+    def count(self) -> int:
+        """Return the number of lanes; tiles that reach over the border repeat its samples."""
+        return self.width * self.height if self.tile == 1 else self._blocks[0] * self._blocks[1] * BLOCK * BLOCK
+
+    def positions(self, UInt: Any) -> list[tuple[Any, Any]]:
+        """Return (column, row) of each of a lane's samples."""
+        index = dr.arange(UInt, self.count)
+        if self.tile == 1:
+            row = index // self.width
+            return [(index - row * self.width, row)]
+        block, place = index // (BLOCK * BLOCK), index % (BLOCK * BLOCK)
+        down = block // self._blocks[0]
+        left = ((block - down * self._blocks[0]) * BLOCK + place % BLOCK) * self.columns
+        top = (down * BLOCK + place // BLOCK) * self.rows
+        columns = self._within(left, self.width, self.columns)
+        rows = self._within(top, self.height, self.rows)
+        return [(column, row) for row in rows for column in columns]
+
+    @staticmethod
+    def _within(first: Any, size: int, count: int) -> list[Any]:
+        """Return a tile's coordinates along one axis; what lies outside is moved to the border."""
+        if size % (count * BLOCK) == 0:
+            return [first + k for k in range(count)]
+        if size % count == 0:
+            # Tiles lie inside or outside as a whole, and stay whole: neighbours are written together.
+            first = dr.minimum(first, size - count)
+            return [first + k for k in range(count)]
+        return [dr.minimum(first + k, size - 1) for k in range(count)]
+
+    def numbers(self, positions: list[tuple[Any, Any]]) -> list[Any]:
+        """Return each sample's number in the image, row by row."""
+        return [row * self.width + column for column, row in positions]
+
+    def image(self, values: list[np.ndarray]) -> np.ndarray:
+        """Return (height, width) from each of the lane's samples, (lanes,); a literal fills its samples."""
+        if self.tile == 1:
+            return np.broadcast_to(values[0], (self.count,)).reshape(self.height, self.width)
+        across, down = self._blocks
+        full = np.stack([np.broadcast_to(value, (self.count,)) for value in values])
+        blocks = full.reshape(self.rows, self.columns, down, across, BLOCK, BLOCK)
+        # (row in tile, column in tile, block row, block column, tile row, tile column)
+        return blocks.transpose(2, 4, 0, 3, 5, 1).reshape(down * BLOCK * self.rows, -1)[: self.height, : self.width]
+
+
+def versions() -> dict[str, str]:
+    """Return drjit, backend, llvm, llvm_path and the flags FastMath and others, as text for the report."""
+    array_types("float32")
+    name = backend()
+    facts = {"drjit": importlib.metadata.version("drjit"), "backend": name}
+    if name == "llvm":
+        facts["llvm"] = ".".join(map(str, dr.detail.llvm_version()))
+        facts["llvm_path"] = os.environ.get(compiler.VARIABLE, "chosen by Dr.Jit")
+    else:
+        facts["cuda"] = ".".join(map(str, dr.detail.cuda_version()))
+    for flag in ("FastMath", "SymbolicLoops", "OptimizeLoops", "ConstantPropagation"):
+        facts[f"drjit_{flag}"] = "on" if dr.flag(getattr(dr.JitFlag, flag)) else "off"
+    return facts
