@@ -21,8 +21,8 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import ArrayTypes, Lanes, array_types
 from rayproof.tracer.kernel.branches import asked, next_step
 from rayproof.tracer.kernel.parameters import DeviceBuffers
+from rayproof.tracer.light_path import Trace, radiance
 from rayproof.tracer.plan import Plan, plan
-from rayproof.tracer.stages.trace import Trace, radiance
 
 PACKETS = (8, 4)  # numbers that are written at once, as many pixels as stand in a row
 CHANNELS = 3

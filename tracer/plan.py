@@ -15,8 +15,8 @@ from rayproof.cases.scene import Mesh, Scene, Shape
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants
-from rayproof.tracer.shapes.kinds import traced
-from rayproof.tracer.shapes.triangles import layers
+from rayproof.tracer.shapes.meshes import layers
+from rayproof.tracer.shapes.primitives import traced
 
 HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
 SEVERAL = 24  # shapes in all that are, where a lane takes several samples and goes past those that it cannot meet

@@ -16,10 +16,10 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import Lanes
 from rayproof.tracer.kernel.parameters import NumbersInMemory, SplitKernels
+from rayproof.tracer.light_path import Trace, continued, images
+from rayproof.tracer.light_path.camera_stage import Frame
 from rayproof.tracer.plan import Plan, plan
-from rayproof.tracer.shapes.representable import beyond
-from rayproof.tracer.stages.camera_frame import Frame
-from rayproof.tracer.stages.trace import Trace, continued, images
+from rayproof.tracer.shapes.bounds import beyond
 
 
 def _numbers(array: Any) -> np.ndarray:
@@ -66,7 +66,7 @@ def render(
 
     Raises:
         ValueError: samples < 1, a stage other than radiance with samples > 1, or a scene beyond what the precision
-            can hold (see `tracer.shapes.representable`).
+            can hold (see `tracer.shapes.bounds`).
         LookupError: a shape that the tracer has no formula for.
         RuntimeError: Dr.Jit has no backend on this machine.
 

@@ -226,7 +226,7 @@ def _tree(bundle: int = 1, **about: Any) -> Ladder:
         options={"shape": "triangle", "bundle": bundle},
         gate=Gate(reaches={"float32": last, "float64": last}, misclassified=0.0, index=float("inf")),
         first_to_break="slabs without room for their own roundings: the far end comes before the near one",
-        survivor="beams in tracer/acceleration, moved outward by 16 u (Ize 2013: 2 gamma(3))",
+        survivor="beams in tracer/trees, moved outward by 16 u (Ize 2013: 2 gamma(3))",
         **about,
     )
 

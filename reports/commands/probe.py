@@ -96,7 +96,7 @@ def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -
     """Return what the tracer answers at a pixel, or why the scene is beyond its precision."""
     from rayproof.reports.judge.oracle import stages_of
     from rayproof.tracer.render import render
-    from rayproof.tracer.shapes.representable import beyond
+    from rayproof.tracer.shapes.bounds import beyond
 
     if (refusal := beyond(scene, configuration.precision)) is not None:
         return {str(stage): f"unsupported: {refusal}" for stage in Stage}

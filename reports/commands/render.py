@@ -49,7 +49,7 @@ def render(
     from rayproof.reports.results.exr import write_answers, write_arrays
     from rayproof.tracer.kernel.compiler import select
     from rayproof.tracer.render import render as trace
-    from rayproof.tracer.shapes.representable import beyond
+    from rayproof.tracer.shapes.bounds import beyond
 
     if (refusal := beyond(loaded, chosen.precision)) is not None:
         raise UsageError(f"{scene}: {refusal}")

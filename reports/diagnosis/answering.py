@@ -200,7 +200,7 @@ def follows(
         return oracle.continue_from(scene, stage, before)
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.render import continue_from
-    from rayproof.tracer.shapes.representable import beyond
+    from rayproof.tracer.shapes.bounds import beyond
 
     if (why := beyond(scene, precision)) is not None:
         raise Unanswerable(why)
@@ -221,7 +221,7 @@ def _traced(
 ) -> StageImages:
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.render import render
-    from rayproof.tracer.shapes.representable import beyond
+    from rayproof.tracer.shapes.bounds import beyond
 
     if (why := beyond(scene, precision)) is not None:
         raise Unanswerable(why)

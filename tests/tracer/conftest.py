@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from rayproof.tracer.acceleration.triangle_bvh import host_forest
+from rayproof.tracer.trees.trees import host_forest
 
 
 @pytest.fixture(params=["at once", "in pieces", "in halves"])
@@ -12,8 +12,8 @@ def each_builder(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
     """Build trees as those of small meshes are, as those of large ones, and as those of very large ones."""
     host_forest.cache_clear()
     if request.param == "in pieces":
-        monkeypatch.setattr("rayproof.tracer.acceleration.builder.PIECE", 2)
+        monkeypatch.setattr("rayproof.tracer.trees.build.PIECE", 2)
     elif request.param == "in halves":
-        monkeypatch.setattr("rayproof.tracer.acceleration.builder.MOST_BY_AREA", 0)
+        monkeypatch.setattr("rayproof.tracer.trees.build.MOST_BY_AREA", 0)
     yield
     host_forest.cache_clear()

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Mesh
-from rayproof.tracer.acceleration.builder import Tree, tree_over
-from rayproof.tracer.acceleration.grid_boxes import GridBoxes
-from rayproof.tracer.acceleration.packet_bounds import Beam
-from rayproof.tracer.acceleration.traversal import NONE, Walk, any_hit, nearest
-from rayproof.tracer.acceleration.triangle_bvh import HostTriangleHierarchy, TriangleHierarchy, host_forest
 from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.triangles import TriangleArrays
+from rayproof.tracer.shapes.meshes import TriangleArrays
+from rayproof.tracer.trees.beams import Beam
+from rayproof.tracer.trees.boxes import GridBoxes
+from rayproof.tracer.trees.build import Tree, tree_over
+from rayproof.tracer.trees.traversal import NONE, Walk, any_hit, nearest
+from rayproof.tracer.trees.trees import HostTriangleHierarchy, TriangleHierarchy, host_forest
 
 TRIANGLES = [formula for formula in FORMULAS.variants("triangle") if formula.kind == "right"]
 
@@ -161,7 +161,7 @@ def test_a_skipped_shape_is_not_met() -> None:
 
 
 def test_a_tree_with_all_leaves_that_a_traversal_can_count_has_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rayproof.tracer.acceleration.builder.MOST_LEAVES", 8)
+    monkeypatch.setattr("rayproof.tracer.trees.build.MOST_LEAVES", 8)
     types = array_types("float32")
     corners, ray = soup(61), bundle(types)
     interval = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
@@ -194,7 +194,7 @@ def test_meshes_of_the_same_content_share_one_tree(monkeypatch: pytest.MonkeyPat
         built.append(len(boxes.rows))
         return tree_over(boxes)
 
-    monkeypatch.setattr("rayproof.tracer.acceleration.triangle_bvh.tree_over", counted)
+    monkeypatch.setattr("rayproof.tracer.trees.trees.tree_over", counted)
 
     first, again, other = host(soup(30, seed=77)), host(soup(30, seed=77)), host(soup(31, seed=77))
 

@@ -12,15 +12,14 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Mesh
-from rayproof.tracer.acceleration.packet_bounds import Beam
-from rayproof.tracer.acceleration.packet_split import any_hit_in_groups
-from rayproof.tracer.acceleration.traversal import WIDER, Walk, any_hit, nearest
-from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, host_forest
 from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.kernel.arithmetic import prepared, turning_alike, turns
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.trees.beams import Beam
+from rayproof.tracer.trees.traversal import WIDER, Walk, any_hit, any_hit_in_groups, nearest
+from rayproof.tracer.trees.trees import TriangleHierarchy, host_forest
 
 TRIANGLES = 28  # in a tree of 32 leaves, the same kernel for every scene
 LANES, PER_LANE = 64, 4

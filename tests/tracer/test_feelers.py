@@ -9,8 +9,8 @@ from rayproof.cases.scene import Cube, Plane, PointLight, Shape, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS
+from rayproof.tracer.light_path.shadow_stage import shadow_epsilon
 from rayproof.tracer.render import render
-from rayproof.tracer.stages.shadow_epsilon import shadow_epsilon
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, affine, camera, matrix, scene
 
 STRATEGIES = [formula.variant for formula in FORMULAS.variants("feeler") if formula.kind == "right"]

@@ -11,7 +11,7 @@ from rayproof.cases.scene import Cube, Plane, Shape, Sphere, Square, Triangle
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.kinds import traced
+from rayproof.tracer.shapes.primitives import traced
 from tests.tracer.scenes import ALBEDO
 
 RIGHT = {

@@ -8,18 +8,18 @@ import pytest
 
 from rayproof.cases.benchmark_scenes import bumpy, scanned, uneven
 from rayproof.cases.scene import Mesh
-from rayproof.tracer.acceleration import parts
-from rayproof.tracer.acceleration.packet_bounds import Beam
-from rayproof.tracer.acceleration.parts import in_parts, slanting
-from rayproof.tracer.acceleration.traversal import Walk, nearest
-from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy, bounds, host_forest
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.plan import plan
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.triangles import baked
+from rayproof.tracer.shapes.meshes import baked
+from rayproof.tracer.trees import build
+from rayproof.tracer.trees.beams import Beam
+from rayproof.tracer.trees.build import in_parts, slanting
+from rayproof.tracer.trees.traversal import Walk, nearest
+from rayproof.tracer.trees.trees import TriangleHierarchy, bounds, host_forest
 from tests.tracer.scenes import scene
 from tests.tracer.test_culling import vector
 
@@ -60,7 +60,7 @@ def test_every_point_of_a_triangle_is_in_the_box_of_one_of_its_parts(scale: floa
 
     lower, upper, owner = in_parts(corners, *bounds(corners))
 
-    assert 2 * len(corners) < len(owner) <= parts.MOST * len(corners)
+    assert 2 * len(corners) < len(owner) <= build.MOST * len(corners)
     weights = generator.dirichlet((0.4, 0.4, 0.4), size=(len(corners), 50))
     points = np.einsum("npk,nka->nap", weights, corners.reshape(-1, 3, 3).astype(np.float64))
     rounding = 2.0**-50 * float(abs(corners).max())  # of the points themselves
@@ -124,12 +124,12 @@ def test_rays_meet_the_same_triangles_first_as_without_parts(precision: str) -> 
 def test_smooth_meshes_and_small_ones_stay_whole() -> None:
     assert not slanting(baked(bumpy(4)))
     assert not slanting(baked(scanned(4)))
-    assert not slanting(rods(parts.FEWEST - 1, seed=3))
+    assert not slanting(rods(build.FEWEST - 1, seed=3))
     assert slanting(baked(uneven(2000)))
 
 
 def test_only_the_formula_whose_hits_are_known_to_lie_on_their_triangle_meets_parts() -> None:
-    world = scene(mesh(rods(parts.FEWEST, seed=4)))
+    world = scene(mesh(rods(build.FEWEST, seed=4)))
 
     assert plan(world, Configuration()).parts
     assert not plan(world, Configuration(formulas={"triangle": "moeller_trumbore"})).parts

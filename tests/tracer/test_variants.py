@@ -14,9 +14,8 @@ from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.render import render
-from rayproof.tracer.shapes.cube import CubeArrays
-from rayproof.tracer.shapes.sphere import SphereArrays
-from rayproof.tracer.shapes.triangles import TriangleArrays
+from rayproof.tracer.shapes.meshes import TriangleArrays
+from rayproof.tracer.shapes.primitives import CubeArrays, SphereArrays
 from tests.tracer.scenes import ALBEDO, camera, scene
 
 u = UNIT_ROUNDOFF["float32"]

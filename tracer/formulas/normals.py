@@ -7,8 +7,7 @@ import numpy as np
 
 from rayproof.tracer.kernel.arithmetic import normalized, quad
 from rayproof.tracer.rays import Ray
-from rayproof.tracer.shapes.shape import HALF
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.shape import HALF, Transform
 
 
 def from_center(point: Any, center: Any) -> Any:

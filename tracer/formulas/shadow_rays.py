@@ -128,7 +128,7 @@ def normal_offset(hit: Hit, cosine: Any, reach: Any) -> Start:
 
     Start the feeler a few float spacings above the surface, along its normal.
     The clearance bounds the distance along the normal between the computed and the true surface
-    (`tracer.shapes.error_bounds`).
+    (`tracer.shapes.bounds`).
     Sources: Pharr, Jakob and Humphreys, "Physically Based Rendering", 3rd ed., section 3.9; Wächter and Binder, "A Fast
     and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems (2019), chapter 6.
     """

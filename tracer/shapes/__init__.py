@@ -1,1 +1,1 @@
-"""Shapes as the tracer holds them: records, transforms, triangles and error bounds."""
+"""Shapes as the tracer holds them: records, transforms, triangles and bounds."""

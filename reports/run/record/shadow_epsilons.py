@@ -5,8 +5,8 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.shapes.kinds import traced
-from rayproof.tracer.stages.shadow_epsilon import shadow_epsilon
+from rayproof.tracer.light_path.shadow_stage import shadow_epsilon
+from rayproof.tracer.shapes.primitives import traced
 
 
 def shadow_epsilons(scene: Scene, answers: StageImages, configuration: Configuration) -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.stages.trace import Trace, images
+from rayproof.tracer.light_path import Trace, images
 
 RAYS = 2**18  # a launch of fewer measures the launch
 LONGEST = 0.02  # s; a slower kernel gets fewer rays

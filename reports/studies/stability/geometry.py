@@ -5,11 +5,8 @@ from typing import Any
 from rayproof.reports.studies.stability.exactly import Columns
 from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.cube import CubeArrays
-from rayproof.tracer.shapes.kinds import PlaneArrays
-from rayproof.tracer.shapes.sphere import SphereArrays
-from rayproof.tracer.shapes.square import SquareArrays
-from rayproof.tracer.shapes.triangles import TriangleArrays
+from rayproof.tracer.shapes.meshes import TriangleArrays
+from rayproof.tracer.shapes.primitives import CubeArrays, PlaneArrays, SphereArrays, SquareArrays
 
 
 def record(shape: str, columns: Columns, types: ArrayTypes) -> Any:

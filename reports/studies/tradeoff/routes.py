@@ -28,8 +28,8 @@ from rayproof.reports.studies.tradeoff.tails import quantile, tail
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.kernel.parameters import LITERALS
+from rayproof.tracer.light_path import Trace, images
 from rayproof.tracer.render import render
-from rayproof.tracer.stages.trace import Trace, images
 
 # Literals fold: a division by one becomes a product with its reciprocal, a product or a root of two is the host's. It
 # concerns three roundings of a normal and three of light, each of which is another one on either side.

@@ -10,17 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.scene import Scene, Shape
-from rayproof.tracer.acceleration.builder import PIECE
-from rayproof.tracer.acceleration.parts import in_parts, slanting
-from rayproof.tracer.acceleration.triangle_bvh import bounds
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import PACKETS
 from rayproof.tracer.kernel.arrays import backend
+from rayproof.tracer.light_path.camera_stage import is_narrow
+from rayproof.tracer.light_path.illumination import MANY
 from rayproof.tracer.plan import Plan
-from rayproof.tracer.shapes.kinds import traced
-from rayproof.tracer.shapes.triangles import baked, degenerate
-from rayproof.tracer.stages.camera_rays import is_narrow
-from rayproof.tracer.stages.illumination import MANY
+from rayproof.tracer.shapes.meshes import baked, degenerate
+from rayproof.tracer.shapes.primitives import traced
+from rayproof.tracer.trees.build import PIECE, in_parts, slanting
+from rayproof.tracer.trees.trees import bounds
 
 STAGES, NUMBERS, FRAMES = "stages", "numbers", "frames"
 

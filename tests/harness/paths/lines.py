@@ -35,13 +35,13 @@ Places = dict[str, set[int]]  # file, relative to the tracer's folder -> lines
 
 BENCH = "asked by `bench` and by tests of branches; it computes no image"
 JUDGE = "asked by the judge and the command line; nothing is rendered by it"
-HUGE = "trees beyond 2^80 m are walked without culling, in float64: tests/tracer/shapes/test_representable.py"
+HUGE = "trees beyond 2^80 m are walked without culling, in float64: tests/tracer/shapes/test_bounds.py"
 SEVERAL = "leaves of several items, over 2^21 faces: tests/tracer/test_acceleration.py"
-HALVES = "trees of over 2^19 items are cut in halves: tests/tracer/acceleration/test_builder.py"
+HALVES = "trees of over 2^19 items are cut in halves: tests/tracer/trees/test_build.py"
 ONE_THREAD = "small images of a run are rendered so: tests/reports/run/test_threads.py"
 OWN = "a formula from a user's own file, which no case has"
 NOT_ASKED = "a refusal: only kinds that have it are asked"
-REFUSED = "a refusal: tests/tracer/shapes/test_representable.py and test_configuration.py"
+REFUSED = "a refusal: tests/tracer/shapes/test_bounds.py and test_configuration.py"
 
 DIAGNOSIS = "continues a stage from another renderer's, for the diagnosis: tests/tracer/test_render.py"
 
@@ -52,7 +52,7 @@ FUNCTIONS: Mapping[str, str] = {
     "frames.py:Frames.pixels": "a copy of what was rendered, which nothing is here",
     "shapes/shape.py:TracedShape.arrays": NOT_ASKED,
     "shapes/shape.py:TracedShape.center_and_half": NOT_ASKED,
-    "shapes/triangles.py:layers": "asked about images of 2^17 samples or more: tests/tracer/test_plan.py",
+    "shapes/meshes.py:layers": "asked about images of 2^17 samples or more: tests/tracer/test_plan.py",
     "configuration.py:parts_of": JUDGE,
     "configuration.py:Configuration.own": OWN,
     "configuration.py:Configuration.parse": JUDGE,
@@ -63,51 +63,48 @@ FUNCTIONS: Mapping[str, str] = {
     "configuration.py:Configuration.controls": JUDGE,
     "configuration.py:Configuration.__eq__": JUDGE,
     "configuration.py:Configuration.__hash__": JUDGE,
-    "shapes/error_bounds.py:bound": JUDGE,
+    "shapes/bounds.py:bound": JUDGE,
     "plan.py:Plan.text": JUDGE,
-    "stages/shadow_epsilon.py:shadow_epsilon": JUDGE,
+    "light_path/shadow_stage.py:shadow_epsilon": JUDGE,
     "kernel/arrays.py:versions": JUDGE,
     "kernel/compiler.py:packaged_library": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
     "kernel/compiler.py:_libm": ONE_THREAD,
     "kernel/compiler.py:one_thread": ONE_THREAD,
     "kernel/compiler.py:select": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
     "render.py:continue_from": DIAGNOSIS,
-    "stages/trace.py:continued": DIAGNOSIS,
+    "light_path/__init__.py:continued": DIAGNOSIS,
 }
 # "file:text of the line" -> why.
 LINES: Mapping[str, str] = {
-    "stages/illumination.py:return _unrolled(world, surfaces, known)": DIAGNOSIS,
-    "stages/illumination.py:free = known": DIAGNOSIS,
-    "acceleration/packet_bounds.py:return": HUGE,
-    "acceleration/grid_boxes.py:return GridBoxes(rows=rows, base=base, step=np.ones(AXES), exact=False)": HUGE,
+    "light_path/illumination.py:return _unrolled(world, surfaces, known)": DIAGNOSIS,
+    "light_path/illumination.py:free = known": DIAGNOSIS,
+    "trees/beams.py:return": HUGE,
+    "trees/boxes.py:return GridBoxes(rows=rows, base=base, step=np.ones(AXES), exact=False)": HUGE,
     (
-        "acceleration/quantised_boxes.py:others = boxes.rows.take(tree.slots[np.minimum(first[:-1] + place, "
-        "first[1:] - 1)], axis=0)"
+        "trees/boxes.py:others = boxes.rows.take(tree.slots[np.minimum(first[:-1] + place, first[1:] - 1)], axis=0)"
     ): SEVERAL,
-    "acceleration/quantised_boxes.py:np.minimum(leaves, others, out=leaves)": SEVERAL,
+    "trees/boxes.py:np.minimum(leaves, others, out=leaves)": SEVERAL,
     (
-        "acceleration/builder.py:return longest, self._first(leaves * nodes.number + leaves // 2) - "
+        "trees/build.py:return longest, self._first(leaves * nodes.number + leaves // 2) - "
         "self._first(leaves * nodes.number)"
     ): HALVES,
-    "acceleration/triangle_bvh.py:return None": "meshes without a face that has an area: tests/tracer/test_render.py",
+    "trees/trees.py:return None": "meshes without a face that has an area: tests/tracer/test_render.py",
     "kernel/arrays.py:if wanted:": REFUSED,
     "kernel/branches.py:found.append(some)": BENCH,
     "kernel/branches.py:return compute()": BENCH,
-    'shapes/kinds.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
+    'shapes/primitives.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
+    ('shapes/bounds.py:return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"'): REFUSED,
+    'shapes/bounds.py:return f"up is {camera.up}: {precision} cannot tell it from zero"': REFUSED,
     (
-        'shapes/representable.py:return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"'
-    ): REFUSED,
-    'shapes/representable.py:return f"up is {camera.up}: {precision} cannot tell it from zero"': REFUSED,
-    (
-        'shapes/representable.py:return f"{where} reaches {length:.3g} m; the squares of lengths beyond '
+        'shapes/bounds.py:return f"{where} reaches {length:.3g} m; the squares of lengths beyond '
         '{largest:.3g} m overflow {precision}"'
     ): REFUSED,
     (
-        'shapes/representable.py:return f"nothing in the scene is larger than {length:.3g} m; '
+        'shapes/bounds.py:return f"nothing in the scene is larger than {length:.3g} m; '
         'squares of that vanish in {precision}"'
     ): REFUSED,
-    "stages/trace.py:return dr.select((surface.albedo == 0) & dr.isinf(irradiance), 0, leaving)": (
-        "a black channel under an irradiance that overflows: tests/tracer/shapes/test_representable.py"
+    "light_path/__init__.py:return dr.select((surface.albedo == 0) & dr.isinf(irradiance), 0, leaving)": (
+        "a black channel under an irradiance that overflows: tests/tracer/shapes/test_bounds.py"
     ),
 }
 
@@ -220,12 +217,12 @@ def _evaluate_nothing() -> None:
     import numpy as np
 
     from rayproof.tracer import frames, render
-    from rayproof.tracer.stages import light_loop
+    from rayproof.tracer.light_path import illumination
 
     dr.eval = lambda *values: None
     dr.make_opaque = lambda *values: None
     dr.freeze = lambda function: function
-    for module in (frames, light_loop, render):
+    for module in (frames, illumination, render):
         module.np = _Numpy(np, dr)  # type: ignore[attr-defined]
 
 

@@ -174,7 +174,7 @@ def test_numbers_in_memory_give_what_literals_give(
     configuration = Configuration(precision=precision)
 
     in_memory = render(what, tuple(Stage), configuration)
-    monkeypatch.setattr(rendering, "Stages", Literals)
+    monkeypatch.setattr(rendering, "SplitKernels", Literals)
     literal = render(what, tuple(Stage), configuration)
 
     for stage in (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.VISIBILITY):

@@ -6,7 +6,7 @@ import numpy as np
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import IDENTITY
 from rayproof.tracer.kernel.arrays import array_types
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.shape import Transform
 from tests.tracer.scenes import affine
 
 

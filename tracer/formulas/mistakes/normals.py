@@ -5,7 +5,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.shape import Transform
 
 
 def fault_greatest_value(point: Any) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 import drjit as dr
 
 from rayproof.tracer.rays import Ray
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.shape import Transform
 
 
 def fault_left_in_object_space(ray: Ray, distance: Any, object_ray: Callable[[], Any]) -> Any:

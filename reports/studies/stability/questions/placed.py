@@ -26,8 +26,8 @@ from rayproof.reports.studies.stability.shapes import SHAPES, Triangle, towards
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
-from rayproof.tracer.shapes.kinds import traced
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.primitives import traced
+from rayproof.tracer.shapes.shape import Transform
 
 ALBEDO = (0.5, 0.5, 0.5)
 MADE: dict[str, Callable[[Any], Shape]] = {

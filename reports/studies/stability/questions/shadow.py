@@ -24,8 +24,8 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 from rayproof.tracer.rays import Hit, Interval, Ray
-from rayproof.tracer.shapes.error_bounds import clearance
-from rayproof.tracer.shapes.sphere import SphereArrays
+from rayproof.tracer.shapes.bounds import clearance
+from rayproof.tracer.shapes.primitives import SphereArrays
 
 OWN = 0  # index of the surface that was hit
 FLOAT64 = "float64"

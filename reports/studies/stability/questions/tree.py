@@ -1,4 +1,4 @@
-"""Does a tree lose a triangle that a ray meets? Boxes in `tracer.acceleration` may be met in vain, but never missed.
+"""Does a tree lose a triangle that a ray meets? Boxes in `tracer.trees` may be met in vain, but never missed.
 
 One tree a value of the sweep, over the triangles of all its rays; each ray is aimed at its own, and the triangles do
 not overlap. Only rays count that truly meet their triangle and that its formula, asked about it alone, says so of: what
@@ -21,8 +21,8 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers
+from rayproof.tracer.light_path.device_scene import DeviceScene
 from rayproof.tracer.plan import Context, Plan
-from rayproof.tracer.stages.intersector import World
 
 CAMERA = camera_around((0, 0, 0), distance=4, azimuth=0, elevation=0, width=1, height=1, fovy=30)
 
@@ -71,7 +71,7 @@ def _through(inputs: Inputs, formula: Formula, precision: str, bundle: int) -> n
         buffers=DeviceBuffers(),
         parameters=LITERALS,
     )
-    trees = World(context).trees
+    trees = DeviceScene(context).trees
     (hierarchy,) = trees.hierarchies
     parts = [{name: inputs[name][k::bundle] for name in "od"} for k in range(bundle)]
     rays = [ray_of(uploaded(part, types)) for part in parts]

@@ -21,7 +21,7 @@ from rayproof.reports.studies.stability.questions.placed import angles
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.kernel.arrays import array_types
-from rayproof.tracer.stages.camera_frame import camera_frame
+from rayproof.tracer.light_path.camera_stage import camera_frame
 
 TANGENT_BITS = 300
 

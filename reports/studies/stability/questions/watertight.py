@@ -16,7 +16,7 @@ from rayproof.reports.studies.stability.mathematics import cross, dot, minus
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.kernel.arrays import array_types
-from rayproof.tracer.shapes.triangles import TriangleArrays
+from rayproof.tracer.shapes.meshes import TriangleArrays
 
 MARGIN = 1e-6
 

@@ -8,16 +8,15 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.tracer import frames
-from rayproof.tracer.acceleration import bounding_cones
-from rayproof.tracer.acceleration.bounding_cones import Cone
-from rayproof.tracer.acceleration.unrolled import UnrolledShapes
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.kernel.arrays import Lanes
 from rayproof.tracer.kernel.parameters import NumbersInMemory
-from rayproof.tracer.shapes.transforms import Transform
-from rayproof.tracer.stages import camera_rays
-from rayproof.tracer.stages.hit_attributes import HitShapes
-from rayproof.tracer.stages.trace import radiance
+from rayproof.tracer.light_path import camera_stage, radiance
+from rayproof.tracer.light_path.surfaces import HitShapes
+from rayproof.tracer.shapes.shape import Transform
+from rayproof.tracer.trees import beams
+from rayproof.tracer.trees.beams import Cone
+from rayproof.tracer.trees.unrolled import UnrolledShapes
 from tests.harness.audit.faults.paths import function, method
 
 FRAMED = ("flux_conservation/west", "faces/nine", "crowds/squares")
@@ -207,7 +206,7 @@ method(
 )
 function(
     "samples_moved",
-    camera_rays.sample_ndc,
+    camera_stage.sample_ndc,
     _corner,
     "Samples side by side are half a pixel off.",
     path="route/samples",
@@ -217,7 +216,7 @@ function(
 )
 function(
     "cones_too_narrow",
-    bounding_cones.cone,
+    beams.cone,
     _narrow,
     "The cone about a shape is too narrow for it.",
     path="cones/from the eye",
@@ -300,7 +299,7 @@ for _columns, _rows, _cases in (
     )
 function(
     "odd_width",
-    camera_rays.sample_ndc,
+    camera_stage.sample_ndc,
     _odd_width,
     "In an odd width the last column of a tile is seen as the one before.",
     path="plan/2 x 2",

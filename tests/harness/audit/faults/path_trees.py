@@ -7,14 +7,14 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.tracer.acceleration import builder, packet_split, parts, traversal
-from rayproof.tracer.acceleration.bvhs import Hierarchies
-from rayproof.tracer.acceleration.quantised_boxes import Nodes
-from rayproof.tracer.acceleration.triangle_bvh import TriangleHierarchy
+from rayproof.tracer import light_path
 from rayproof.tracer.kernel import arithmetic
+from rayproof.tracer.light_path import surfaces
+from rayproof.tracer.shapes.meshes import TracedMesh
 from rayproof.tracer.shapes.shape import TracedShape
-from rayproof.tracer.shapes.triangles import TracedMesh
-from rayproof.tracer.stages import surfaces, trace
+from rayproof.tracer.trees import build, traversal
+from rayproof.tracer.trees.boxes import Nodes
+from rayproof.tracer.trees.trees import Hierarchies, TriangleHierarchy
 from tests.harness.audit.faults.paths import function, method
 
 
@@ -25,17 +25,17 @@ def _without_last(tree: Any, count: int) -> Any:
 
 def _odd(right: Any, boxes: Any) -> Any:
     tree, count = right(boxes), len(boxes.rows)
-    return _without_last(tree, count) if count % 2 and 1 < count <= builder.PIECE else tree
+    return _without_last(tree, count) if count % 2 and 1 < count <= build.PIECE else tree
 
 
 def _thousand(right: Any, boxes: Any) -> Any:
     tree, count = right(boxes), len(boxes.rows)
-    return _without_last(tree, count) if 1000 < count <= builder.PIECE else tree
+    return _without_last(tree, count) if 1000 < count <= build.PIECE else tree
 
 
 def _last_of_pieces(right: Any, boxes: Any) -> Any:
     tree, count = right(boxes), len(boxes.rows)
-    return _without_last(tree, count) if count > builder.PIECE else tree
+    return _without_last(tree, count) if count > build.PIECE else tree
 
 
 def _part_lost(right: Any, corners: Any, lower: Any, upper: Any) -> Any:
@@ -106,7 +106,7 @@ def _one_by_one(right: Any, walk: Any, **about: Any) -> Any:
 def _unparted(right: Any, types: Any, walk: Any, *, points: Any, active: Any, **about: Any) -> Any:
     if len(points) > 1:
         # Those that lie apart from the tile's first point are never felt for.
-        near = [~(packet_split._apart(point, points[0]) > 0.05) for point in points]
+        near = [~(traversal._apart(point, points[0]) > 0.05) for point in points]
         active = [one & close for one, close in zip(active, near, strict=True)]
     return right(types, walk, points=points, active=active, **about)
 
@@ -126,7 +126,7 @@ MET = (Stage.DISTANCE, Stage.VISIBILITY)
 
 function(
     "odd_count_last_item",
-    builder.tree_over,
+    build.tree_over,
     _odd,
     "A tree that is built at once loses the last of an odd number of items.",
     path="builder/at once",
@@ -136,7 +136,7 @@ function(
 )
 function(
     "last_of_a_thousand",
-    builder.tree_over,
+    build.tree_over,
     _thousand,
     "The last of more than 1000 items of a tree that is built at once is lost.",
     path="builder/at once",
@@ -146,7 +146,7 @@ function(
 )
 function(
     "last_item_of_pieces",
-    builder.tree_over,
+    build.tree_over,
     _last_of_pieces,
     "A tree that is cut into pieces loses its last item.",
     path="builder/in pieces",
@@ -156,7 +156,7 @@ function(
 )
 function(
     "part_of_a_triangle",
-    parts.in_parts,
+    build.in_parts,
     _part_lost,
     "Every eighth part of long triangles is lost.",
     path="trees/in parts",
@@ -268,7 +268,7 @@ function(
 )
 function(
     "hits_through_memory",
-    trace._met_apart,
+    light_path._met_apart,
     _apart,
     "What goes through memory comes back a thousandth farther away.",
     path="plan/hits through memory",
@@ -278,7 +278,7 @@ function(
 )
 function(
     "feelers_one_by_one",
-    packet_split.any_hit,
+    traversal.any_hit,
     _one_by_one,
     "A feeler that goes through a tree by itself meets nothing.",
     path="feelers/one by one",
@@ -287,7 +287,7 @@ function(
 )
 function(
     "feelers_that_part",
-    packet_split.any_hit_in_groups,
+    traversal.any_hit_in_groups,
     _unparted,
     "Feelers that part from a tile's first are lost.",
     path="feelers/in groups",

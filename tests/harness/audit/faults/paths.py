@@ -10,18 +10,19 @@ from typing import Any
 
 from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
-from rayproof.tracer.acceleration import shape_bvh, triangle_bvh
+from rayproof.tracer import light_path
+from rayproof.tracer.light_path import illumination
+from rayproof.tracer.light_path.device_scene import DeviceScene
 from rayproof.tracer.shapes.shape import TracedShape
-from rayproof.tracer.stages import illumination, light_loop, trace
-from rayproof.tracer.stages.intersector import World
+from rayproof.tracer.trees import trees
 from tests.harness.audit.faults import FAULTS, altered, replaced
 
 Wrong = Callable[..., Any]  # what takes the right function or the right value first, then what that was given
 
 
 def _forget_trees() -> None:
-    triangle_bvh.host_forest.cache_clear()
-    shape_bvh.host_crowd.cache_clear()
+    trees.host_forest.cache_clear()
+    trees.host_crowd.cache_clear()
 
 
 @contextmanager
@@ -152,7 +153,7 @@ def _brighter_in(precision: str) -> Any:
 
 function(
     "lights_after_the_sixth",
-    light_loop._numbers,
+    illumination._numbers,
     _dimmed,
     "The loop's lights after the sixth bring nothing.",
     path="lights/in turn",
@@ -161,7 +162,7 @@ function(
 )
 function(
     "sum_in_turn",
-    light_loop._loop,
+    illumination._loop,
     _less,
     "The loop's sum is a thousandth too small.",
     path="lights/in turn",
@@ -188,7 +189,7 @@ function(
 )
 function(
     "glow_without_light",
-    trace._darkness,
+    light_path._darkness,
     _glowing,
     "A scene without a light sends some out.",
     path="lights/none",
@@ -208,7 +209,7 @@ method(
 )
 method(
     "concave_mesh_alone",
-    World,
+    DeviceScene,
     "has_blockers",
     _alone,
     "A lone mesh never shades itself.",

@@ -10,8 +10,8 @@ from rayproof.reports.studies.stability.climb import climb, drawn
 from rayproof.reports.studies.stability.conditioned import Conditioned
 from rayproof.reports.studies.stability.judge import judged
 from rayproof.reports.studies.stability.survey import applies
-from rayproof.tracer.acceleration import packet_bounds
 from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.trees import beams
 
 LADDERS = {ladder.name: ladder for ladder in all_ladders()}
 SLOTS = {
@@ -52,7 +52,7 @@ def test_boxes_without_room_for_roundings_lose_triangles(name: str, monkeypatch:
     ladder, formula = shortened(LADDERS[name]), FORMULAS["triangle/woop_kahan"]
     given = drawn(ladder, "float32", quick=False)
     kept = climb(given, formula).total("false_misses")
-    monkeypatch.setattr(packet_bounds, "ROUNDINGS", 0.0)
+    monkeypatch.setattr(beams, "ROUNDINGS", 0.0)
 
     assert kept == 0
     assert climb(given, formula).total("false_misses") > 0

@@ -9,16 +9,15 @@ from functools import cached_property
 from typing import Any
 
 from rayproof.cases.scene import Vector
-from rayproof.tracer.acceleration.bvhs import Hierarchies
-from rayproof.tracer.acceleration.unrolled import UnrolledShapes
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
-from rayproof.tracer.shapes.kinds import traced
-from rayproof.tracer.shapes.shape import TracedShape
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.primitives import traced
+from rayproof.tracer.shapes.shape import TracedShape, Transform
+from rayproof.tracer.trees.trees import Hierarchies
+from rayproof.tracer.trees.unrolled import UnrolledShapes
 
 
-class World:
+class DeviceScene:
     """A scene's shapes in one precision."""
 
     def __init__(self, context: Context) -> None:

@@ -14,18 +14,17 @@ import drjit as dr
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.tracer.acceleration.packet_bounds import reduced
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.branches import next_step, where
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers, KernelConstants
+from rayproof.tracer.light_path.camera_stage import View, camera_rays, clipped, sample_ndc, sample_positions
+from rayproof.tracer.light_path.device_scene import DeviceScene
+from rayproof.tracer.light_path.illumination import illuminate
+from rayproof.tracer.light_path.surfaces import HitShapes, Surface, hit_point, shading_normal, surface
 from rayproof.tracer.plan import Context, Plan, plan
 from rayproof.tracer.rays import NearestHit, Ray
-from rayproof.tracer.stages.camera_rays import View, camera_rays, clipped, sample_ndc, sample_positions
-from rayproof.tracer.stages.hit_attributes import HitShapes
-from rayproof.tracer.stages.illumination import illumination
-from rayproof.tracer.stages.intersector import World
-from rayproof.tracer.stages.surfaces import Surface, hit_point, shading_normal, surface
+from rayproof.tracer.trees.beams import reduced
 
 Values = Sequence[Iterable[Any]]  # of one stage: for each sample of a lane, its channels
 
@@ -34,7 +33,7 @@ Values = Sequence[Iterable[Any]]  # of one stage: for each sample of a lane, its
 class Trace:
     """A scene that is ready to be traced by one configuration: its shapes and its camera on the device."""
 
-    world: World
+    world: DeviceScene
     view: View  # whose samples are shaded
     tiles: View  # whose rays go through the trees together: the same, unless that is a kernel of its own
 
@@ -62,7 +61,7 @@ class Trace:
         seen = partial(View.of, context, per_side=per_side, within=within)
         tiles = seen(columns=context.plan.columns, rows=context.plan.rows)
         view = seen(columns=1, rows=1) if context.plan.split else tiles
-        return cls(world=World(context), view=view, tiles=tiles)
+        return cls(world=DeviceScene(context), view=view, tiles=tiles)
 
     @property
     def dark(self) -> bool:
@@ -177,7 +176,7 @@ def _shading(
     yield Stage.NORMAL, normals
     surfaces = [surface(*one) for one in zip(met, positions, normals, strict=True)]
     view.end([one.arrays for one in surfaces])
-    lit, irradiance = illumination(world, surfaces, visibility=Stage.VISIBILITY in wanted)
+    lit, irradiance = illuminate(world, surfaces, visibility=Stage.VISIBILITY in wanted)
     if Stage.VISIBILITY in wanted:
         one = world.types.Float(1)
         yield Stage.VISIBILITY, [[dr.select(seen, one, 0) for seen in lights] for lights in zip(*lit, strict=True)]
@@ -233,7 +232,7 @@ def continued(trace: Trace, stage: Stage, given: Mapping[Stage, Sequence[Any]]) 
         return normal
     seen = surface(met, position, normal)
     known_light = [[channel > 0] for channel in given[Stage.VISIBILITY]] if Stage.VISIBILITY in given else None
-    lit, (irradiance,) = illumination(world, [seen], visibility=stage is Stage.VISIBILITY, known=known_light)
+    lit, (irradiance,) = illuminate(world, [seen], visibility=stage is Stage.VISIBILITY, known=known_light)
     if stage is Stage.VISIBILITY:
         return [dr.select(light, types.Float(1), 0) for (light,) in lit]
     if Stage.IRRADIANCE in given:

@@ -1,18 +1,21 @@
-"""Which lights reach the hit points, and how much light they bring. Lists of one light have one entry per ray."""
+"""Which lights reach the hit points, and how much light they bring. Lists of one light have one entry per ray.
 
-from collections.abc import Sequence
+Many lights, one after the other in a loop of the kernel: its length does not depend on how many there are.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
+import numpy as np
 
 from rayproof.cases.scene import Vector
 from rayproof.tracer.kernel.branches import next_step
+from rayproof.tracer.light_path.device_scene import DeviceScene
+from rayproof.tracer.light_path.shadow_stage import FeelerOrigins, feeler_origins
+from rayproof.tracer.light_path.surfaces import Surface
 from rayproof.tracer.rays import Feeler, Hit, Interval, Ray
-from rayproof.tracer.stages.feeler_origins import FeelerOrigins, feeler_origins
-from rayproof.tracer.stages.intersector import World
-from rayproof.tracer.stages.light_loop import light_loop
-from rayproof.tracer.stages.surfaces import Surface
 
 MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
 
@@ -30,7 +33,7 @@ class DirectionToLight:
 
 
 def _towards(
-    world: World, surfaces: Sequence[Surface], position: Any, place: Vector | None = None
+    world: DeviceScene, surfaces: Sequence[Surface], position: Any, place: Vector | None = None
 ) -> list[DirectionToLight]:
     """Return the ways to a light at `position` [m]."""
     found = []
@@ -50,13 +53,13 @@ def _towards(
     return found
 
 
-def _above_horizon(world: World, surfaces: Sequence[Surface], towards: Sequence[DirectionToLight]) -> list[Any]:
+def _above_horizon(world: DeviceScene, surfaces: Sequence[Surface], towards: Sequence[DirectionToLight]) -> list[Any]:
     """Return where one light is above the horizon. A NaN cosine counts as above, so that it stays visible."""
     horizon = world.configuration["horizon"]
     return [surface.met.mask & ~horizon(way.cosine) for surface, way in zip(surfaces, towards, strict=True)]
 
 
-def _feeler(world: World, hit: Hit, towards: DirectionToLight, active: Any) -> Feeler:
+def _feeler(world: DeviceScene, hit: Hit, towards: DirectionToLight, active: Any) -> Feeler:
     Float, Vector = world.types.Float, world.types.Vector
     start = world.configuration["feeler"](hit, Float(towards.cosine), Float(towards.distance))
     direction, end = world.configuration["segment"](start.origin, Vector(towards.light))
@@ -92,7 +95,7 @@ def _unblocked(
     return free
 
 
-def _brought(world: World, flux: Any, towards: DirectionToLight) -> Any:
+def _brought(world: DeviceScene, flux: Any, towards: DirectionToLight) -> Any:
     """Return the irradiance [W/m^2] that a light brings where nothing blocks it; below the horizon 0."""
     if world.scene.shading == "simplified":
         return world.configuration["simplified"](flux, towards.cosine)
@@ -101,12 +104,12 @@ def _brought(world: World, flux: Any, towards: DirectionToLight) -> Any:
     return world.configuration["lambert"](facing, towards.cosine)
 
 
-def _of_light(world: World, index: int, what: str, value: Vector) -> Any:
+def _of_light(world: DeviceScene, index: int, what: str, value: Vector) -> Any:
     return world.parameters(f"light {index} {what}", world.types.Vector(*value))
 
 
-def illumination(
-    world: World, surfaces: Sequence[Surface], *, visibility: bool, known: Sequence[list[Any]] | None = None
+def illuminate(
+    world: DeviceScene, surfaces: Sequence[Surface], *, visibility: bool, known: Sequence[list[Any]] | None = None
 ) -> tuple[list[list[Any]], list[Any]]:
     """Return where each light is above the horizon and unblocked, per light and ray, and E [W/m^2], 0 on a miss.
 
@@ -120,7 +123,7 @@ def illumination(
     return _unrolled(world, surfaces)
 
 
-def _by_loop(world: World, surfaces: Sequence[Surface], *, visibility: bool) -> tuple[list[list[Any]], list[Any]]:
+def _by_loop(world: DeviceScene, surfaces: Sequence[Surface], *, visibility: bool) -> tuple[list[list[Any]], list[Any]]:
     # Before the loop: it does not depend on the light.
     origins = feeler_origins(world, surfaces)
 
@@ -135,7 +138,7 @@ def _by_loop(world: World, surfaces: Sequence[Surface], *, visibility: bool) -> 
 
 
 def _unrolled(
-    world: World, surfaces: Sequence[Surface], known: Sequence[list[Any]] | None = None
+    world: DeviceScene, surfaces: Sequence[Surface], known: Sequence[list[Any]] | None = None
 ) -> tuple[list[list[Any]], list[Any]]:
     lights = world.scene.lights
     positions = [_of_light(world, k, "position", light.position) for k, light in enumerate(lights)]
@@ -161,3 +164,55 @@ def _unrolled(
         ]
         irradiance.append(world.configuration["sum_lights"](brought))
     return lit, irradiance
+
+
+# Where one light at a position [m] of some flux [W] is seen, and the irradiance [W/m^2] that it brings, per ray.
+OneLight = Callable[[Any, Any], tuple[list[Any], list[Any]]]
+
+
+def _numbers(world: DeviceScene, name: str, values: list[tuple[float, float, float]]) -> Any:
+    return world.buffers.floats(f"lights' {name}", world.types, lambda: np.array(values))
+
+
+def _loop(world: DeviceScene, surfaces: Sequence[Surface], one_light: OneLight, seen: Any) -> list[Any]:
+    """Return the irradiance [W/m^2] per ray; write 1 into `seen`, unless None, where a light is seen."""
+    types, lights = world.types, world.scene.lights
+    rays, width = len(surfaces), dr.width(surfaces[0].met.hit.distance)
+    positions = _numbers(world, "positions", [light.position for light in lights])
+    fluxes = _numbers(world, "fluxes", [light.flux for light in lights])
+    lane = dr.arange(types.UInt, width)
+    add = world.configuration["sum_lights"]
+
+    def step(index: Any, total: Any) -> tuple[Any, Any]:
+        position, flux = (dr.gather(types.Vector, numbers, index) for numbers in (positions, fluxes))
+        lit, brought = one_light(position, flux)
+        if seen is not None:
+            for k, one in enumerate(lit):
+                where = (index * rays + k) * width + lane
+                dr.scatter(seen, dr.select(one, types.Float(1), 0), where, mode=dr.ReduceMode.Permute)
+        return index + 1, [add(list(pair)) for pair in zip(total, brought, strict=True)]
+
+    _, total = dr.while_loop(
+        state=(dr.zeros(types.UInt, width), [dr.zeros(types.Vector, width) for _ in range(rays)]),
+        cond=lambda index, total: index < len(lights),
+        body=step,
+        labels=("index", "total"),
+    )
+    return list(total)
+
+
+def light_loop(
+    world: DeviceScene, surfaces: Sequence[Surface], one_light: OneLight, *, visibility: bool
+) -> tuple[list[list[Any]], list[Any]]:
+    """Return where each light is seen, per light and ray, and E [W/m^2] per ray, both from one loop over the lights.
+
+    With `visibility` the loop is evaluated here; without it, nothing is said of where lights are seen.
+    """
+    if not visibility:
+        return [], _loop(world, surfaces, one_light, None)
+    lights, rays, width = len(world.scene.lights), len(surfaces), dr.width(surfaces[0].met.hit.distance)
+    seen = dr.zeros(world.types.Float, lights * rays * width)
+    irradiance = _loop(world, surfaces, one_light, seen)
+    dr.eval(seen, irradiance)
+    found = np.array(seen).reshape(lights, rays, width) > 0
+    return [[world.types.Bool(ray) for ray in light] for light in found], irradiance

@@ -1,15 +1,22 @@
-"""Where feelers start, and the shapes that they run through, in the precision that the strategy wants."""
+"""Shadow rays: where they start, and how near a blocker may stand unnoticed.
+
+Where feelers start, and the shapes that they run through, in the precision that the strategy wants.
+
+How far from a surface a blocker may stand without being noticed: what the strategy against acne costs.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import drjit as dr
 
+from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import array_types
+from rayproof.tracer.light_path.device_scene import DeviceScene
+from rayproof.tracer.light_path.surfaces import HitShapes, Surface, clearance, hit_point
 from rayproof.tracer.rays import Hit, Interval, Ray
-from rayproof.tracer.stages.hit_attributes import HitShapes
-from rayproof.tracer.stages.intersector import World
-from rayproof.tracer.stages.surfaces import Surface, clearance, hit_point
+from rayproof.tracer.shapes.bounds import bound
 
 WINDOW = 2.0**-10  # of t, on either side: where the shape that a pixel shows is met again
 
@@ -18,11 +25,11 @@ WINDOW = 2.0**-10  # of t, on either side: where the shape that a pixel shows is
 class FeelerOrigins:
     """The hits that feelers start from, one for each ray, and the world that they run through."""
 
-    world: World
+    world: DeviceScene
     hits: list[Hit]
 
 
-def feeler_origins(world: World, surfaces: Sequence[Surface]) -> FeelerOrigins | None:
+def feeler_origins(world: DeviceScene, surfaces: Sequence[Surface]) -> FeelerOrigins | None:
     """Return where feelers start, or None where nothing can stand in a light's way."""
     if not world.has_blockers:
         return None
@@ -43,10 +50,10 @@ def feeler_origins(world: World, surfaces: Sequence[Surface]) -> FeelerOrigins |
     return FeelerOrigins(world=world, hits=hits)
 
 
-def _in_float64(world: World, surfaces: Sequence[Surface]) -> FeelerOrigins:
+def _in_float64(world: DeviceScene, surfaces: Sequence[Surface]) -> FeelerOrigins:
     """Return the hits of the same rays, found again; where that fails, the usual ones."""
     types, parameters = array_types("float64"), world.parameters
-    wide = World(replace(world.context, types=types))
+    wide = DeviceScene(replace(world.context, types=types))
     rays, intervals = [], []
     for surface in surfaces:
         # The shape that the pixel shows is met again along the same ray; the window leaves the others out.
@@ -72,3 +79,17 @@ def _in_float64(world: World, surfaces: Sequence[Surface]) -> FeelerOrigins:
         )
     parameters.store([(hit.position, hit.normal, hit.clearance, hit.distance) for hit in hits])
     return FeelerOrigins(world=wide, hits=hits)
+
+
+def shadow_epsilon(configuration: Configuration, *, scale: Any, spread: Any = 1.0) -> Any:
+    """Return how far from a surface [m] a blocker may stand unnoticed, by the configuration's strategy.
+
+    `scale` is the largest absolute coordinate of the scene [m]; `spread` the largest of its shapes'
+    `TracedShape.spreads`; both may be arrays. It is a bound for the whole image; the strategies use each pixel's own,
+    smaller clearance.
+    """
+    strategy = configuration.formula("feeler")
+    precision = "float64" if strategy.facts.get("doubles", False) else configuration.precision
+    epsilon = strategy.facts.get("clearances", 1) * bound(scale=scale, spread=spread, precision=precision)
+    moved = strategy.facts.get("moved")
+    return epsilon if moved is None else epsilon + moved(scale, precision)

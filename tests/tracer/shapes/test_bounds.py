@@ -11,7 +11,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
-from rayproof.tracer.shapes.representable import LARGEST
+from rayproof.tracer.shapes.bounds import LARGEST
 from tests.tracer.scenes import camera, scene
 
 RAYS = [formula.variant for formula in FORMULAS.variants("ray") if formula.kind == "right"]

@@ -1,6 +1,6 @@
 """A bundle's way through a tree: all rays of a lane go together.
 
-Which boxes are entered is decided for the bundle (`tracer.acceleration.packet_bounds`); in a leaf every ray meets every
+Which boxes are entered is decided for the bundle (`tracer.trees.beams`); in a leaf every ray meets every
 item by the formula that was chosen for it. There are two ways of putting the steps in order, which visit the same
 leaves but for those that a hit shortly before has made needless:
 
@@ -8,6 +8,16 @@ leaves but for those that a hit shortly before has made needless:
 * pipelined: one loop, whose turns are a step for each lane, and a leaf where any lane has come to one. The boxes of the
   next turn are read before the leaf of this one is tested, so that memory works meanwhile. Where triangles are about as
   small as pixels, the lanes of a packet go to different places, and both is worth more than the steps that go past.
+
+Where a way through a tree stands, in two words: the heap index `key` of a node, and `trail`, what is left to visit.
+
+A node has four children, and trail three bits per level, one for each sibling that is still to be visited: to go back,
+climb to the deepest set bit and turn to that sibling. So there is no stack.
+
+Feelers of one tile that part: those whose points lie close together go as one beam, one group after the other.
+
+Where a tile shows two surfaces, one behind the other, a single beam from the light to both would meet much of what lies
+between them: one tile in a hundred, and most of the work.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,13 +26,12 @@ from typing import Any, Protocol
 
 import drjit as dr
 
-from rayproof.tracer.acceleration.packet_bounds import Beam
-from rayproof.tracer.acceleration.quantised_boxes import Nodes
-from rayproof.tracer.acceleration.trail import DONE, nearest_child, pop
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.branches import where
 from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.trees.beams import Beam, larger, reduced, smaller
+from rayproof.tracer.trees.boxes import Nodes
 
 NONE = 0x7FFFFFFF  # the number of no item
 # A bound of float64 is compared in float32, rounded up by more than the conversion may round down.
@@ -241,3 +250,112 @@ def any_hit(
         anyone = anyone | one
     aim = _Aim(met=met, limit=lambda state: farthest, open=is_open)
     return _through(walk, aim, anyone, [dr.full(types.Float, dr.inf, width) for _ in active], width)
+
+
+DONE = 0xFFFFFFFF  # the node of those that are done
+# What is pending on a level are the siblings x = 1 .. 3 of the current child, counted by exclusive or: bit x - 1. Of
+# the eight combinations, the one to turn to, and what is then pending as seen from there.
+FIRST = (0, 1, 2, 1, 3, 1, 2, 1)
+REST = (0, 0, 0, 4, 0, 2, 1, 6)
+
+
+def _below(types: ArrayTypes, table: Sequence[int], place: Any) -> Any:
+    """Return an entry below 16 of a table of eight: one word that is shifted."""
+    word = sum(entry << (4 * k) for k, entry in enumerate(table))
+    return (types.UInt(word) >> (place << 2)) & 15
+
+
+def pop(types: ArrayTypes, key: Any, trail: Any) -> tuple[Any, Any]:
+    """Return the deepest node still to be visited, or key DONE where none is left."""
+    Single: Any = dr.float32_array_t(types.Float)
+    # The exponent of the lowest bit as a float: AVX2 has no instruction that counts zeros.
+    lowest = Single(dr.int32_array_t(types.UInt)(trail & (~trail + 1)))
+    bits: Any = dr.reinterpret_array(types.UInt, lowest)
+    zeros = (bits >> 23) - 127
+    done = trail == 0
+    levels = dr.select(done, 0, (zeros * 11) >> 5)  # a third, for all below 32
+    trail = trail >> (levels * 3)
+    pending = trail & 7
+    key = (key >> (levels * 2)) ^ _below(types, FIRST, pending)
+    return dr.select(done, DONE, key), (trail & ~types.UInt(7)) | _below(types, REST, pending)
+
+
+def nearest_child(types: ArrayTypes, hits: Sequence[Any], enters: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Return whether any of four children is met, the nearest of them, and the others relative to it."""
+    UInt = types.UInt
+    t = [dr.select(hit, enter, dr.inf) for hit, enter in zip(hits, enters, strict=True)]
+    second, fourth = t[1] < t[0], t[3] < t[2]
+    upper = dr.select(fourth, t[3], t[2]) < dr.select(second, t[1], t[0])
+    odd = (upper & fourth) | (~upper & second)
+    child = dr.select(upper, UInt(2), 0) | dr.select(odd, UInt(1), 0)
+    bits = [dr.select(hit, UInt(1 << k), 0) for k, hit in enumerate(hits)]
+    some = (bits[0] | bits[1]) | (bits[2] | bits[3])
+    others = dr.select(odd, ((some & 5) << 1) | ((some >> 1) & 5), some)
+    others = dr.select(upper, ((others & 3) << 2) | (others >> 2), others)
+    return some != 0, child, others >> 1
+
+
+APART = 2.0  # times what a tile spans whose neighbours are all as close as the closest two; measured
+
+
+def _apart(a: Any, b: Any) -> Any:
+    """Return the largest difference of two points' coordinates."""
+    x, y, z = abs(a - b)
+    return larger(larger(x, y), z)
+
+
+def _span(points: Sequence[Any], active: Sequence[Any], columns: int) -> Any:
+    """Return what the tile would span if all its points lay as close together as the closest two neighbours do."""
+    pairs = [(k, k + 1) for k in range(len(points)) if (k + 1) % columns]
+    pairs += [(k, k + columns) for k in range(len(points) - columns)]
+    apart = [dr.select(active[a] & active[b], _apart(points[a], points[b]), dr.inf) for a, b in pairs]
+    return reduced(smaller, apart) * (columns - 1 + len(points) // columns - 1)
+
+
+def any_hit_in_groups(
+    types: ArrayTypes,
+    walk: Callable[[Sequence[Any], Sequence[Any]], tuple[Walk, Any]],
+    *,
+    points: Sequence[Any],
+    alike: Sequence[Sequence[Any]],
+    columns: int,
+    skips: Callable[[Any, int], Any] | None,
+    active: Sequence[Any],
+    width: int,
+) -> list[Any]:
+    """Return what `any_hit` returns for rays from `points` [m], a tile row by row.
+
+    Rays in a group have the same masks `alike`; `walk(group, alike)` is the way of one group, and the t of its end.
+    """
+    if len(points) == 1:
+        single, farthest = walk(active, alike[0])
+        return any_hit(single, farthest=farthest, skips=skips, active=active, width=width)
+    limit = _span(points, active, columns) * APART
+    found = [dr.full(types.Float, dr.inf, width) for _ in active]
+    waiting = [dr.full(types.Bool, True, width) & one for one in active]
+
+    def going(waiting: Any, found: Any) -> Any:
+        anyone = waiting[0]
+        for one in waiting[1:]:
+            anyone = anyone | one
+        return anyone
+
+    def step(waiting: Any, found: Any) -> tuple[Any, Any]:
+        seed, like = points[-1], list(alike[-1])
+        for one, point, masks in zip(waiting[-2::-1], points[-2::-1], alike[-2::-1], strict=True):
+            seed = dr.select(one, point, seed)
+            like = [dr.select(one, mask, before) for mask, before in zip(masks, like, strict=True)]
+        group = []
+        for one, point, masks in zip(waiting, points, alike, strict=True):
+            # Compared this way around a point that is no number joins, and somebody always leaves.
+            joins = one & ~(_apart(point, seed) > limit)
+            for mask, other in zip(masks, like, strict=True):
+                joins &= ~(mask ^ other)
+            group.append(joins)
+        way, farthest = walk(group, like)
+        met = any_hit(way, farthest=farthest, skips=skips, active=group, width=width)
+        found = [dr.select(one, t, before) for one, t, before in zip(group, met, found, strict=True)]
+        return [one & ~other for one, other in zip(waiting, group, strict=True)], found
+
+    _, found = dr.while_loop(state=(waiting, found), cond=going, body=step, labels=("waiting", "found"))
+    return list(found)

@@ -7,13 +7,11 @@ import pytest
 
 from rayproof.cases.benchmark_scenes import bumpy, terrain
 from rayproof.cases.scene import Mesh
-from rayproof.tracer.acceleration import builder
-from rayproof.tracer.acceleration.area_cuts import MOST_CUTS, SAMPLE
-from rayproof.tracer.acceleration.builder import CUTS, Tree, tree_over
-from rayproof.tracer.acceleration.grid_boxes import LOWER, STEPS, UPPER, GridBoxes, on_grid
-from rayproof.tracer.acceleration.quantised_boxes import HostNodes, quantise
-from rayproof.tracer.acceleration.triangle_bvh import bounds
-from rayproof.tracer.shapes.triangles import baked
+from rayproof.tracer.shapes.meshes import baked
+from rayproof.tracer.trees import build
+from rayproof.tracer.trees.boxes import LOWER, STEPS, UPPER, GridBoxes, HostNodes, on_grid, quantise
+from rayproof.tracer.trees.build import CUTS, MOST_CUTS, SAMPLE, Tree, tree_over
+from rayproof.tracer.trees.trees import bounds
 
 Corners = tuple[np.ndarray, np.ndarray]  # lower and upper ones of boxes, (3, n) [m]
 
@@ -58,13 +56,13 @@ def box_of(nodes: HostNodes, node: int) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.usefixtures("each_builder")
 @pytest.mark.parametrize("lost", [0, 40, 99])
 def test_a_tree_that_lost_an_item_is_not_built(lost: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    put = builder._Growing._put
+    put = build._Growing._put
 
     def forgetful(self: Any, *about: Any) -> None:
         put(self, *about)
         self.slots[self.slots == lost] = 7
 
-    monkeypatch.setattr(builder._Growing, "_put", forgetful)
+    monkeypatch.setattr(build._Growing, "_put", forgetful)
 
     with pytest.raises(RuntimeError, match="of 100 items stand in no leaf"):
         tree_over(on_grid(*boxes(100)))
@@ -84,7 +82,7 @@ def test_every_item_stands_in_one_leaf(count: int) -> None:
 @pytest.mark.usefixtures("each_builder")
 @pytest.mark.parametrize("most", [4, 16])
 def test_where_there_are_no_more_leaves_they_hold_several_items(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(builder, "MOST_LEAVES", most)
+    monkeypatch.setattr(build, "MOST_LEAVES", most)
 
     tree = tree_over(on_grid(*boxes(61)))
 
@@ -155,7 +153,7 @@ def test_a_root_with_more_items_than_are_looked_at_is_cut_nearly_as_well() -> No
 
 
 def test_a_tree_in_halves_is_cut_in_the_middle_of_the_longest_axis(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(builder, "MOST_BY_AREA", 0)
+    monkeypatch.setattr(build, "MOST_BY_AREA", 0)
     lower, upper = boxes(64)
     lower[1] *= 10
     upper[1] *= 10
@@ -194,9 +192,9 @@ def test_there_is_less_to_meet_than_in_a_tree_in_halves(
     mesh: Mesh, share: float, piece: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     on = on_grid(*bounds(baked(mesh)))
-    monkeypatch.setattr(builder, "PIECE", piece)
+    monkeypatch.setattr(build, "PIECE", piece)
     by_area = inner_area(tree_over(on), on)
-    monkeypatch.setattr(builder, "MOST_BY_AREA", 0)
+    monkeypatch.setattr(build, "MOST_BY_AREA", 0)
 
     assert by_area < share * inner_area(tree_over(on), on)
 
@@ -204,7 +202,7 @@ def test_there_is_less_to_meet_than_in_a_tree_in_halves(
 def test_pieces_make_no_worse_tree(monkeypatch: pytest.MonkeyPatch) -> None:
     on = on_grid(*boxes(3000))
     at_once = inner_area(tree_over(on), on)
-    monkeypatch.setattr(builder, "PIECE", 256)
+    monkeypatch.setattr(build, "PIECE", 256)
 
     # Where pieces are cut, sixteen items between two cuts stand for all, so that a cut may lie beside the best one.
     assert inner_area(tree_over(on), on) == pytest.approx(at_once, rel=0.03)
@@ -214,8 +212,8 @@ def test_pieces_make_no_worse_tree(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_of_items_in_one_place_along_an_axis_neighbours_stay_together(
     piece: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(builder, "PIECE", piece)
-    monkeypatch.setattr(builder, "MOST_BY_AREA", 0)
+    monkeypatch.setattr(build, "PIECE", piece)
+    monkeypatch.setattr(build, "MOST_BY_AREA", 0)
     # Three columns, numbered in no order, the middle one of which is cut.
     x, y = (np.ravel(part).astype(np.float32) for part in np.mgrid[:3, :21])
     lower = np.stack([100 * x, y, 0 * x])[:, np.random.default_rng(3).permutation(63)]

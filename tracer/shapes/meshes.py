@@ -218,6 +218,6 @@ class TracedMesh(_OfTriangles):
 
     @staticmethod
     def normal(some: Any, point: Any) -> Any:
-        """Return the object-space normals of the triangles that were hit (`tracer.stages.hit_attributes`)."""
+        """Return the object-space normals of the triangles that were hit (`tracer.light_path.surfaces`)."""
         forest = some.world.trees.forest
         return some.world.types.Vector(0) if forest is None else forest.normal(some.hit.number, some.kind(TracedMesh))

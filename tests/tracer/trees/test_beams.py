@@ -6,13 +6,13 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import Sphere
-from rayproof.tracer.acceleration.bounding_cones import Directions, cone
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import LITERALS
 from rayproof.tracer.plan import Plan
-from rayproof.tracer.shapes.kinds import traced
+from rayproof.tracer.shapes.primitives import traced
+from rayproof.tracer.trees.beams import Directions, cone
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, octahedron, scene, shapes
 
 STRIP, ONE_BY_ONE = Plan(columns=4), Plan()

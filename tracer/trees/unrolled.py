@@ -1,9 +1,8 @@
 """The shapes that are unrolled into the kernel: one formula each, passed over where no ray of a packet can meet it.
 
 A lane of one ray asks every formula. Where a lane takes several, asking for the cone about a shape
-(`tracer.acceleration.bounding_cones`)
-costs little beside as many formulas, and most packets can meet few of the shapes. The cone is about the true shape: a
-formula that is wrong on purpose meets others, and is always asked.
+(`tracer.trees.beams`) costs little beside as many formulas, and most packets can meet few of the shapes. The cone is
+about the true shape: a formula that is wrong on purpose meets others, and is always asked.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,13 +13,12 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.scene import Vector
-from rayproof.tracer.acceleration.bounding_cones import Cone, Directions, cone
 from rayproof.tracer.kernel.branches import where
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
-from rayproof.tracer.shapes.kinds import traced
-from rayproof.tracer.shapes.shape import TracedShape
-from rayproof.tracer.shapes.transforms import Transform
+from rayproof.tracer.shapes.primitives import traced
+from rayproof.tracer.shapes.shape import TracedShape, Transform
+from rayproof.tracer.trees.beams import Cone, Directions, cone
 
 
 @dataclass(frozen=True, kw_only=True)

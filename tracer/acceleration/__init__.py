@@ -1,1 +1,0 @@
-"""The tracer's own acceleration structure: a numpy builder, and bundles of rays on their way through it on Dr.Jit."""
