@@ -64,6 +64,6 @@ def test_every_kind_of_change_is_made_and_what_nothing_runs_is_left(mutations: M
 def test_the_tests_that_name_a_module_come_before_those_of_its_folder(mutations: ModuleType) -> None:
     found = mutations.tests_of(CHECKOUT, "tracer/trees/traversal.py")
 
-    assert found[0] == "tests/tracer/test_culling.py"
+    assert found[0] == "tests/tracer/test_acceleration.py"
     assert {"tests/tracer/trees/test_build.py"} < set(found)
     assert not any(name.startswith("tests/reports/") for name in mutations.tests_of(CHECKOUT, "cases/scene.py")[-3:])

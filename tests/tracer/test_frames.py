@@ -26,7 +26,7 @@ LIGHTS = tuple(PointLight(position=(2.0, -3.0, 4.0 + k), flux=(30.0, 20.0 + k, 1
 @pytest.fixture(autouse=True)
 def _literal(monkeypatch: pytest.MonkeyPatch) -> None:
     """Render with the scene's numbers in the code, as frames have them: they fold by roundings of their own."""
-    monkeypatch.setattr(rendering, "Numbers", Literals)
+    monkeypatch.setattr(rendering, "NumbersInMemory", Literals)
 
 
 def averaged(what: Scene, configuration: Configuration, samples: int, chosen: Plan) -> np.ndarray:
