@@ -2,8 +2,8 @@
 
 What is stored is the difference of bits to a prediction (`reports.results.prediction`), zigzag-coded, and where that is
 smaller its second difference along the rows: smooth images are near a parabola. Channel by channel, in byte planes
-from the highest byte down, deflated (`reports.results.deflate`) and in base64; `DecompressionStream` undoes the
-deflating and html/decode.js the rest.
+from the highest byte down, deflated and in base64; `DecompressionStream` undoes the deflating and html/decode.js
+the rest.
 """
 
 import base64
@@ -13,12 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.reports.results.deflate import by_runs, deflated
 from rayproof.reports.results.json_numbers import as_json, legible_json
 from rayproof.reports.results.prediction import Drafted, Encoded, Prediction
 
 LEVEL = 6  # of zlib
-NEAR = 2  # times the least estimate: of 1580 residuals one farther off deflated to less in 9, by a thousandth in sum
 
 Draft = tuple[int, Drafted, np.ndarray]  # bytes that are left by estimate, how, and the residual of bits
 
@@ -33,8 +31,7 @@ def encode(image: np.ndarray, predictions: Iterable[tuple[Prediction, np.ndarray
     if image.dtype != np.float32:
         raise ValueError(f"images to embed must be float32, got {image.dtype}")
     how, residual = _least(_drafts(image, predictions))
-    packed = base64.b64encode(deflated(_planes(residual))).decode("ascii")
-    return {"channels": image.shape[-1], **how, "data": packed}
+    return {"channels": image.shape[-1], **how, "data": pack(_planes(residual))}
 
 
 def _drafts(image: np.ndarray, predictions: Iterable[tuple[Prediction, np.ndarray]]) -> Iterator[Draft]:
@@ -67,10 +64,8 @@ def _least(drafts: Iterable[Draft]) -> tuple[Drafted, np.ndarray]:
         made.append((bytes_left, how, residual))
     if not made:
         raise ValueError("an image needs a prediction, be it nothing")
-    least = min(bytes_left for bytes_left, _, _ in made)
-    near = [(how, residual) for bytes_left, how, residual in made if bytes_left <= NEAR * least]
-    # Deflating only to choose takes as long as deflating to store, so that what cannot win is not deflated.
-    return near[0] if len(near) == 1 else min(near, key=lambda one: by_runs(_planes(one[1])))
+    _, how, residual = min(made, key=lambda draft: draft[0])
+    return how, residual
 
 
 def decode(stored: Encoded, height: int, width: int, prediction: np.ndarray | None) -> np.ndarray:
@@ -152,9 +147,8 @@ def _bytes_left(residual: np.ndarray) -> int:
     return int(used)
 
 
-def _planes(residual: np.ndarray) -> list[bytes]:
+def _planes(residual: np.ndarray) -> bytes:
     """Return the zigzag code of signed differences, small ones of either sign small, as byte planes by channel."""
     signed = residual.view(np.int32)
     code = ((signed << 1) ^ (signed >> 31)).astype("<i4", copy=False)
-    planes = code.view(np.uint8).reshape(-1, residual.shape[-1], 4).transpose(2, 1, 0)
-    return [plane.tobytes() for plane in planes[::-1]]
+    return code.view(np.uint8).reshape(-1, residual.shape[-1], 4).transpose(2, 1, 0)[::-1].tobytes()
