@@ -16,7 +16,7 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import Lanes
 from rayproof.tracer.kernel.parameters import NumbersInMemory, SplitKernels
-from rayproof.tracer.light_path import Trace, continued, images
+from rayproof.tracer.light_path import Trace, images
 from rayproof.tracer.light_path.camera_stage import Frame
 from rayproof.tracer.plan import Plan, plan
 from rayproof.tracer.shapes.bounds import beyond
@@ -109,11 +109,11 @@ def continue_from(scene: Scene, stage: Stage, given: StageImages, configuration:
     alone = replace(plan(scene, configuration), columns=1, rows=1, split=False, pipelined=False)
     trace = Trace.of(scene, configuration, per_side=1, chosen=alone, parameters=SplitKernels())
     order, Float = list(Stage), trace.world.types.Float
-    before = {
-        one: [Float(channel) for channel in np.asarray(image, dtype=np.float64).reshape(-1, image.shape[-1]).T]
-        for one, image in given.items()
-        if one is not Stage.CAMERA and order.index(one) < order.index(stage)
+    known = {
+        before: [[Float(channel) for channel in np.asarray(image, dtype=np.float64).reshape(-1, image.shape[-1]).T]]
+        for before, image in given.items()
+        if before is not Stage.CAMERA and order.index(before) < order.index(stage)
     }
-    channels = tuple(continued(trace, stage, before))
+    (channels,) = images(trace, [stage], known)[stage]
     dr.eval(channels)
     return _image(trace.view.lanes, [channels])

@@ -5,9 +5,10 @@ where `KernelConstants.store` ends a kernel.
 """
 
 import operator
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import drjit as dr
@@ -27,6 +28,9 @@ from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.trees.beams import reduced
 
 Values = Sequence[Iterable[Any]]  # of one stage: for each sample of a lane, its channels
+Given = Mapping[Stage, Values]  # stages that are taken as they are, instead of being traced
+NOTHING: Given = MappingProxyType({})
+ROUNDED = 2.0**-20  # relative: a point that is no farther off is the same, written as float32
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,16 +73,16 @@ class Trace:
         return not (self.world.scene.shapes and self.world.scene.lights)
 
 
-def images(trace: Trace, wanted: Collection[Stage]) -> dict[Stage, list[tuple[Any, ...]]]:
+def images(trace: Trace, wanted: Collection[Stage], given: Given = NOTHING) -> dict[Stage, list[tuple[Any, ...]]]:
     """Return the channels of stages for each sample of a lane, with the specification's values where nothing was hit.
 
     Those of the camera are a sample's (sx, sy) and its pixel. What comes after the last stage wanted is not computed,
-    nor is anything about light where there is none.
+    nor is anything about light where there is none. `given` stages before those wanted are taken as they are.
     """
     found = _darkness(trace) if trace.dark else {}
     missing = [stage for stage in Stage if stage in wanted and stage not in found]
     if missing:
-        for stage, values in _light_path(trace, missing):
+        for stage, values in light_path(trace, missing, given):
             found[stage] = values
             if stage is missing[-1]:
                 break
@@ -94,7 +98,7 @@ def radiance(trace: Trace) -> list[Any]:
     some = reduced(operator.or_, [hit.distance < dr.inf for hit in hits])
 
     def shaded() -> list[Any]:
-        *_, (_, values) = _shading(trace, rays, hits, (Stage.RADIANCE,))
+        *_, (_, values) = _shading(trace, rays, hits, (Stage.RADIANCE,), NOTHING)
         return list(values)
 
     return where(some, shaded, [trace.world.types.Vector(0)] * len(rays))
@@ -108,20 +112,22 @@ def _darkness(trace: Trace) -> dict[Stage, Values]:
     return {Stage.VISIBILITY: unlit, Stage.IRRADIANCE: black, Stage.EXITANCE: black, Stage.RADIANCE: black}
 
 
-def _light_path(trace: Trace, wanted: Collection[Stage]) -> Iterator[tuple[Stage, Values]]:
+def light_path(trace: Trace, wanted: Collection[Stage], given: Given) -> Iterator[tuple[Stage, Values]]:
     """Yield each stage when it has been computed; camera and visibility, on which none depends, only where wanted."""
     camera, configuration = trace.world.scene.camera, trace.world.configuration
     ndc = sample_ndc(trace.view, sample_positions(trace.view))
     if Stage.CAMERA in wanted:
-        pixels = [configuration["pixel"](*one, camera.width, camera.height) for one in ndc]
+        pixels = [configuration["pixel"](*place, camera.width, camera.height) for place in ndc]
         trace.world.parameters.store(pixels, ndc)
-        yield Stage.CAMERA, [(*one, *pixel) for one, pixel in zip(ndc, pixels, strict=True)]
+        yield Stage.CAMERA, [(*place, *pixel) for place, pixel in zip(ndc, pixels, strict=True)]
     rays = camera_rays(trace.view, ndc)
-    yield Stage.RAY, [ray.direction for ray in rays]
+    directions = _taken(trace, given, Stage.RAY, lambda: [ray.direction for ray in rays])
+    yield Stage.RAY, directions
+    rays = [Ray(origin=ray.origin, direction=direction) for ray, direction in zip(rays, directions, strict=True)]
     hits = _nearest_hits(trace, rays)
     yield Stage.OBJECT, [(hit.shape, hit.face) for hit in hits]
     yield Stage.DISTANCE, [(hit.distance,) for hit in hits]
-    yield from _shading(trace, rays, hits, wanted)
+    yield from _shading(trace, rays, hits, wanted, given)
 
 
 def _nearest_hits(trace: Trace, rays: list[Ray]) -> list[NearestHit]:
@@ -161,86 +167,76 @@ def _met_apart(trace: Trace) -> list[tuple[Any, Any]]:
 
 
 def _shading(
-    trace: Trace, rays: Sequence[Ray], hits: Sequence[NearestHit], wanted: Collection[Stage]
+    trace: Trace, rays: Sequence[Ray], hits: Sequence[NearestHit], wanted: Collection[Stage], given: Given
 ) -> Iterator[tuple[Stage, Values]]:
     """Yield the stages from the hits on, radiance last; there is light if any stage after the normal is asked for."""
     view, world = trace.view, trace.world
-    met = [
+    traced = [
         HitShapes(world=world, ray=ray, hit=hit, mask=hit.distance < dr.inf)
         for ray, hit in zip(rays, hits, strict=True)
     ]
-    positions = [hit_point(one) for one in met]
-    yield Stage.POSITION, [dr.select(one.mask, position, 0) for one, position in zip(met, positions, strict=True)]
+    met = _given_hits(traced, given) if Stage.OBJECT in given and Stage.DISTANCE in given else traced
+    positions = _taken(trace, given, Stage.POSITION, lambda: [hit_point(hit) for hit in met])
+    rounded = Stage.POSITION in given and Stage.VISIBILITY in wanted
+    positions = _on_surface(traced, positions) if rounded else positions
+    yield Stage.POSITION, [dr.select(hit.mask, position, 0) for hit, position in zip(met, positions, strict=True)]
     next_step(world.types, samples=len(met))
-    normals = [shading_normal(*one) for one in zip(met, positions, strict=True)]
+    normals = _taken(
+        trace, given, Stage.NORMAL, lambda: [shading_normal(*hit) for hit in zip(met, positions, strict=True)]
+    )
     yield Stage.NORMAL, normals
-    surfaces = [surface(*one) for one in zip(met, positions, normals, strict=True)]
-    view.end([one.arrays for one in surfaces])
-    lit, irradiance = illuminate(world, surfaces, visibility=Stage.VISIBILITY in wanted)
+    surfaces = [surface(*hit) for hit in zip(met, positions, normals, strict=True)]
+    view.end([seen.arrays for seen in surfaces])
+    known = _given_lights(given) if Stage.VISIBILITY in given else None
+    lit, irradiance = illuminate(world, surfaces, visibility=Stage.VISIBILITY in wanted, known=known)
     if Stage.VISIBILITY in wanted:
         one = world.types.Float(1)
         yield Stage.VISIBILITY, [[dr.select(seen, one, 0) for seen in lights] for lights in zip(*lit, strict=True)]
+    irradiance = _taken(trace, given, Stage.IRRADIANCE, lambda: irradiance)
     yield Stage.IRRADIANCE, irradiance
-    exitance = [_exitance(*one) for one in zip(surfaces, irradiance, strict=True)]
+    exitance = _taken(
+        trace, given, Stage.EXITANCE, lambda: [_exitance(*seen) for seen in zip(surfaces, irradiance, strict=True)]
+    )
     yield Stage.EXITANCE, exitance
-    yield Stage.RADIANCE, [_radiance(*one) for one in zip(surfaces, exitance, strict=True)]
+    yield Stage.RADIANCE, [_radiance(*seen) for seen in zip(surfaces, exitance, strict=True)]
 
 
-ROUNDED = 2.0**-20  # relative: a point that is no farther off is the same, written as float32
+def _taken(trace: Trace, given: Given, stage: Stage, computed: Callable[[], Sequence[Any]]) -> list[Any]:
+    """Return the vectors of a stage for each sample: those given, else those computed."""
+    return [trace.world.types.Vector(*one) for one in given[stage]] if stage in given else list(computed())
 
 
-def continued(trace: Trace, stage: Stage, given: Mapping[Stage, Sequence[Any]]) -> Iterable[Any]:
-    """Return the channels of an image stage, one sample per lane, from the channels of the stages `given` before it.
-
-    Those that are missing are traced.
-    """
-    view, world = trace.view, trace.world
-    types = world.types
-    if trace.dark and stage in (dark := _darkness(trace)):
-        return dark[stage][0]
-    rays = camera_rays(view, sample_ndc(view, sample_positions(view)))
-    if Stage.RAY in given:
-        rays = [Ray(origin=ray.origin, direction=types.Vector(*given[Stage.RAY])) for ray in rays]
-    if stage is Stage.RAY:
-        return rays[0].direction
-    (hit,) = _nearest_hits(trace, rays)
-    if stage in (Stage.OBJECT, Stage.DISTANCE):
-        return (hit.shape, hit.face) if stage is Stage.OBJECT else (hit.distance,)
-    traced = HitShapes(world=world, ray=rays[0], hit=hit, mask=hit.distance < dr.inf)
-    met = traced
-    if Stage.OBJECT in given and Stage.DISTANCE in given:
-        shape, face = (types.Int(channel) for channel in given[Stage.OBJECT])
-        distance = dr.select(shape >= 0, given[Stage.DISTANCE][0], dr.inf)
-        number, forest = hit.number, world.trees.forest
-        if forest is not None:
+def _given_hits(traced: Sequence[HitShapes], given: Given) -> list[HitShapes]:
+    """Return the hits whose shapes, faces and distances [m] are given, on the traced rays."""
+    hits = []
+    for hit, (shape, face), (t,) in zip(traced, given[Stage.OBJECT], given[Stage.DISTANCE], strict=True):
+        world, number = hit.world, hit.hit.number
+        shape, face = world.types.Int(shape), world.types.Int(face)
+        distance = dr.select(shape >= 0, t, dr.inf)
+        if world.trees.forest is not None:
             # Where no triangle was met but one was given, some triangle is looked up.
-            number = dr.clip(number, 0, sum(forest.host.counts) - 1)
+            number = dr.clip(number, 0, sum(world.trees.forest.host.counts) - 1)
         known = NearestHit(distance=distance, shape=shape, face=face, number=number)
-        met = HitShapes(world=world, ray=rays[0], hit=known, mask=distance < dr.inf)
-    position = hit_point(met)
-    if Stage.POSITION in given:
-        position = types.Vector(*given[Stage.POSITION])
-        if stage is Stage.VISIBILITY:
-            # Rounding has moved them off the surface that their feelers start from: what is traced stands on it.
-            on_it = hit_point(traced)
-            moved = dr.norm(position - on_it) > ROUNDED * (dr.norm(on_it) + dr.norm(rays[0].origin))
-            position = dr.select(moved | ~traced.mask, position, on_it)
-    if stage is Stage.POSITION:
-        return dr.select(met.mask, position, 0)
-    normal = types.Vector(*given[Stage.NORMAL]) if Stage.NORMAL in given else shading_normal(met, position)
-    if stage is Stage.NORMAL:
-        return normal
-    seen = surface(met, position, normal)
-    known_light = [[channel > 0] for channel in given[Stage.VISIBILITY]] if Stage.VISIBILITY in given else None
-    lit, (irradiance,) = illuminate(world, [seen], visibility=stage is Stage.VISIBILITY, known=known_light)
-    if stage is Stage.VISIBILITY:
-        return [dr.select(light, types.Float(1), 0) for (light,) in lit]
-    if Stage.IRRADIANCE in given:
-        irradiance = types.Vector(*given[Stage.IRRADIANCE])
-    if stage is Stage.IRRADIANCE:
-        return irradiance
-    exitance = types.Vector(*given[Stage.EXITANCE]) if Stage.EXITANCE in given else _exitance(seen, irradiance)
-    return exitance if stage is Stage.EXITANCE else _radiance(seen, exitance)
+        hits.append(HitShapes(world=world, ray=hit.ray, hit=known, mask=distance < dr.inf))
+    return hits
+
+
+def _on_surface(traced: Sequence[HitShapes], positions: Sequence[Any]) -> list[Any]:
+    """Return given positions [m] for feelers to start from: where the traced one is the same up to rounding, that.
+
+    Rounding has moved what is given off the surface, and what is traced stands on it.
+    """
+    standing = []
+    for hit, position in zip(traced, positions, strict=True):
+        on_it = hit_point(hit)
+        moved = dr.norm(position - on_it) > ROUNDED * (dr.norm(on_it) + dr.norm(hit.ray.origin))
+        standing.append(dr.select(moved | ~hit.mask, position, on_it))
+    return standing
+
+
+def _given_lights(given: Given) -> list[list[Any]]:
+    """Return which lights each sample sees, light by light, as given."""
+    return [[seen > 0 for seen in light] for light in zip(*given[Stage.VISIBILITY], strict=True)]
 
 
 def _exitance(surface: Surface, irradiance: Any) -> Any:

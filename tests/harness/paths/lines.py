@@ -72,7 +72,9 @@ FUNCTIONS: Mapping[str, str] = {
     "kernel/compiler.py:one_thread": ONE_THREAD,
     "kernel/compiler.py:select": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
     "render.py:continue_from": DIAGNOSIS,
-    "light_path/__init__.py:continued": DIAGNOSIS,
+    "light_path/__init__.py:_given_lights": DIAGNOSIS,
+    "light_path/__init__.py:_given_hits": DIAGNOSIS,
+    "light_path/__init__.py:_on_surface": DIAGNOSIS,
 }
 # "file:text of the line" -> why.
 LINES: Mapping[str, str] = {
