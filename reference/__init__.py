@@ -1,11 +1,10 @@
 """Independent answers: one file (or folder) each, none imports another, none sees the tracer.
 
-To add one: a class that keeps `cases.stages.Reference`, in a new file, under `@REFERENCES.register("name")`.
+To add one: a class that keeps `cases.stages.Reference`, in a new file, and a line in the table.
 `independent=True` says that it shares neither code nor Dr.Jit's compiler with the tracer and so can be a witness;
 `optional=True` that it is a program which may not be installed, `on_request=True` that only `--require` asks it,
 `sleeps=True` that its program sleeps for most of a call, so that several calls run side by side.
-What the decorator says is read from the source, so its arguments are literals: a process imports only the references
-that it asks.
+A process imports only the references that it asks.
 
 Beyond the protocol a class may have, each looked up by name:
 
@@ -22,9 +21,22 @@ Beyond the protocol a class may have, each looked up by name:
     light_epsilon                of a feeler's length: blockers nearer to the light than this are not seen
 """
 
-from rayproof.cases.declarations import DeclaredRegistry
+from rayproof.cases.registry import Entry, Table
 from rayproof.cases.stages import Reference
 
-REFERENCES: DeclaredRegistry[type[Reference]] = DeclaredRegistry(
-    "reference", package="rayproof.reference", name="REFERENCES"
+REFERENCES: Table[type[Reference]] = Table(
+    "reference",
+    package="rayproof.reference",
+    entries={
+        "analytic": Entry("analytic:Analytic", independent=True),
+        "certified": Entry("certified:Certified", independent=True, on_request=True),
+        "cycles": Entry("cycles:Cycles", independent=True, optional=True),
+        "double_double": Entry("double_double:DoubleDouble", independent=False, on_request=True),
+        "embree": Entry("embree:Embree", independent=True),
+        "mitsuba_llvm": Entry("mitsuba3.references:MitsubaLlvm", independent=False),
+        "mitsuba_scalar": Entry("mitsuba3.references:MitsubaScalar", independent=True),
+        "povray": Entry("povray:PovRay", independent=True, optional=True, sleeps=True),
+        "radiance": Entry("radiance:Radiance", independent=True),
+        "tachyon": Entry("tachyon:Tachyon", independent=True, optional=True),
+    },
 )

@@ -55,7 +55,7 @@ CASE_FAMILIES.register("needles")(needles)
 assert len(select(["needles"])) == 3
 """,
     "reference/flat_grey.py": """
-assert REFERENCES["flat_grey"]().version()
+assert FlatGrey().version()
 """,
     "cases/laws/clipping.py": """
 from rayproof.cases.families import select

@@ -7,14 +7,12 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reference import REFERENCES
 
 if TYPE_CHECKING:
     from rayproof.reference.analytic.edges import Edges
     from rayproof.reference.analytic.edges.surroundings import Near, Surroundings
 
 
-@REFERENCES.register("analytic", independent=True)
 class Analytic:
     """Closed-form geometry in float64; shares neither code, algebra nor compiler with the tracer.
 

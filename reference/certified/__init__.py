@@ -9,7 +9,6 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
-from rayproof.reference import REFERENCES
 from rayproof.reference.certified.bundles.walk import walked
 from rayproof.reference.certified.camera_stage import camera_answer
 from rayproof.reference.certified.fields import START, precision
@@ -31,7 +30,6 @@ class EnclosedPixel(TypedDict):
     stages: dict[str, list[list[float]]]  # by stage [low, high] of each channel, the float64 next to the enclosure
 
 
-@REFERENCES.register("certified", independent=True, on_request=True)
 class Certified:
     """Exact mathematics, enclosed: answers are float64 numbers within one ulp of the truth, every branch is proved.
 

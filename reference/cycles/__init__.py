@@ -6,11 +6,9 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reference import REFERENCES
 from rayproof.reference.cycles import program
 
 
-@REFERENCES.register("cycles", independent=True, optional=True)
 class Cycles:
     """A production renderer in float32, with a camera, geometry, shadows and light of its own, in its own process."""
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reference import REFERENCES
 from rayproof.reference.double_double.backends import fast_math_off, types, unavailable
 from rayproof.reference.double_double.camera_stage import camera_answer
 
@@ -25,7 +24,6 @@ class PairAnswers:
     margin: np.ndarray  # (N,): below questions.LOW_MARGIN a certified reference should be asked
 
 
-@REFERENCES.register("double_double", independent=False, on_request=True)
 class DoubleDouble:
     """Exact mathematics in about 31 digits; shares Dr.Jit and LLVM with the tracer, so `certified` is its witness.
 

@@ -9,10 +9,8 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reference import REFERENCES
 
 
-@REFERENCES.register("embree", independent=True)
 class Embree:
     """Intel's ray tracing kernels, on flat shapes alone; its word is which triangle is hit and which light is hidden.
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from rayproof.cases.scene import Plane, Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reference import REFERENCES
 from rayproof.reference.mitsuba3 import variants
 from rayproof.reference.mitsuba3.epsilons import SHADOW_EPSILON, offsets
 
@@ -118,7 +117,6 @@ class _Mitsuba:
         return found
 
 
-@REFERENCES.register("mitsuba_scalar", independent=True)
 class MitsubaScalar(_Mitsuba):
     """Mitsuba without a compiler: Embree and C++ in float32, sharing neither code nor Dr.Jit's compiler with us."""
 
@@ -126,7 +124,6 @@ class MitsubaScalar(_Mitsuba):
     traced_by = "scalar"
 
 
-@REFERENCES.register("mitsuba_llvm", independent=False)
 class MitsubaLlvm(_Mitsuba):
     """Mitsuba through Dr.Jit and LLVM: the compiler is also the tracer's, so its word is no witness on its own."""
 

@@ -7,14 +7,12 @@ import numpy as np
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, StageImages
-from rayproof.reference import REFERENCES
 from rayproof.reference.povray import program
 from rayproof.reference.povray.program import DEPTH_TOLERANCE, LIT_SCALE, SHADOW_TOLERANCE
 
 LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
 
 
-@REFERENCES.register("povray", independent=True, optional=True, sleeps=True)
 class PovRay:
     """A renderer of 1991 with an algebra of its own, in float64, also for sheared ellipsoids.
 

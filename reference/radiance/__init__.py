@@ -5,7 +5,6 @@ from collections.abc import Collection
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Plane, Scene
 from rayproof.cases.stages import Resolution, Stage, StageImages
-from rayproof.reference import REFERENCES
 from rayproof.reference.radiance import programs
 
 # Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, the product of
@@ -14,7 +13,6 @@ from rayproof.reference.radiance import programs
 PAINTED, WHITENED = 5, 2
 
 
-@REFERENCES.register("radiance", independent=True)
 class Radiance:
     """Ward's lighting simulator by its own programs: shares no code, no compiler and no camera with anyone here.
 

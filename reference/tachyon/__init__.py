@@ -7,11 +7,9 @@ import numpy as np
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Resolution, Stage, StageImages
-from rayproof.reference import REFERENCES
 from rayproof.reference.tachyon import program
 
 
-@REFERENCES.register("tachyon", independent=True, optional=True)
 class Tachyon:
     """An independent camera, hits, shadows and light of spheres, planes and triangles.
 
