@@ -99,7 +99,7 @@ def run(
         concerns libraries, Python, Conda, CUDA and threads. Repeatable.
     confine
         Shut a program under test off (Linux): no network, no other processes, nothing to write but its folder; home and
-        temporary folders, the cache and its key are hidden.
+        temporary folders and the cache are hidden.
     diagnose
         After a run with failures: put every known mistake to the test and name the one that explains them; or off.
     cache

@@ -75,9 +75,8 @@ def _hidden() -> list[str]:
 
 
 def _secret() -> list[str]:
-    """Return the folders with rayproof's key and its cache."""
-    cache = os.environ.get("RAYPROOF_CACHE") or platformdirs.user_cache_dir("rayproof")
-    return [str(Path(path).absolute()) for path in (platformdirs.user_state_dir("rayproof"), cache)]
+    """Return the folder with rayproof's cache."""
+    return [str(Path(os.environ.get("RAYPROOF_CACHE") or platformdirs.user_cache_dir("rayproof")).absolute())]
 
 
 def _shown(arguments: Sequence[str]) -> list[str]:

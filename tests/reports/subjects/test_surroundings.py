@@ -26,15 +26,15 @@ def tried(act):
         return str(act())[:10000]
     except Exception as error:
         return f"no: {type(error).__name__}"
-key, parent, server, beside = sys.argv[1:]
+entry, parent, server, beside = sys.argv[1:]
 print(json.dumps({
-    "key": tried(lambda: open(key).read()),
+    "entry": tried(lambda: open(entry).read()),
     "parent's environment": tried(lambda: open(f"/proc/{parent}/environ").read()),
     "own parent's environment": tried(lambda: open(f"/proc/{os.getppid()}/environ").read()),
     "network": tried(lambda: socket.create_connection(("127.0.0.1", int(server)), 2)),
     "beside": tried(lambda: open(beside, "w").write("here")),
     "home": tried(lambda: os.listdir(os.path.expanduser("~"))),
-    "unhide": tried(lambda: subprocess.run(["umount", os.path.dirname(key)], capture_output=True, check=True)),
+    "unhide": tried(lambda: subprocess.run(["umount", os.path.dirname(entry)], capture_output=True, check=True)),
     "folder": tried(lambda: open("image", "w").write("here")),
 }))
 """
@@ -92,17 +92,17 @@ def test_a_variable_that_is_not_there_is_no_name() -> None:
 
 @pytest.fixture
 def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
-    """Return what the hostile program is told: where the key is, who its caller is, where somebody listens."""
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    """Return what the hostile program is told: an entry of the cache, its caller, and where somebody listens."""
+    monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     (tmp_path / "home").mkdir()
     (tmp_path / "home" / ".netrc").write_text("secret password")
     monkeypatch.setenv("A_TOKEN", "secret token")
-    key = tmp_path / "state" / "rayproof" / "cache-key"
-    key.parent.mkdir(parents=True)
-    key.write_text("secret key")
+    entry = tmp_path / "cache" / "answer.entry"
+    entry.parent.mkdir()
+    entry.write_text("secret answer")
     with socket.create_server(("127.0.0.1", 0)) as server:
-        yield [str(key), str(os.getpid()), str(server.getsockname()[1]), str(tmp_path / "beside")]
+        yield [str(entry), str(os.getpid()), str(server.getsockname()[1]), str(tmp_path / "beside")]
 
 
 @pytest.mark.process
@@ -111,13 +111,13 @@ def test_without_being_confined_it_reaches_what_its_user_does(tmp_path: Path, at
 
     got = json.loads(called(tmp_path / "folder", HOSTILE, *attack).said)
 
-    assert got["key"] == "secret key"
+    assert got["entry"] == "secret answer"
     assert got["network"].startswith("<socket")
 
 
 @pytest.mark.process
 @confinable
-def test_confined_it_reaches_neither_key_nor_environment_nor_network(tmp_path: Path, attack: list[str]) -> None:
+def test_confined_it_reaches_neither_cache_nor_environment_nor_network(tmp_path: Path, attack: list[str]) -> None:
     (tmp_path / "folder").mkdir()
 
     got = json.loads(called(tmp_path / "folder", HOSTILE, *attack, surroundings=Surroundings(confined=True)).said)
