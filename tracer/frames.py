@@ -18,8 +18,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.kernel.arrays import ArrayTypes, Lanes, array_types
-from rayproof.tracer.kernel.branches import asked, next_step
+from rayproof.tracer.kernel.arrays import ArrayTypes, Lanes, array_types, asked, next_step
 from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.light_path import Trace, radiance
 from rayproof.tracer.plan import Plan, plan

@@ -100,7 +100,7 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     counts = _kinds(scene.shapes)
     meshes = tuple(shape for shape in scene.shapes if isinstance(shape, Mesh))
     triangles = sum(len(mesh.faces) for mesh in meshes)
-    count = scene.camera.width * scene.camera.lines * samples * samples
+    count = scene.camera.width * scene.camera.height * samples * samples
     strip = count >= FEW and not triangles and len(scene.shapes) <= SEVERAL
     tables = plain and sum(counts.values()) > HANDFUL
     trees = {kind for kind, count in counts.items() if count > HANDFUL and (plain or kind == "triangle")}

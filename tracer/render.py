@@ -84,7 +84,7 @@ def render(
     dr.eval(channels)
     answers: StageImages = {stage: _image(trace.view.lanes, channels[stage]) for stage in wanted}
     if samples > 1:
-        rows = answers[Stage.RADIANCE].reshape(scene.camera.lines, samples, scene.camera.width, samples, -1)
+        rows = answers[Stage.RADIANCE].reshape(scene.camera.height, samples, scene.camera.width, samples, -1)
         answers[Stage.RADIANCE] = rows.mean(axis=(1, 3))
     if Stage.CAMERA in answers:
         frame = trace.view.frame

@@ -178,14 +178,14 @@ TABLE: dict[str, Entry] = {
         "CAM-5",
         known_bad="w cancels like far / near in the product; the ray turns by u abs(eye) / near, and dies at 2 / u",
     ),
-    "clip_depth/planes": right("clipping:planes", "HIT-2", default=True),
-    "clip_depth/shell": control("clipping:shell", "HIT-2", erratum="E2"),
-    "clip_shell/distance": right("clipping:distance", "HIT-2", default=True),
-    "clip_none/in_front": right("clipping:in_front", "HIT-2", default=True),
-    "to_object/inverse": right("transforms:to_object", "XF-1", default=True),
-    "position/along_ray": right("transforms:along_ray", "XF-2", default=True),
-    "position/by_matrix": right("transforms:by_matrix", "XF-2"),
-    "position/reprojected": right("transforms:reprojected", "XF-2"),
+    "clip_depth/planes": right("hits:planes", "HIT-2", default=True),
+    "clip_depth/shell": control("hits:shell", "HIT-2", erratum="E2"),
+    "clip_shell/distance": right("hits:distance", "HIT-2", default=True),
+    "clip_none/in_front": right("hits:in_front", "HIT-2", default=True),
+    "to_object/inverse": right("hits:to_object", "XF-1", default=True),
+    "position/along_ray": right("hits:along_ray", "XF-2", default=True),
+    "position/by_matrix": right("hits:by_matrix", "XF-2"),
+    "position/reprojected": right("hits:reprojected", "XF-2"),
     "sphere/textbook": right("spheres:textbook", "HIT-1", space="object"),
     "sphere/first_positive": control(
         "spheres:first_positive",
@@ -291,7 +291,7 @@ TABLE: dict[str, Entry] = {
     "triangle/woop_kahan": right("triangles:woop_kahan", "HIT-5", default=True),
     "triangle/woop_float64_fallback": right("triangles:woop_float64_fallback", "HIT-5"),
     "triangle/baldwin_weber": right("triangles:baldwin_weber", "HIT-6", leaks=ROUNDED_EDGES),
-    "nearest/smaller": right("nearest_hit:smaller", "HIT-9", default=True),
+    "nearest/smaller": right("hits:smaller", "HIT-9", default=True),
     "sphere_normal/from_center": right("normals:from_center", "NRM-1", default=True),
     "sphere_normal/center_kept": control("normals:center_kept", "NRM-1", erratum="E17"),
     "cube_normal/greatest": right("normals:greatest", "NRM-2", default=True),
@@ -386,6 +386,7 @@ class Formula:
     `known_bad`, its facts say what a renderer with it does: `says`, a verb phrase such as "leaves out 4 pi".
     """
 
+    name: str  # "slot/variant", or "slot=FILE.py:function" of a user's own
     slot: str
     variant: str
     load: Callable[[], Callable[..., Any]]  # imports its module
@@ -399,11 +400,6 @@ class Formula:
     leaks: str | None = None  # of triangles: where rays slip between two that share an edge, if they do (`watertight`)
     equivalent: str | None = None  # why a wrong form is right on every valid scene
     facts: Mapping[str, Any]  # all that the table says, what only its slot knows included
-
-    @property
-    def name(self) -> str:
-        """Return "slot/variant", or "slot=FILE.py:function" of a user's own."""
-        return f"{self.slot}{'=' if is_own(self.variant) else '/'}{self.variant}"
 
     @property
     def function(self) -> Callable[..., Any]:
@@ -420,6 +416,7 @@ def _formula(name: str) -> Formula:
     slot, variant = name.split("/")
     facts = FUNCTIONS.about(name)
     return Formula(
+        name=name,
         slot=slot,
         variant=variant,
         load=lambda: FUNCTIONS[name],

@@ -45,6 +45,7 @@ def own_formula(place: str, *, default: Any) -> Any:
     place = canonical(place)
     return replace(
         default,
+        name=f"{default.slot}={place}",
         variant=place,
         load=lambda: _loaded(place, default),
         default=False,

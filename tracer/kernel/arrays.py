@@ -1,19 +1,24 @@
 """Dr.Jit's array types and backends, and how the samples of an image lie in lanes.
 
-The array types that the tracer computes with: the only file that names backends and precisions.
+This is the only file that names backends and precisions. Dr.Jit's FastMath is turned off here, because it makes the CPU
+and GPU backends different arithmetics and turns NaN * 0 into 0.
 
-Dr.Jit's FastMath is turned off here, because it makes the CPU and GPU backends different arithmetics and turns
-NaN * 0 into 0.
-
-Which samples of an image each SIMD lane computes: one, or a tile of several that go through the tree together.
-
-Neighbouring lanes hold neighbouring tiles, in blocks of four by four, so that what a processor does at once stays
-close together in the image as well.
+* A SIMD lane computes one sample, or a tile of several that go through the tree together. Neighbouring lanes hold
+  neighbouring tiles, in blocks of four by four, so that what a processor does at once stays close in the image as well.
+* A processor takes eight or sixteen lanes at a time: what one of them asks for, all of them pay. `where` goes past code
+  for which none of a packet's lanes asks.
+* The samples of a lane lie side by side: a step of all of them comes before the next step of any. Dr.Jit writes the
+  code of one scope before that of the next, and within a scope follows each result back to where it came from, one
+  sample after the other. A sample's operations wait for each other, and a processor looks some two hundred
+  instructions ahead, less than one sample has: step by step it finds other samples' work to do meanwhile.
 """
 
 import importlib
 import importlib.metadata
 import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
@@ -178,3 +183,36 @@ def versions() -> dict[str, str]:
     for flag in ("FastMath", "SymbolicLoops", "OptimizeLoops", "ConstantPropagation"):
         facts[f"drjit_{flag}"] = "on" if dr.flag(getattr(dr.JitFlag, flag)) else "off"
     return facts
+
+
+_ASKED: ContextVar[list[Any] | None] = ContextVar("asked", default=None)  # where it is written down, if anywhere
+
+
+def where(some: Any, compute: Callable[[], list[Any]], otherwise: list[Any]) -> list[Any]:
+    """Return what is computed, in packets with a lane where `some` is true; in the others, and lanes, `otherwise`."""
+    found = _ASKED.get()
+    if found is not None:
+        found.append(some)
+        return compute()
+    # Dr.Jit writes its result into what the branches return: an array that is there twice would get both.
+    return dr.if_stmt((), some, compute, lambda: [type(one)(one) for one in otherwise])
+
+
+@contextmanager
+def asked() -> Iterator[list[Any]]:
+    """Collect what `where` is asked, in the order of the code, and compute everything everywhere."""
+    found: list[Any] = []
+    token = _ASKED.set(found)
+    try:
+        yield found
+    finally:
+        _ASKED.reset(token)
+
+
+def next_step(types: ArrayTypes, *, samples: int) -> None:
+    """End a step: what is computed from here on comes later in the kernel than all that was computed before.
+
+    A lane of one sample has nothing to put beside it.
+    """
+    if samples > 1:
+        dr.detail.new_scope(BACKENDS[types.backend])

@@ -16,13 +16,11 @@ import drjit as dr
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.kernel.arrays import array_types
-from rayproof.tracer.kernel.branches import next_step, where
+from rayproof.tracer.kernel.arrays import array_types, next_step, where
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers, KernelConstants
 from rayproof.tracer.light_path.camera_stage import View, camera_rays, clipped, sample_ndc, sample_positions
-from rayproof.tracer.light_path.device_scene import DeviceScene
 from rayproof.tracer.light_path.illumination import illuminate
-from rayproof.tracer.light_path.surfaces import HitShapes, Surface, hit_point, shading_normal, surface
+from rayproof.tracer.light_path.surfaces import DeviceScene, HitShapes, Surface, hit_point, shading_normal, surface
 from rayproof.tracer.plan import Context, Plan, plan
 from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.trees.beams import reduced

@@ -15,8 +15,7 @@ import drjit as dr
 
 from rayproof.cases.scene import Camera
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.kernel.arrays import ArrayTypes, Lanes
-from rayproof.tracer.kernel.branches import next_step
+from rayproof.tracer.kernel.arrays import ArrayTypes, Lanes, next_step
 from rayproof.tracer.kernel.parameters import KernelConstants
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Interval, Ray
@@ -101,7 +100,7 @@ class View:
     def of(cls, context: Context, *, columns: int, rows: int, per_side: int, within: tuple[Any, Any] | None) -> "View":
         """Return the view of a scene's camera by lanes that take columns x rows samples."""
         camera, side_by_side = context.scene.camera, per_side if within is None else 1
-        size = {"width": camera.width * side_by_side, "height": camera.lines * side_by_side}
+        size = {"width": camera.width * side_by_side, "height": camera.height * side_by_side}
         frame = camera_frame(camera, context.configuration, context.types)
         return cls(
             context=context,
@@ -150,8 +149,6 @@ def sample_ndc(view: View, positions: list[tuple[Any, Any]]) -> list[tuple[Any, 
     for position in positions:
         # As signed integers: there is an instruction that converts those.
         column, row = (types.Int(place) for place in position)
-        if camera.rows is not None:
-            row = row + context.parameters("first_row", types.Int(camera.first_row * view.per_side))
         column, row = types.Float(column), types.Float(row)
         px, py = configuration["sample"](column, row, view.per_side)
         found.append(configuration["ndc"](px, py, camera.width, camera.height))

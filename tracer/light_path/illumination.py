@@ -11,10 +11,9 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import Vector
-from rayproof.tracer.kernel.branches import next_step
-from rayproof.tracer.light_path.device_scene import DeviceScene
+from rayproof.tracer.kernel.arrays import next_step
 from rayproof.tracer.light_path.shadow_stage import FeelerOrigins, feeler_origins
-from rayproof.tracer.light_path.surfaces import Surface
+from rayproof.tracer.light_path.surfaces import DeviceScene, Surface
 from rayproof.tracer.rays import Feeler, Hit, Interval, Ray
 
 MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
@@ -125,7 +124,7 @@ def illuminate(
 
 def _by_loop(world: DeviceScene, surfaces: Sequence[Surface], *, visibility: bool) -> tuple[list[list[Any]], list[Any]]:
     # Before the loop: it does not depend on the light.
-    origins = feeler_origins(world, surfaces)
+    origins = feeler_origins(world, surfaces) if world.has_blockers else None
 
     def one_light(position: Any, flux: Any) -> tuple[list[Any], list[Any]]:
         towards = _towards(world, surfaces, position)
@@ -149,7 +148,7 @@ def _unrolled(
     # Then what follows is the same code for each light.
     world.parameters.store(above)
     if known is None:
-        origins = feeler_origins(world, surfaces)
+        origins = feeler_origins(world, surfaces) if world.has_blockers else None
         free = [_unblocked(origins, surfaces, *one) for one in zip(towards, above, strict=True)]
     else:
         free = known

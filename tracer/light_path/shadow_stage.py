@@ -13,8 +13,7 @@ import drjit as dr
 
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import array_types
-from rayproof.tracer.light_path.device_scene import DeviceScene
-from rayproof.tracer.light_path.surfaces import HitShapes, Surface, clearance, hit_point
+from rayproof.tracer.light_path.surfaces import DeviceScene, HitShapes, Surface, clearance, hit_point
 from rayproof.tracer.rays import Hit, Interval, Ray
 from rayproof.tracer.shapes.bounds import bound
 
@@ -29,10 +28,8 @@ class FeelerOrigins:
     hits: list[Hit]
 
 
-def feeler_origins(world: DeviceScene, surfaces: Sequence[Surface]) -> FeelerOrigins | None:
-    """Return where feelers start, or None where nothing can stand in a light's way."""
-    if not world.has_blockers:
-        return None
+def feeler_origins(world: DeviceScene, surfaces: Sequence[Surface]) -> FeelerOrigins:
+    """Return where feelers start."""
     if world.configuration.formula("feeler").facts.get("doubles", False) and world.types.precision != "float64":
         return _in_float64(world, surfaces)
     hits = [

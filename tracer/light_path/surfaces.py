@@ -1,6 +1,9 @@
-"""The surfaces that rays hit: their shapes' constants, position, normal, albedo and how far off the position may be.
+"""The scene on the device, and the surfaces that its rays hit: position, normal, albedo, how far off they may be.
 
-What belongs to the shape that a ray hit: chosen per pixel among the shapes, or looked up where there are many.
+Few shapes are unrolled into the kernel, one formula each; many of a kind, and all triangles of meshes, go through a
+tree (`tracer.plan`). A scene without spheres leaves no sphere code behind, and a shape at identity no transform.
+
+What belongs to the shape that a ray hit is chosen per pixel among the shapes, or looked up where there are many.
 """
 
 import hashlib
@@ -12,12 +15,79 @@ from typing import Any, TypeVar
 import drjit as dr
 import numpy as np
 
-from rayproof.tracer.light_path.device_scene import DeviceScene
-from rayproof.tracer.rays import NearestHit, Ray
+from rayproof.cases.scene import Vector
+from rayproof.tracer.plan import Context
+from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes import bounds
 from rayproof.tracer.shapes.meshes import TracedMesh
-from rayproof.tracer.shapes.primitives import TracedCube, TracedSphere
-from rayproof.tracer.shapes.shape import GatheredTransform, TracedShape
+from rayproof.tracer.shapes.primitives import TracedCube, TracedSphere, traced
+from rayproof.tracer.shapes.shape import GatheredTransform, TracedShape, Transform
+from rayproof.tracer.trees.trees import Hierarchies
+from rayproof.tracer.trees.unrolled import UnrolledShapes
+
+
+class DeviceScene:
+    """A scene's shapes in one precision."""
+
+    def __init__(self, context: Context) -> None:
+        self.context, self.scene, self.types = context, context.scene, context.types
+        self.configuration, self.plan = context.configuration, context.plan
+        self.buffers, self.parameters = context.buffers, context.parameters
+
+    def parameter(self, index: int, what: str, value: Any) -> Any:
+        """Return a number or vector that belongs to a shape, as a parameter of the kernel."""
+        return self.parameters(f"shape {index} {what}", value)
+
+    @cached_property
+    def shapes(self) -> tuple[TracedShape, ...]:
+        """Return its shapes."""
+        return tuple(map(traced, self.scene.shapes))
+
+    @cached_property
+    def transforms(self) -> tuple[Transform, ...]:
+        """Return where each shape stands."""
+        return tuple(
+            Transform(to_world=shape.to_world, parameters=self.parameters, name=f"shape {index}")
+            for index, shape in enumerate(self.scene.shapes)
+        )
+
+    @cached_property
+    def bodies(self) -> UnrolledShapes:
+        """Return the shapes that are unrolled."""
+        return UnrolledShapes(self.context, transforms=self.transforms)
+
+    @cached_property
+    def trees(self) -> Hierarchies:
+        """Return the shapes that stand in trees."""
+        return Hierarchies(self.context)
+
+    @cached_property
+    def in_trees(self) -> bool:
+        """Return whether any shape stands in a tree."""
+        return any(map(self.plan.in_tree, self.scene.shapes))
+
+    @property
+    def has_blockers(self) -> bool:
+        """Return whether any shape may stand between a point of the scene and a light above its horizon."""
+        return len(self.shapes) > 1 or any(shape.can_shadow_itself for shape in self.shapes)
+
+    def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval], *, narrow: bool = False) -> list[NearestHit]:
+        """Return the nearest hits of rays from one point; at a tie the lower shape index, then the lower face index.
+
+        `narrow` says that their directions hardly differ.
+        """
+        hits = self.bodies.nearest(rays, intervals)
+        return self.trees.nearest(rays, intervals, hits, narrow=narrow) if self.in_trees else hits
+
+    def blocked(self, feelers: Sequence[Feeler], light: Any, *, place: Vector | None) -> list[Any]:
+        """Return where something other than the shape that it leaves out is met inside a feeler's interval.
+
+        The feelers all end at `light` [m], `place` on the host if it is known there.
+        """
+        blocked = self.bodies.blocked(feelers, place)
+        blocked = self.trees.blocked(feelers, light, blocked) if self.in_trees else blocked
+        return [there & feeler.active for there, feeler in zip(blocked, feelers, strict=True)]
+
 
 Value = TypeVar("Value", bound=Hashable)
 

@@ -27,8 +27,7 @@ from typing import Any, Protocol
 import drjit as dr
 
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.kernel.arrays import ArrayTypes
-from rayproof.tracer.kernel.branches import where
+from rayproof.tracer.kernel.arrays import ArrayTypes, where
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.trees.beams import Beam, larger, reduced, smaller
 from rayproof.tracer.trees.boxes import Nodes

@@ -13,7 +13,7 @@ from typing import Any
 import drjit as dr
 
 from rayproof.cases.scene import Vector
-from rayproof.tracer.kernel.branches import where
+from rayproof.tracer.kernel.arrays import where
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.primitives import traced

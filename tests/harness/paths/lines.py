@@ -47,7 +47,7 @@ DIAGNOSIS = "continues a stage from another renderer's, for the diagnosis: tests
 
 # "file:function" -> why.
 FUNCTIONS: Mapping[str, str] = {
-    "kernel/branches.py:asked": BENCH,
+    "kernel/arrays.py:asked": BENCH,
     "frames.py:Frames.asked": BENCH,
     "frames.py:Frames.pixels": "a copy of what was rendered, which nothing is here",
     "shapes/shape.py:TracedShape.arrays": NOT_ASKED,
@@ -92,8 +92,8 @@ LINES: Mapping[str, str] = {
     ): HALVES,
     "trees/trees.py:return None": "meshes without a face that has an area: tests/tracer/test_render.py",
     "kernel/arrays.py:if wanted:": REFUSED,
-    "kernel/branches.py:found.append(some)": BENCH,
-    "kernel/branches.py:return compute()": BENCH,
+    "kernel/arrays.py:found.append(some)": BENCH,
+    "kernel/arrays.py:return compute()": BENCH,
     'shapes/primitives.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
     ('shapes/bounds.py:return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"'): REFUSED,
     'shapes/bounds.py:return f"up is {camera.up}: {precision} cannot tell it from zero"': REFUSED,

@@ -50,37 +50,37 @@ MISTAKES: dict[str, Entry] = {
         "camera:fault_depends_on_t", "CAM-4", says="builds rays that are right only for a target 1 m away"
     ),
     "ray/fault_not_normalised": mistake("camera:fault_not_normalised", "CAM-4"),
-    "clip_depth/fault_far_ignored": mistake("clipping:fault_far_ignored", "HIT-2"),
+    "clip_depth/fault_far_ignored": mistake("hits:fault_far_ignored", "HIT-2"),
     "clip_depth/fault_far_off": mistake(
-        "clipping:fault_far_off",
+        "hits:fault_far_off",
         "HIT-2",
         says="clips a millionth of the depth before the far plane",
         cases=("walls/far",),
     ),
-    "clip_depth/fault_near_ignored": mistake("clipping:fault_near_ignored", "HIT-2"),
-    "clip_shell/fault_planes": mistake("clipping:fault_planes", "HIT-2", cases=("clipping/*_shell",)),
-    "clip_none/fault_behind": mistake("clipping:fault_behind", "HIT-2", also=(Stage.DISTANCE,), cases=("behind/*",)),
+    "clip_depth/fault_near_ignored": mistake("hits:fault_near_ignored", "HIT-2"),
+    "clip_shell/fault_planes": mistake("hits:fault_planes", "HIT-2", cases=("clipping/*_shell",)),
+    "clip_none/fault_behind": mistake("hits:fault_behind", "HIT-2", also=(Stage.DISTANCE,), cases=("behind/*",)),
     "to_object/fault_forward_matrix": mistake(
-        "transforms:fault_forward_matrix",
+        "hits:fault_forward_matrix",
         "XF-1",
         also=(Stage.DISTANCE,),
         says="brings rays into object space by the model matrix instead of its inverse",
     ),
     "to_object/fault_moved_direction": mistake(
-        "transforms:fault_moved_direction",
+        "hits:fault_moved_direction",
         "XF-1",
         also=(Stage.DISTANCE,),
         says="moves a ray's direction like a point when it goes into object space",
     ),
     "to_object/fault_renormalised": mistake(
-        "transforms:fault_renormalised",
+        "hits:fault_renormalised",
         "XF-1",
         stage=Stage.DISTANCE,
         also=(Stage.OBJECT,),
         says="normalises the ray's direction in object space and takes t as it is",
     ),
     "position/fault_left_in_object_space": mistake(
-        "transforms:fault_left_in_object_space", "XF-2", says="leaves hit points in object space"
+        "hits:fault_left_in_object_space", "XF-2", says="leaves hit points in object space"
     ),
     "sphere/fault_center_ignored": mistake(
         "intersections:fault_center_ignored", "HIT-1", also=(Stage.DISTANCE,), space="object"

@@ -21,7 +21,7 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers
-from rayproof.tracer.light_path.device_scene import DeviceScene
+from rayproof.tracer.light_path.surfaces import DeviceScene
 from rayproof.tracer.plan import Context, Plan
 
 CAMERA = camera_around((0, 0, 0), distance=4, azimuth=0, elevation=0, width=1, height=1, fovy=30)

@@ -12,7 +12,7 @@ from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
 from rayproof.tracer import light_path
 from rayproof.tracer.light_path import illumination
-from rayproof.tracer.light_path.device_scene import DeviceScene
+from rayproof.tracer.light_path.surfaces import DeviceScene
 from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.trees import trees
 from tests.harness.audit.faults import FAULTS, altered, replaced

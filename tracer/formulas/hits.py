@@ -1,4 +1,8 @@
-"""Rays into object space, and hit points back to world space."""
+"""From a ray to what it hits: which part counts, the way into object space, the nearest hit, and its world point.
+
+The scene's `clip` chooses the slot of the part that counts (specification, HIT-2); the others are of XF-1, XF-2 and
+HIT-9.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,6 +11,40 @@ import drjit as dr
 
 from rayproof.tracer.rays import Ray
 from rayproof.tracer.shapes.shape import Transform
+
+
+def planes(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
+    """Return the t [m] of the two planes: near < t dot(d, F) < far.
+
+    Clipping by the frustum's near and far planes.
+    """
+    cosine = dr.dot(direction, forward)
+    per_depth = 1 / cosine
+    return near * per_depth, far * per_depth
+
+
+def shell(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
+    """Return near and far [m] themselves, a spherical shell around the eye.
+
+    Control for erratum E2: near_clip < t < far_clip for the frustum's planes.
+    """
+    return near, far
+
+
+def distance(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
+    """Return near and far [m]: near < t < far.
+
+    The lecture's clipping by distance, where the scene asks for it.
+    """
+    return near, far
+
+
+def in_front(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
+    """Return 0 and inf [m].
+
+    No clipping: everything in front of the eye counts.
+    """
+    return type(near)(0), type(near)(dr.inf)
 
 
 def to_object(ray: Ray, transform: Transform) -> Ray:
@@ -46,3 +84,8 @@ def reprojected(ray: Ray, distance: Any, object_ray: Any) -> Any:
     outward = local.at(distance) - center
     on_sphere = dr.fma(outward, radius / dr.norm(outward), center)
     return dr.select(spheres, to_world(on_sphere), ray.at(distance))
+
+
+def smaller(distance: Any, best: Any) -> Any:
+    """Return where `distance` is smaller than `best`; at a tie the shape asked first keeps it."""
+    return distance < best

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from rayproof.tracer.kernel.arrays import array_types
-from rayproof.tracer.kernel.branches import asked, where
+from rayproof.tracer.kernel.arrays import array_types, asked, where
 
 
 def test_asking_computes_everything_everywhere() -> None:
