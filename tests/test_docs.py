@@ -67,7 +67,7 @@ scene = small(select(["clipping/sphere_none"])[0].scene)
 found = [judge(one, "float64") for one in clip_free(scene, lambda one: Analytic().render(one, stages_of(one)))]
 assert found and not any(one.alarm for one in found)
 """,
-    "reports/judge/comparison/metrics/mean_bias.py": """
+    "reports/judge/metrics.py": """
 assert METRICS["mean_bias"](np.ones((2, 2, 1)), np.zeros((2, 2, 1)), (0.0, 1.0)) == 1.0
 """,
 }

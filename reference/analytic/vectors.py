@@ -1,7 +1,7 @@
 """Products of vectors (..., 3), component by component: over so short an axis NumPy's own take several times as long.
 
 Sums run from the first component to the last, as NumPy's do: the same bits. The judge has its own
-(`reports.judge.tolerance.channels`): a bug that both shared would hide itself.
+(`reports.judge.answers`): a bug that both shared would hide itself.
 """
 
 import numpy as np

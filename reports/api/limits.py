@@ -10,10 +10,9 @@ from rayproof.reports.judge.oracle import ORACLE
 def limit_of(scene: Scene, stage: Stage, precision: str) -> np.ndarray:
     """Return how far an image may be off against the closed forms, as `CaseResult.limit` describes it."""
     from rayproof.reference.analytic import Analytic
+    from rayproof.reports.judge.answers import Candidate, Witness
     from rayproof.reports.judge.oracle import stages_of
-    from rayproof.reports.judge.renderers import Candidate, Witness
-    from rayproof.reports.judge.tolerance.pair_limits import Terms
-    from rayproof.reports.judge.tolerance.scene_context import ground
+    from rayproof.reports.judge.scene_truth import Terms, ground
     from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
     base = ground(scene, stages_of(scene), Analytic())

@@ -124,7 +124,7 @@ def version_of(name: str) -> str:
 
 def metrics() -> list[Row]:
     """Describe every metric."""
-    from rayproof.reports.judge.comparison.metrics import METRICS
+    from rayproof.reports.judge.metrics import METRICS
 
     return [{"name": name, "what": first_line(METRICS[name])} for name in METRICS]
 

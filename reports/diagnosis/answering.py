@@ -14,10 +14,10 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Cube, Scene, SceneError
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Answered, Given, Way
-from rayproof.reports.judge.comparison.measurement import ratios
+from rayproof.reports.judge.conditioning import condition
+from rayproof.reports.judge.limits import Roundoff, limits
+from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.oracle import FullOracle, stages_of
-from rayproof.reports.judge.tolerance.conditioning import condition
-from rayproof.reports.judge.tolerance.limits import Roundoff, limits
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 PRECISION = "float32"  # what results keep, whatever a renderer computes in

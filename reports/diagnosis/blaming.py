@@ -17,7 +17,7 @@ from rayproof.reports.diagnosis.answering import Unanswerable, changed
 from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.hypotheses import bound
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence
-from rayproof.reports.judge.verdict.blame import candidates
+from rayproof.reports.judge.verdict import candidates
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
 

@@ -11,7 +11,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
 from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.trial import Evidence, trial
-from rayproof.reports.judge.tolerance.pair_limits import LIGHT
+from rayproof.reports.judge.scene_truth import LIGHT
 
 if TYPE_CHECKING:
     from rayproof.reports.diagnosis.fits import Fitting

@@ -15,7 +15,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.nearest import clip_interval
 from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reports.diagnosis import Given, Way
-from rayproof.reports.judge.tolerance.channels import dot, length
+from rayproof.reports.judge.answers import dot, length
 
 ABOVE = 1e-6  # of a point's coordinates: so far along the normal its feelers start, more than a float's rounding
 

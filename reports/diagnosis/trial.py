@@ -10,11 +10,10 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Way
 from rayproof.reports.diagnosis.answering import PRECISION, Answered, Unanswerable, answer, right_answer, unsteady
-from rayproof.reports.judge.comparison.measurement import ratios
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.scene_truth import Terms, ground
 
 # Of the pixels that are judged at all this share may be off: rounding decides in places that no edge announces, such as
 # a feeler that grazes a face. A wrong hypothesis differs in far more.

@@ -27,7 +27,7 @@ from rayproof.reports.diagnosis.answering import (
     turned_rays,
 )
 from rayproof.reports.diagnosis.trial import NEARLY, Evidence, Tally
-from rayproof.reports.judge.comparison.measurement import ratios
+from rayproof.reports.judge.measurement import ratios
 from rayproof.tracer.formulas import FORMULAS
 
 # Slots of formulas that meet or light one kind of shapes alone, or one way of asking.

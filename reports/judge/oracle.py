@@ -27,7 +27,7 @@ class FullOracle(Protocol):
         ...
 
     def edges(self, scene: Scene) -> Any:
-        """Return each pixel's distance to the nearest edges [px], as `reports.judge.tolerance.edges.Edges`."""
+        """Return each pixel's distance to the nearest edges [px], as `reports.judge.edge_values.Edges`."""
         ...
 
     def surroundings(self, scene: Scene, points: np.ndarray, radius: np.ndarray) -> Any:

@@ -5,7 +5,7 @@ from typing import Any
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Resolution, Stage, StageImages
-from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.run.messages import SubjectTask, TracerTask
 from rayproof.reports.run.tasks.handlers import handler
 from rayproof.reports.run.tasks.kinds import TRACING, UNDER_TEST

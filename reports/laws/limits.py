@@ -15,10 +15,10 @@ from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
 from rayproof.cases.stages import Resolution, Stage
-from rayproof.reports.judge.tolerance.conditioning import ABSOLUTE, basis_condition, image_reach
+from rayproof.reports.judge.conditioning import ABSOLUTE, basis_condition, image_reach
 
 # Roundings from pixel to radiance, each side of a relation: ray 16, hit 16, position 4, normal 16, light 12
-# (`reports.judge.tolerance.limits`). The sum is what one side may be off; two random sides come near to it together.
+# (`reports.judge.limits`). The sum is what one side may be off; two random sides come near to it together.
 K = 64
 # A relation whose limit is a larger share of the values themselves than this tells nothing.
 TELLING = 0.01

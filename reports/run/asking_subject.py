@@ -1,7 +1,7 @@
 """Asking a subject in a worker of its own: whatever it does then, it does not do to the command line."""
 
 from rayproof.cases.scene import Scene
-from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.run.messages import QuestionTask, SubjectTask

@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rayproof.reports.judge.comparison.repeated import repeated
-from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.repeated import repeated
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
-from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.keeping import Keep

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rayproof.cases.case import Case
-from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cache_keys import Key, code, machine
 from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store

@@ -10,9 +10,9 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
-from rayproof.reports.judge.comparison.box_filter import box_mean, finer
+from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.subjects import ITEMS_OF_OTHERS, Subject
 from rayproof.reports.subjects.calls import Ended, call
 from rayproof.reports.subjects.capabilities import Capabilities, capabilities_from

@@ -11,12 +11,11 @@ from rayproof.cases.case import Case
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.comparison.box_filter import box_mean, finer
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.box_filter import box_mean, finer
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.supported_stages import of_what_is_supported
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.messages import ReferenceTask

@@ -12,11 +12,10 @@ from rayproof.cases.families import all_cases
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.cli import main
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.answers import Witness
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Witness
-from rayproof.reports.judge.supported_stages import of_what_is_supported
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import within_reach

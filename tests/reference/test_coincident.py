@@ -7,7 +7,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Camera, Mesh, PointLight, Scene, Sphere, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness

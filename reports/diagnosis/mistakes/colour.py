@@ -5,7 +5,7 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
-from rayproof.reports.judge.tolerance.channels import dot
+from rayproof.reports.judge.answers import dot
 
 
 def _radiance(name: str, says: str, *wrong: Wrong, item: str = "RAD-4", fit: Fit | None = None) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import MISTAKES, Answered, Mistake, Stored, Way
 from rayproof.reports.diagnosis.answering import Unanswerable
-from rayproof.reports.judge.comparison.measurement import ratios
+from rayproof.reports.judge.measurement import ratios
 
 NOTHING = -1  # in a map of pixels: none was written there, and nobody knows what the memory held
 PADS = (4, 8, 16, 32, 64, 128)  # pixels to multiples of which rows are padded

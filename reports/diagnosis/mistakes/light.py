@@ -9,7 +9,7 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way, Wrong
-from rayproof.reports.judge.tolerance.channels import dot
+from rayproof.reports.judge.answers import dot
 
 # From the squared distance [m^2], the cosine and the parameter to a number.
 Strength = Callable[[np.ndarray, np.ndarray, float], np.ndarray]

@@ -14,7 +14,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
 from rayproof.reports.diagnosis.mistakes.normals import Normals, around, blocked_by_its_own_face, outward_normals
 from rayproof.reports.diagnosis.object_space import IntoObject, way_by
-from rayproof.reports.judge.tolerance.channels import dot, length
+from rayproof.reports.judge.answers import dot, length
 
 MATRICES: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {
     "the inverse model matrix": np.linalg.inv,

@@ -14,7 +14,7 @@ from rayproof.cases.scene import Cube, Mesh, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
-from rayproof.reports.judge.tolerance.channels import dot, length
+from rayproof.reports.judge.answers import dot, length
 
 # From a shape, points on it and its outward unit normals in the world (n, 3) to the wrong outward normals.
 Turned = Callable[[Shape, np.ndarray, np.ndarray], np.ndarray]

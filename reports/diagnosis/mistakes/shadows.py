@@ -9,7 +9,7 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
 from rayproof.reports.diagnosis.mistakes.light import Lights, Share
-from rayproof.reports.judge.tolerance.channels import dot
+from rayproof.reports.judge.answers import dot
 
 ORACLE = Analytic()
 NOBODY = 1e6  # the number of a shape that is none: a feeler that starts in the air is on no surface

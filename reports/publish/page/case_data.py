@@ -8,7 +8,7 @@ import numpy as np
 
 from rayproof.cases.scene_json import pack, unpack
 from rayproof.cases.stages import Stage, exr_channels
-from rayproof.reports.judge.tolerance.edge_mask import NAMES
+from rayproof.reports.judge.edge_classes import NAMES
 from rayproof.reports.publish.page.cleaning import clean_pixels
 from rayproof.reports.publish.scene3d.parts import look
 from rayproof.reports.publish.scene3d.stills import compared, picture_path

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, TypedDict
 
-from rayproof.reports.judge.panel.known_defects import known_findings
+from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.results.records import CaseRecord, FindingRecord, RunRecord
 
 _NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.records import CaseRecord, EngineRecord
 from rayproof.reports.run.cases_under_way import Terms

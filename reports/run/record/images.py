@@ -5,11 +5,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rayproof.cases.stages import IMAGE_STAGES, StageImages
-from rayproof.reports.judge.comparison.image_shapes import well_shaped
+from rayproof.reports.judge.answers import well_shaped
+from rayproof.reports.judge.edge_classes import mask
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.tolerance.edge_mask import mask
-from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.tolerance.scene_context import Ground
+from rayproof.reports.judge.scene_truth import Ground, Terms
 from rayproof.reports.results.exr import write_answers
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.image_script import write_pixels

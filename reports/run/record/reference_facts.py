@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rayproof.reports.judge.renderers import Witness
+from rayproof.reports.judge.answers import Witness
 
 
 def said(witness: Witness) -> dict[str, str]:

@@ -6,8 +6,8 @@ from typing import TypedDict, cast
 
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison.examined import Examined
-from rayproof.reports.judge.panel.known_defects import known_findings
+from rayproof.reports.judge.known_defects import known_findings
+from rayproof.reports.judge.measurement import Examined
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst

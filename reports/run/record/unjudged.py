@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rayproof.cases.case import Case
-from rayproof.reports.judge.comparison.examined import unexamined
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.measurement import unexamined
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.run.cache_store import DamagedEntryError
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.messages import QuestionTask, RecallTask, ReferenceTask, SubjectTask

@@ -4,13 +4,11 @@ from functools import cache
 
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.comparison.repeated import repeated
-from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.panel_record import adjudication
-from rayproof.reports.judge.renderers import Witness
-from rayproof.reports.judge.self_test.stand_guard import stand_guard
-from rayproof.reports.judge.supported_stages import of_what_is_supported
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.answers import Witness
+from rayproof.reports.judge.case import adjudication, judge_case
+from rayproof.reports.judge.repeated import repeated
+from rayproof.reports.judge.sentinels import stand_guard
+from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cache_store import usual_store

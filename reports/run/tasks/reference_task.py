@@ -6,8 +6,8 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
+from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.run import reference_cache as cache
 from rayproof.reports.run.messages import ReferenceTask
 from rayproof.reports.run.reference_cache import Question, Rendered

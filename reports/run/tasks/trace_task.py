@@ -5,9 +5,9 @@ from pathlib import Path
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import StageImages
-from rayproof.reports.judge.comparison.box_filter import finer
+from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate
 from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
 from rayproof.tracer.configuration import Configuration

@@ -6,7 +6,7 @@ import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.comparison.measurement import DIRECTIONS, error
+from rayproof.reports.judge.measurement import DIRECTIONS, error
 from rayproof.reports.studies.compare.truths import Truth
 
 LEAST = 0.125  # roundoffs: what an exact result counts as, so that its logarithm exists

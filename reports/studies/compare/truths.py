@@ -10,8 +10,8 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.double_double import DoubleDouble
-from rayproof.reports.judge.tolerance.conditioning import condition, off_axis, ray_condition
-from rayproof.reports.judge.tolerance.limits import LIGHT, Roundoff, continued_light_limit
+from rayproof.reports.judge.conditioning import condition, off_axis, ray_condition
+from rayproof.reports.judge.limits import LIGHT, Roundoff, continued_light_limit
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 

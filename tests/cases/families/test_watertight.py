@@ -12,9 +12,9 @@ from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.supported_stages import of_what_is_supported
+from rayproof.reports.judge.verdict import of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import plan
 from rayproof.tracer.configuration import Configuration

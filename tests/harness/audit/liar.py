@@ -15,14 +15,13 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.comparison.check import Check, stage_check
-from rayproof.reports.judge.comparison.examined import Kind
-from rayproof.reports.judge.comparison.measurement import ratios
-from rayproof.reports.judge.comparison.pair import Bench
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.checks import Check, stage_check
+from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.known_answers import rounded
+from rayproof.reports.judge.measurement import Kind, ratios
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.self_test.known_answer import rounded
-from rayproof.reports.judge.tolerance.scene_context import Ground, ground
+from rayproof.reports.judge.scene_truth import Ground, ground
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.subjects import ITEMS_OF_OTHERS
 from tests.harness.audit.oracle import PatientOracle

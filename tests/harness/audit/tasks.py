@@ -12,8 +12,8 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.messages import ReferenceTask, TracerTask
 from rayproof.reports.run.tasks import handlers
@@ -286,7 +286,8 @@ def _in_force() -> None:
 
 def stopped_by(*, judge_first: bool = False) -> str | None:
     """Return what the first guard says that stops the run, or None; a run asks all of them, in whatever order."""
-    from rayproof.reports.judge.self_test.stand_guard import BrokenJudgeError, stand_guard
+    from rayproof.reports.judge.known_answers import BrokenJudgeError
+    from rayproof.reports.judge.sentinels import stand_guard
     from tests.harness.guards import BrokenHarnessError, stand_guards
 
     guards: tuple[Callable[[], object], ...] = (stand_guards, lambda: stand_guard(Analytic()))

@@ -1,7 +1,7 @@
 """Guards: questions whose answer is known, put to everything that all renderers share, before a run believes it.
 
 A fault in the mesh loader, in a ledger or in the journal makes every renderer agree, so that no comparison can see it.
-`reports.judge.self_test.stand_guard` guards the judge likewise.
+`reports.judge.sentinels` guards the judge likewise.
 """
 
 import errno

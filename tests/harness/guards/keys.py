@@ -16,7 +16,7 @@ from rayproof import ROOT
 from rayproof.cases.case import Case, PixelValue
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Resolution, Stage
-from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.run import cache_keys, plan, reference_cache, verdict_memory
 from rayproof.reports.run.cache_keys import Key
 from rayproof.reports.run.demands import Demands, demands
@@ -260,7 +260,7 @@ def _guard_code() -> None:
     for file in (
         "cases/scene.py",
         "reference/analytic/light.py",
-        "reports/judge/panel/findings.json",
+        "reports/judge/findings.json",
         "reports/results/json_numbers.py",
         "tracer/render.py",
     ):

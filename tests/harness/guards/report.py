@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from rayproof.cases.stages import Stage
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.known_answers import CASE
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.self_test.known_answer import CASE
-from rayproof.reports.judge.tolerance.scene_context import Ground, ground
+from rayproof.reports.judge.scene_truth import Ground, ground
 from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.results.image_script import handed_over, read_pixels
 from rayproof.reports.results.outcomes import Outcome

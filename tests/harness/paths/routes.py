@@ -16,7 +16,7 @@ import numpy as np
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reports.judge.comparison.box_filter import box_mean, finer
+from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.studies.tradeoff.routes import FOLDED, full_light
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames

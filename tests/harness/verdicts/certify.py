@@ -16,16 +16,16 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
 from rayproof.reference.certified.camera_stage import camera_answer
 from rayproof.reference.certified.stage_of_image import continued
-from rayproof.reports.judge.comparison import camera
-from rayproof.reports.judge.comparison.check import Check
-from rayproof.reports.judge.comparison.common_factors import bias
-from rayproof.reports.judge.comparison.measurement import Measurement, jsonable, ratios
-from rayproof.reports.judge.comparison.pair import GEOMETRY
+from rayproof.reports.judge import camera_check
+from rayproof.reports.judge.answers import Candidate, Witness, as_candidate
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.common_factors import bias
+from rayproof.reports.judge.comparison import GEOMETRY
+from rayproof.reports.judge.limits import HIT, MATRICES, RAY, Roundoff
+from rayproof.reports.judge.measurement import Measurement, jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness, as_candidate
-from rayproof.reports.judge.tolerance.limits import HIT, MATRICES, RAY, Roundoff
-from rayproof.reports.judge.tolerance.scene_context import Ground, ground
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.scene_truth import Ground, ground
+from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome, worst
 from rayproof.reports.results.records import Number
 from tests.harness.verdicts.judged_values import CERTIFIED, Held, Pixel, certified_answers
@@ -342,7 +342,7 @@ def _camera_ratio(inquest: Inquest, party: Candidate) -> float:
     mine = (party.answers or {}).get(Stage.CAMERA)
     if mine is None:
         return 0.0
-    return camera.compared(mine, camera_answer(view), view, Roundoff(party.precision)).ratio
+    return camera_check.compared(mine, camera_answer(view), view, Roundoff(party.precision)).ratio
 
 
 def steady(inquest: Inquest, pixels: np.ndarray, precision: str, lit: bool, matrices: float) -> float:

@@ -10,16 +10,13 @@ from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stage_of_image import continued
-from rayproof.reports.judge.comparison.declared_epsilons import ALLOWED, needed_shadow
-from rayproof.reports.judge.comparison.measurement import ratios
-from rayproof.reports.judge.comparison.pair import GEOMETRY
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.tolerance.calibration import calibration
-from rayproof.reports.judge.tolerance.channels import all_of, any_of, largest
-from rayproof.reports.judge.tolerance.edge_sides import widest_near
-from rayproof.reports.judge.tolerance.limits import Roundoff
-from rayproof.reports.judge.tolerance.pair_limits import LIGHT, Terms
-from rayproof.reports.judge.tolerance.scene_context import Ground
+from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
+from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of, largest
+from rayproof.reports.judge.comparison import GEOMETRY
+from rayproof.reports.judge.edge_values import widest_near
+from rayproof.reports.judge.limits import Roundoff, calibration
+from rayproof.reports.judge.measurement import ratios
+from rayproof.reports.judge.scene_truth import LIGHT, Ground, Terms
 from tests.harness.verdicts.perturbed import horizons, perturbed
 
 CERTIFIED = Certified()

@@ -11,12 +11,12 @@ from rayproof.cases.families import select
 from rayproof.cases.rounding import gamma
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge import limits
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.tolerance import limits
-from rayproof.reports.judge.tolerance.scene_context import ground
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.scene_truth import ground
+from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.faults import FAULTS, altered
 from tests.harness.verdicts.certify import Certified, Inquest, certify, steady

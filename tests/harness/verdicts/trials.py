@@ -16,10 +16,9 @@ from rayproof.cases.case import Case
 from rayproof.cases.random_scenes import numbers, random_case
 from rayproof.cases.random_scenes.draft import Draws
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.renderers import Candidate
-from rayproof.reports.judge.supported_stages import of_what_is_supported
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.processes.worker import serve
 from rayproof.reports.run.asking_subject import ask
 from rayproof.reports.run.llvm import choose_packaged_llvm

@@ -8,7 +8,7 @@ import pytest
 from rayproof.cases.families import CASE_FAMILIES, all_cases, cases_of
 from rayproof.reference import REFERENCES
 from rayproof.reports.diagnosis import MISTAKES
-from rayproof.reports.judge.comparison.metrics import METRICS
+from rayproof.reports.judge.metrics import METRICS
 from rayproof.tracer.formulas import FORMULAS
 from tests.reports.commands.conftest import Rayproof
 

@@ -13,10 +13,10 @@ from rayproof.reports.diagnosis.diagnosing import narrow
 from rayproof.reports.diagnosis.saying import entries
 from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trial import Evidence
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.answers import Witness
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Witness
-from rayproof.reports.judge.supported_stages import of_what_is_supported
+from rayproof.reports.judge.verdict import of_what_is_supported
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import candidate
 

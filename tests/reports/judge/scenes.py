@@ -6,10 +6,10 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.verdict import Judged
 
 CAMERA = Camera(
     eye=(3.0, -4.0, 2.5), target=(0.1, 0.2, 0.3), up=(0.1, 0.2, 1.0), fovy=40.0, width=40, height=30, near=0.1, far=50.0

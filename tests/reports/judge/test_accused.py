@@ -5,7 +5,7 @@ import pytest
 from rayproof.cases.random_scenes import random_case
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.messages import ReferenceTask, TracerTask
 from rayproof.reports.run.tasks.reference_task import heard

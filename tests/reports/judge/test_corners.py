@@ -10,10 +10,10 @@ from rayproof.cases.case import Case
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Square, Triangle, Vector
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.limits import WHOLE
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate
-from rayproof.reports.judge.tolerance.output_resolution import WHOLE
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ITEMS, ORACLE, witness
 

@@ -9,9 +9,9 @@ from rayproof.cases.case import PixelValue
 from rayproof.cases.placement import frontal_fovy
 from rayproof.cases.scene import Cube, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.self_test.at_edges import EDGE_CASE, HEIGHT, PIXEL
+from rayproof.reports.judge.sentinels import EDGE_CASE, HEIGHT, PIXEL
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
 

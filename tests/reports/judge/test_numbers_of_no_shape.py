@@ -8,9 +8,8 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.panel_record import adjudication
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, witness
 

@@ -9,11 +9,10 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.panel_record import adjudication
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CAMERA, CASE, LIGHT, ORACLE, SCENE, candidate, rounded, truth, witness
 

@@ -9,18 +9,11 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, Plane, Sphere, Square
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison.examined import Kind
-from rayproof.reports.judge.comparison.pair import Bench
+from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.conditioning import aim_condition, basis_condition, error_at_eye, facing, ray_condition
+from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.tolerance.conditioning import (
-    aim_condition,
-    basis_condition,
-    error_at_eye,
-    facing,
-    ray_condition,
-)
-from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.scene_truth import Terms, ground
 from tests.reports.judge.scenes import CAMERA, ORACLE, candidate, witness
 
 

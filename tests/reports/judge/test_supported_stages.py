@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.renderers import Candidate
-from rayproof.reports.judge.supported_stages import of_what_is_supported
-from rayproof.reports.judge.tolerance.edge_sides import Sides, excused_anyhow
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.edge_values import Sides, excused_anyhow
+from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome, concerning
 from rayproof.reports.run.record.totals import of
 from rayproof.reports.subjects import ITEMS_OF_OTHERS

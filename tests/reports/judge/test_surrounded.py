@@ -10,9 +10,9 @@ from rayproof.cases.families import cases_of
 from rayproof.cases.families.watertight import ORIGIN, beside, camera, net, wall
 from rayproof.cases.scene import Mesh, PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.supported_stages import of_what_is_supported
+from rayproof.reports.judge.verdict import of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import render

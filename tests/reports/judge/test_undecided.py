@@ -10,9 +10,9 @@ from rayproof.cases.families import CASE_FAMILIES, select
 from rayproof.cases.random_scenes import random_case
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
-from rayproof.reports.judge.comparison.metrics import METRICS
+from rayproof.reports.judge.metrics import METRICS
 from rayproof.reports.results.compact import compact_case
 from rayproof.reports.results.image_script import read_pixels, write_pixels
 from rayproof.reports.results.json_numbers import as_json

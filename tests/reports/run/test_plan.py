@@ -7,7 +7,7 @@ import pytest
 from rayproof.cases.case import ITEMS
 from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import SHADINGS
-from rayproof.reports.judge.tolerance.pair_limits import LIGHT
+from rayproof.reports.judge.scene_truth import LIGHT
 from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, with_one_twice, within_reach
 from rayproof.reports.subjects.capabilities import Capabilities
 

@@ -9,7 +9,7 @@ import pytest
 
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.cli import main
-from rayproof.reports.judge.renderers import Witness
+from rayproof.reports.judge.answers import Witness
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.run import verdict_memory
 from rayproof.reports.run.case_run import flawless

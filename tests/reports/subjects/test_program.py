@@ -11,7 +11,7 @@ import pytest
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.program import allowance, ask_capabilities, candidate
 from tests.reports.subjects.conftest import SCENE, Writing

@@ -12,24 +12,29 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.mitsuba3.references import _Mitsuba
-from rayproof.reports.judge import judge_case, oracle, panel_record, renderers
-from rayproof.reports.judge.comparison import (
-    camera,
+from rayproof.reports.judge import (
+    admissible,
+    answers,
+    camera_check,
+    case,
+    checks,
     closed_forms,
     copied_answers,
-    decidable,
-    image_shapes,
+    edge_classes,
+    edge_values,
+    known_defects,
+    limits,
     measurement,
-    pair_checks,
+    oracle,
+    panel,
+    scene_truth,
+    surrounded,
 )
-from rayproof.reports.judge.comparison.pair import Bench
-from rayproof.reports.judge.panel import adjudicate, known_defects, outlier
-from rayproof.reports.judge.panel.conventions import Tested
-from rayproof.reports.judge.panel.matrix import Matrix
-from rayproof.reports.judge.tolerance import calibration, edge_sides, limits, pair_limits, pixel_classes, surrounded
-from rayproof.reports.judge.tolerance.edge_light import Held
-from rayproof.reports.judge.tolerance.limits import Roundoff
-from rayproof.reports.judge.tolerance.output_resolution import Coarseness
+from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.conventions import Tested
+from rayproof.reports.judge.edge_values import Held
+from rayproof.reports.judge.limits import Coarseness, Roundoff
+from rayproof.reports.judge.panel import Matrix
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.faults import FAULTS, altered, replaced
 
@@ -69,7 +74,7 @@ def baseline_misnamed() -> Iterator[None]:
 
     The record names the wrong renderer as the one whose edges and limits it goes by.
     """
-    with altered(panel_record, "ORACLE", "mitsuba_scalar"):
+    with altered(case, "ORACLE", "mitsuba_scalar"):
         yield
 
 
@@ -80,7 +85,7 @@ def broadcast() -> Iterator[None]:
 
     Images of different size are broadcast.
     """
-    right, misshapen = measurement.measure, image_shapes.misshapen
+    right, misshapen = measurement.measure, answers.misshapen
 
     def measure(stage: Any, ours: Any, theirs: Any, *rest: Any, **options: Any) -> Any:
         return right(stage, np.broadcast_to(ours, theirs.shape), theirs, *rest, **options)
@@ -99,7 +104,7 @@ def camera_limit_times_1000() -> Iterator[None]:
 
     The camera's limits multiplied by 1000.
     """
-    right = camera.scales
+    right = camera_check.scales
 
     def wrong(*arguments: Any) -> dict[str, np.ndarray | float]:
         return {part: 1000 * size for part, size in right(*arguments).items()}
@@ -188,7 +193,7 @@ def edge_swallows_light() -> Iterator[None]:
 
     Every lit pixel is classed as a shadow's edge.
     """
-    right = pixel_classes.classify
+    right = edge_classes.classify
 
     def wrong(*arguments: Any, **options: Any) -> Any:
         found = right(*arguments, **options)
@@ -205,7 +210,7 @@ def edge_swallows_object() -> Iterator[None]:
 
     The edge class swallows a whole object.
     """
-    right = pixel_classes.classify
+    right = edge_classes.classify
 
     def wrong(scene: Any, truth: Any, *rest: Any, **options: Any) -> Any:
         found = right(scene, truth, *rest, **options)
@@ -222,7 +227,7 @@ def edges_excused() -> Iterator[None]:
 
     An edge pixel may have any value, not only a side's.
     """
-    right = edge_sides.excused
+    right = edge_values.excused
 
     def wrong(stage: Any, ours: Any, around: Any, limit: Any, objects: Any, **options: Any) -> Any:
         return np.ones(objects.shape, dtype=bool)
@@ -276,7 +281,7 @@ def float64_by_float32() -> Iterator[None]:
 
     Float64 is judged by the limits of float32.
     """
-    right = pair_limits.roundoff
+    right = scene_truth.roundoff
 
     def wrong(party: Any) -> Roundoff:
         rounding = copy(right(party))
@@ -314,7 +319,7 @@ def interior_not_demanded() -> Iterator[None]:
 
     A case with too few pixels to judge passes.
     """
-    right = decidable.too_little
+    right = admissible.too_little
 
     def wrong(*arguments: Any) -> list[str]:
         return []
@@ -405,8 +410,8 @@ for each in STAGES:
 @contextmanager
 def calibration_times_100() -> Iterator[None]:
     """Give every reference that has a constant one of 100."""
-    wide = {name: replace(constant, factor=100.0) for name, constant in calibration.CALIBRATED.items()}
-    with altered(calibration, "CALIBRATED", wide):
+    wide = {name: replace(constant, factor=100.0) for name, constant in limits.CALIBRATED.items()}
+    with altered(limits, "CALIBRATED", wide):
         yield
 
 
@@ -417,7 +422,7 @@ def majority_alone() -> Iterator[None]:
 
     The majority is said to stand alone, and the one that does is its judge.
     """
-    right = outlier.standing
+    right = panel.standing
 
     def wrong(matrix: Any, voice: Any) -> Any:
         found = right(matrix, voice)
@@ -571,7 +576,7 @@ def one_sided_error() -> Iterator[None]:
 @contextmanager
 def reference_not_compared() -> Iterator[None]:
     """Leave out one of the references, and plan nothing of it."""
-    right = judge_case.judge_case
+    right = case.judge_case
 
     def wrong(case: Any, candidates: Any, witnesses: Any, *rest: Any, **options: Any) -> Any:
         heard = [witness for witness in witnesses if witness.name != "mitsuba_llvm"]
@@ -589,7 +594,7 @@ def lost_reference_not_missed() -> Iterator[None]:
     def wrong(*_: Any) -> list[Any]:
         return []
 
-    with replaced(renderers.lost, wrong):
+    with replaced(answers.lost, wrong):
         yield
 
 
@@ -597,7 +602,7 @@ def lost_reference_not_missed() -> Iterator[None]:
 @contextmanager
 def first_candidates_answers() -> Iterator[None]:
     """Judge every candidate by what the first one answered."""
-    right = judge_case.judge_case
+    right = case.judge_case
 
     def wrong(case: Any, candidates: Any, *rest: Any, **options: Any) -> Any:
         return right(case, [replace(one, answers=candidates[0].answers) for one in candidates], *rest, **options)
@@ -613,7 +618,7 @@ def reference_never_suspect() -> Iterator[None]:
 
     Whatever differs, the tracer is blamed.
     """
-    right = adjudicate.adjudicated
+    right = panel.adjudicated
 
     def wrong(checks: Any, *rest: Any) -> Any:
         return list(checks)
@@ -687,7 +692,7 @@ def sides_elsewhere() -> Iterator[None]:
 
     The values of an edge's sides are taken three pixels away.
     """
-    right = edge_sides.sides
+    right = edge_values.sides
 
     def wrong(oracle: Any, *rest: Any) -> Any:
         return right(_Elsewhere(oracle), *rest)
@@ -719,7 +724,7 @@ def stage_skipped() -> Iterator[None]:
 
     Exitance is silently not compared.
     """
-    right = pair_checks.pair_checks
+    right = checks.pair_checks
 
     def wrong(bench: Any, stages: Any, *rest: Any) -> Any:
         return right(bench, [stage for stage in stages if stage is not Stage.EXITANCE], *rest)
@@ -735,7 +740,7 @@ def tracer_always_excused() -> Iterator[None]:
 
     Whatever differs, the reference is suspected.
     """
-    right = adjudicate.adjudicated
+    right = panel.adjudicated
 
     def wrong(checks: Any, *rest: Any) -> Any:
         return [

@@ -16,9 +16,9 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.random_scenes import wide_case
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.renderers import Candidate, Witness
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.mutants import Mutant, Rows, fields, frames, tolerances
 from tests.harness.audit.oracle import PatientOracle

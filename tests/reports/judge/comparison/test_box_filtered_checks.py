@@ -9,11 +9,11 @@ import pytest
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison.box_filter import box_mean, finer
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.box_filter import box_mean, finer
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.known_answers import FLOOR, MIDDLE
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.self_test.limits_by_hand import FLOOR, MIDDLE
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
 

@@ -5,8 +5,8 @@ import pytest
 
 from rayproof.cases.scene import Camera
 from rayproof.reference.analytic.camera_stage import camera_answer
-from rayproof.reports.judge.comparison import camera
-from rayproof.reports.judge.tolerance.limits import Roundoff
+from rayproof.reports.judge import camera_check
+from rayproof.reports.judge.limits import Roundoff
 
 # At the origin the eye's own error is 0 and so is the limit of what it moves.
 AT_ORIGIN = Camera(
@@ -18,7 +18,7 @@ SINGLE = Roundoff("float32")
 def test_an_equal_camera_at_the_origin_uses_nothing_of_its_limits():
     answer = camera_answer(AT_ORIGIN)
 
-    assert camera.compared(answer, answer, AT_ORIGIN, SINGLE).ratio == 0
+    assert camera_check.compared(answer, answer, AT_ORIGIN, SINGLE).ratio == 0
 
 
 @pytest.mark.parametrize("spoil", [np.nan, np.inf, "off"], ids=str)
@@ -26,11 +26,11 @@ def test_no_entry_of_any_part_is_overlooked(spoil):
     answer = camera_answer(AT_ORIGIN)
     overlooked = []
     for part, value in answer.items():
-        limit = SINGLE(camera.COUNT) * np.broadcast_to(camera.scales(AT_ORIGIN)[part], value.shape)
+        limit = SINGLE(camera_check.COUNT) * np.broadcast_to(camera_check.scales(AT_ORIGIN)[part], value.shape)
         for entry in np.ndindex(value.shape):
             wrong = value.copy()
             wrong[entry] += max(2 * limit[entry], 1e-300) if spoil == "off" else spoil
-            ratio = camera.compared(answer | {part: wrong}, answer, AT_ORIGIN, SINGLE).ratio
+            ratio = camera_check.compared(answer | {part: wrong}, answer, AT_ORIGIN, SINGLE).ratio
             if not ratio > 1:
                 overlooked.append((part, entry))
 
@@ -43,5 +43,5 @@ def test_axes_mirrored_and_stretched_at_the_origin_fail():
     spoilt = {"view": view, "view_inverse": answer["view_inverse"] * 1.5}
 
     for part, wrong in spoilt.items():
-        assert camera.compared(answer | {part: wrong}, answer, AT_ORIGIN, SINGLE).ratio > 1, part
-        assert not camera.inconsistency(answer | {part: wrong}, AT_ORIGIN, SINGLE) <= 1, part
+        assert camera_check.compared(answer | {part: wrong}, answer, AT_ORIGIN, SINGLE).ratio > 1, part
+        assert not camera_check.inconsistency(answer | {part: wrong}, AT_ORIGIN, SINGLE) <= 1, part

@@ -8,11 +8,10 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison.common_factors import LEAST_DISTINCT, Bias
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.common_factors import LEAST_DISTINCT, Bias
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.scene_truth import Terms, ground
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.record.common_factors import CommonFactors, wrong
 from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness

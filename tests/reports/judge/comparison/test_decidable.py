@@ -11,11 +11,11 @@ from rayproof.cases.placement import translation
 from rayproof.cases.random_scenes import random_case
 from rayproof.cases.scene import Camera, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.limits import WHOLE
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.self_test.at_edges import EDGE_CASE
-from rayproof.reports.judge.tolerance.output_resolution import WHOLE
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.sentinels import EDGE_CASE
+from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.verdicts.certify import certify
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, truth, witness

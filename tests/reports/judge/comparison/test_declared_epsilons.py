@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison.check import Check
-from rayproof.reports.judge.comparison.examined import Kind
-from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.renderers import Candidate
+from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
 from rayproof.tracer.configuration import Configuration

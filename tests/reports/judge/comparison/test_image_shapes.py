@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.panel_record import adjudication
-from rayproof.reports.judge.renderers import Candidate, Witness
-from rayproof.reports.judge.verdict.case_verdict import Judged
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.case import adjudication, judge_case
+from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.messages import JudgeTask
 from rayproof.reports.run.tasks import judge_task

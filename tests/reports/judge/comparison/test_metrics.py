@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skimage.metrics import normalized_root_mse, peak_signal_noise_ratio
 
-from rayproof.reports.judge.comparison.metrics import METRICS
+from rayproof.reports.judge.metrics import METRICS
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])

@@ -8,10 +8,10 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.comparison.repeated import changes, repeated
+from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate
-from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.repeated import changes, repeated
+from rayproof.reports.judge.scene_truth import ground
 
 ORACLE = Analytic()
 SCENE = select(["primitives/sphere"])[0].scene

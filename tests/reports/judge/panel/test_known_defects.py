@@ -17,11 +17,9 @@ from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge import judge_case
+from rayproof.reports.judge import case, known_defects
+from rayproof.reports.judge.known_defects import CIRCUMSTANCES, KnownFinding, explained, known_findings
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.panel import known_defects
-from rayproof.reports.judge.panel.circumstances import CIRCUMSTANCES
-from rayproof.reports.judge.panel.known_defects import KnownFinding, explained, known_findings
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.record import totals
 from rayproof.reports.subjects.pfm import read_pfm
@@ -185,8 +183,6 @@ def test_a_finding_holds_for_its_renderer_under_test_as_well(monkeypatch):
     monkeypatch.setattr(known_defects, "known_findings", lambda: (FINDING,))
     bright = rounded(truth()) | {Stage.RADIANCE: truth()[Stage.RADIANCE] * ON_THE_BALL}
 
-    judged = judge_case.judge_case(
-        CASE, [candidate(bright, name="second")], [witness(truth())], Analytic(), {"second": ""}
-    )
+    judged = case.judge_case(CASE, [candidate(bright, name="second")], [witness(truth())], Analytic(), {"second": ""})
 
     assert judged.outcome is Outcome.WARN

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.reports.judge.comparison import pair
-from rayproof.reports.judge.self_test.stand_guard import BrokenJudgeError, stand_guard
-from rayproof.reports.judge.tolerance import scene_context
-from rayproof.reports.judge.tolerance.pixel_classes import classify
+from rayproof.reports.judge import comparison, scene_truth
+from rayproof.reports.judge.edge_classes import classify
+from rayproof.reports.judge.known_answers import BrokenJudgeError
+from rayproof.reports.judge.sentinels import stand_guard
 from tests.reports.judge.scenes import ORACLE
 
 
@@ -17,12 +17,12 @@ def test_an_honest_judge_gets_every_sentinel_right():
 
 
 def test_limits_a_thousand_times_too_wide_are_noticed(monkeypatch):
-    honest = pair.ratios
+    honest = comparison.ratios
 
     def lenient(stage, ours, theirs, limit):
         return honest(stage, ours, theirs, 1000 * limit)
 
-    monkeypatch.setattr(pair, "ratios", lenient)
+    monkeypatch.setattr(comparison, "ratios", lenient)
 
     with pytest.raises(BrokenJudgeError):
         stand_guard(ORACLE)
@@ -33,7 +33,7 @@ def test_an_edge_class_that_swallows_everything_is_noticed(monkeypatch):
         classes = classify(*arguments, **named)
         return replace(classes, outline=np.ones_like(classes.outline))
 
-    monkeypatch.setattr(scene_context, "classify", swallow)
+    monkeypatch.setattr(scene_truth, "classify", swallow)
 
     with pytest.raises(BrokenJudgeError):
         stand_guard(ORACLE)

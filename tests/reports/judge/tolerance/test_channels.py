@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison.measurement import error
-from rayproof.reports.judge.tolerance.channels import all_of, any_of, crossed, dot, largest, length
+from rayproof.reports.judge.answers import all_of, any_of, crossed, dot, largest, length
+from rayproof.reports.judge.measurement import error
 
 TINY, HUGE = 5e-324, 1.7976931348623157e308
 SPECIAL = (0.0, -0.0, TINY, -3 * TINY, 2.2250738585072014e-308, 1.0, -1 / 3, HUGE, -HUGE, np.inf, -np.inf, np.nan)

@@ -8,10 +8,10 @@ import pytest
 from rayproof.cases.scene import Camera, Plane, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reports.judge.comparison.measurement import error
+from rayproof.reports.judge.conditioning import condition
+from rayproof.reports.judge.limits import Roundoff, limits
+from rayproof.reports.judge.measurement import error
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.tolerance.conditioning import condition
-from rayproof.reports.judge.tolerance.limits import Roundoff, limits
 
 
 def lecture_rays(camera: Camera, number: type) -> np.ndarray:

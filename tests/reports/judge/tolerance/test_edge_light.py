@@ -11,14 +11,13 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.scene import PointLight
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison.check import Check
-from rayproof.reports.judge.comparison.examined import Examined, Kind, most_interval
-from rayproof.reports.judge.judge_case import judge_case
+from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.edge_values import Lights, _met, _Ranges
+from rayproof.reports.judge.measurement import Examined, Kind, most_interval
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.renderers import Candidate
-from rayproof.reports.judge.tolerance.edge_light import Lights, _met, _Ranges
-from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.scene_truth import Terms, ground
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.scene_case import case_of_file
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, witness

@@ -8,13 +8,12 @@ import pytest
 
 from rayproof.cases.scene import Scene, Square
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.comparison.examined import Kind
-from rayproof.reports.judge.comparison.pair import Bench
+from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.edge_values import Sides, excused, sides
+from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.self_test.at_edges import BORDER, EDGE_CASE, SIDE
-from rayproof.reports.judge.tolerance.edge_sides import Sides, excused, sides
-from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.scene_truth import Terms, ground
+from rayproof.reports.judge.sentinels import BORDER, EDGE_CASE, SIDE
 from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Resolution, Stage
-from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.tolerance.output_resolution import Coarseness
+from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.limits import Coarseness
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
 

@@ -9,11 +9,9 @@ import pytest
 
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison.common_factors import bias
+from rayproof.reports.judge.common_factors import LEAST_DISTINCT, bias
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.tolerance.common_factor_bounds import LEAST_DISTINCT
-from rayproof.reports.judge.tolerance.pair_limits import Terms
-from rayproof.reports.judge.tolerance.scene_context import ground
+from rayproof.reports.judge.scene_truth import Terms, ground
 from rayproof.reports.results.headline import headline
 from rayproof.reports.run.record.common_factors import common_factors, wrong
 from tests.reports.judge.comparison.test_common_factors import FOLDS, ORDERS, float32_program

@@ -10,8 +10,8 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.judge_case import judge_case
-from rayproof.reports.judge.renderers import Candidate, Witness
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.exr import read_answers
 from rayproof.reports.results.image_script import read_pixels
 from rayproof.reports.results.outcomes import Outcome

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rayproof.cases.stages import Resolution, Stage
-from rayproof.reports.judge.renderers import Witness
+from rayproof.reports.judge.answers import Witness
 from rayproof.reports.run.record.reference_facts import said
 
 

@@ -1,0 +1,151 @@
+"""Judging the camera stage: matrices, inverses, frustum corners, pixel <-> NDC (CAM-1 to CAM-3).
+
+Besides comparing with a reference, each side's camera is held against what any camera must satisfy (an inverse
+inverts, the eye goes to 0, corners go to the clip cube's corners with depth 0 and 1). That needs no reference, and
+so it is the third witness when two cameras disagree.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from rayproof.cases.scene import Camera
+from rayproof.reports.judge.conditioning import basis_condition
+from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.measurement import WIDE, Examined, counted, kinds_of, over
+
+COUNT = 16  # roundings on the longest path: an axis (8), a 4x4 product (7), a store
+ITEMS = {
+    "view": "CAM-1",
+    "view_inverse": "CAM-1",
+    "projection": "CAM-2",
+    "projection_inverse": "CAM-2",
+    "frustum_corners": "CAM-2",
+    "ndc": "CAM-3",
+    "pixel": "CAM-3",
+}
+
+
+@lru_cache(maxsize=16)
+def scales(camera: Camera) -> dict[str, np.ndarray | float]:
+    """Return the size of each part's error per unit roundoff, broadcastable to the part's shape."""
+    basis = basis_condition(camera)
+    eye = float(np.linalg.norm(camera.eye))
+    # The condition of far - near. The projection divides by it, so that its entries are as large and as wrong again.
+    depth = (camera.far + camera.near) / (camera.far - camera.near)
+    tangent = np.tan(camera.alpha)
+    wide = tangent * max(1.0, camera.aspect)
+    # tan's condition; a camera may be told either angle, and the wider of the two has the worse one.
+    angle = np.arctan(wide)
+    slope = 1 + angle / (np.sin(angle) * np.cos(angle))
+    view = np.full((4, 4), basis)
+    view[:3, 3] = basis * eye + eye
+    view_inverse = np.full((4, 4), basis)
+    view_inverse[:3, 3] = eye * (1 + basis)
+    largest = max(1 / tangent, 1 / (tangent * camera.aspect)) * slope
+    reach = np.repeat([camera.near, camera.far], 4)[:, np.newaxis]
+    return {
+        "view": view,
+        "view_inverse": view_inverse,
+        "projection": np.array([[largest] * 4] * 2 + [[depth**2 * max(1.0, camera.near)] * 4, [1.0] * 4]),
+        "projection_inverse": np.array([[wide * slope] * 4] * 2 + [[1.0] * 4, [depth / camera.near] * 4]),
+        "frustum_corners": eye + reach * (1 + wide) * (basis + slope),
+        "ndc": 2.0,
+        "pixel": 2.0 * max(camera.width, camera.height),
+    }
+
+
+OF_PIXELS = ("ndc", "pixel")
+
+
+def _shapes(camera: Camera) -> dict[str, tuple[int, ...]]:
+    """Return the shape of each part, as cases/stages.py says."""
+    matrices = dict.fromkeys(("view", "view_inverse", "projection", "projection_inverse"), (4, 4))
+    pixels = dict.fromkeys(OF_PIXELS, (camera.height, camera.width, 2))
+    return matrices | {"frustum_corners": (8, 3)} | pixels
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """Two cameras compared: the worst entry of the worst part, and the ledger of all entries."""
+
+    ratio: float  # error over limit
+    part: str
+    error: float
+    limit: float
+    examined: Examined
+
+
+def compared(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> Compared:
+    """Compare two cameras entry by entry; a missing or misshapen part is infinitely wrong."""
+    ratio, part, error, limit = -1.0, "", 0.0, 0.0
+    examined = Examined(pixels=0)
+    shapes = _shapes(camera)
+    for name, scale in scales(camera).items():
+        mine, other = (np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (ours, theirs))
+        if not mine.shape == other.shape == shapes[name]:
+            wrong = math.prod(shapes[name])
+            examined += Examined(pixels=wrong, wrong=wrong)
+            ratio, part, error, limit = np.inf, name, np.inf, 0.0
+            continue
+        allowed = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), mine.shape)
+        with np.errstate(invalid="ignore"):  # inf - inf is NaN, which `over` counts as infinitely wrong
+            errors = np.where(mine == other, 0.0, np.abs(mine - other))
+        # With the eye at the world's origin some limits are 0.
+        ratios = over(errors, allowed)
+        # Entries are of the size of their part: one that is 0 is the difference of others.
+        wide = allowed > WIDE * np.abs(other).max()
+        nowhere = np.zeros(mine.shape, dtype=bool)
+        kinds = kinds_of(
+            ratios, nowhere, wide=wide, bounded=np.isfinite(allowed), edge=nowhere, interval=None, window=None
+        )
+        examined += counted(kinds)
+        worst = np.unravel_index(int(ratios.argmax()), ratios.shape)
+        if ratios[worst] > ratio:
+            ratio, part, error, limit = float(ratios[worst]), name, float(errors[worst]), float(allowed[worst])
+    return Compared(ratio=ratio, part=part, error=error, limit=limit, examined=examined)
+
+
+def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
+    """Return how badly a camera breaks what every camera satisfies, in units of the rounding that excuses it."""
+    parts = {name: np.asarray(value, dtype=np.float64) for name, value in answer.items()}
+    if any(name not in parts or parts[name].shape != shape for name, shape in _shapes(camera).items()):
+        return np.inf
+    scale = scales(camera)
+    view, projection = parts["view"], parts["projection"]
+    eye = np.append(np.asarray(camera.eye, dtype=np.float64), 1.0)
+    target = np.append(np.asarray(camera.target, dtype=np.float64), 1.0)
+    forward = np.linalg.norm(target - eye)
+    size = float(np.linalg.norm(camera.eye)) + forward
+    unit = g(4 * COUNT) * basis_condition(camera) * (1 + size)
+    seen = view @ target
+    residuals = [
+        np.abs(view @ parts["view_inverse"] - np.eye(4)).max() / unit,
+        np.abs(view @ eye - np.array([0, 0, 0, 1.0])).max() / unit,
+        np.abs(seen - np.array([0, 0, forward, 1.0])).max() / unit,
+        # A camera with right, up and forward axes of a right-handed world mirrors: x right, y up, z forward.
+        abs(np.linalg.det(view[:3, :3]) + 1) / unit,
+    ]
+    up = view[:3, :3] @ np.asarray(camera.up, dtype=np.float64)
+    residuals.append(abs(up[0]) / (np.linalg.norm(camera.up) * unit) if up[1] > 0 else np.inf)
+    depth = (camera.far + camera.near) / (camera.far - camera.near)
+    product = np.abs(projection) @ np.abs(parts["projection_inverse"])
+    residuals.append(
+        (np.abs(projection @ parts["projection_inverse"] - np.eye(4)) / (product + 1)).max() / g(4 * COUNT) / depth
+    )
+    corners = np.c_[parts["frustum_corners"], np.ones(8)]
+    clip = corners @ (projection @ view).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        clip = clip[:, :3] / clip[:, 3:]
+    cube = np.array([(x, y, z) for z in (0, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))], dtype=np.float64)
+    near = camera.near
+    amplified = (
+        g(4 * COUNT) * depth**2 * (1 + basis_condition(camera) * (1 + size) / near / min(1.0, np.tan(camera.alpha)))
+    )
+    residuals.append(np.abs(clip - cube).max() / amplified)
+    columns, rows = np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5
+    centres = np.stack(np.meshgrid(columns, rows), axis=-1)
+    residuals.append(np.abs(parts["pixel"] - centres).max() / (g(4 * COUNT) * scale["pixel"]))
+    return float(np.max(np.where(np.isnan(residuals), np.inf, residuals)))

@@ -1,0 +1,377 @@
+"""Checks: one candidate, one witness, one stage, judged end to end and continued from the candidate's own stages."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import cast
+
+import numpy as np
+
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage, upto
+from rayproof.reports.judge import camera_check
+from rayproof.reports.judge.answers import Candidate, Witness, abstention
+from rayproof.reports.judge.common_factors import Bias
+from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.copied_answers import copied
+from rayproof.reports.judge.limits import BECAUSE, Coarseness, Roundoff, calibration
+from rayproof.reports.judge.measurement import (
+    Examined,
+    Kind,
+    Measurement,
+    counted,
+    jsonable,
+    most_interval,
+    shortened,
+    unexamined,
+)
+from rayproof.reports.judge.metrics import METRICS
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.scene_truth import LIGHT
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import BiasRecord, CheckRecord, EvidenceRecord, MeasurementRecord
+
+# The stage whose images people look at: its informative metrics, before the oracle, are worth their time.
+INFORMED = Stage.RADIANCE
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """The result of one check. `alone` says that the stage is wrong given the candidate's own previous stages."""
+
+    configuration: str
+    reference: str
+    stage: Stage
+    outcome: Outcome
+    reason: str = ""
+    end_to_end: Measurement | None = None
+    continued: Measurement | None = None
+    bias: Bias | None = None  # of light before the oracle: the factors that many pixels share
+    continued_bias: Bias | None = None
+    informative: MeasurementRecord = field(default_factory=lambda: MeasurementRecord())
+    part: str | None = None  # camera: the item of the worst part
+    ratio: float = 0.0
+    evidence: EvidenceRecord | None = None  # of a failure: which witnesses side with whom, and where
+    known: str | None = None  # the checked-in finding that explains it
+    suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
+    steps: str = ""  # what the parties' coarse outputs add to the limit, in words
+    abstains: bool = False  # undecided only because the reference declares not to see there, or did not answer
+    stopped: bool = False  # not measured because a party's time was over
+    why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
+    examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
+
+    @property
+    def alone(self) -> bool:
+        """Say whether the stage is wrong by itself; nothing comes before the camera that it could have been handed."""
+        if self.stage is Stage.CAMERA:
+            return self.outcome is Outcome.FAIL
+        by_pixels = self.continued is not None and self.continued.worst_ratio > 1
+        by_factors = self.continued_bias is not None and self.continued_bias.ratio > 1
+        return self.outcome is Outcome.FAIL and (by_pixels or by_factors)
+
+    def as_json(self) -> CheckRecord:
+        """Return plain JSON data."""
+        whole = self.end_to_end.as_json() if self.end_to_end else None
+        continued = self.continued.as_json() if self.continued else None
+        if whole is not None:
+            whole.update(self.informative)
+        for measured in (whole, continued):
+            if measured is not None and self.outcome is Outcome.PASS:
+                # The images have them; a failure's are told where it is.
+                del measured["ours"], measured["theirs"]
+        record: CheckRecord = {
+            "configuration": self.configuration,
+            "reference": self.reference,
+            "stage": self.stage.value,
+            "verdict": self.outcome.value,
+            "reason": self.reason,
+            "ratio": jsonable(shortened(self.ratio)),
+            "end_to_end": whole,
+            "continued": continued,
+            "examined": self.examined.as_json() if self.examined else None,
+            "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
+            + self.steps,
+        }
+        if self.evidence:
+            record["evidence"] = self.evidence
+        if self.stopped:
+            record["stopped"] = True
+        if self.known:
+            record["finding"] = self.known
+        if self.bias:
+            record["bias"] = self._bias_as_json(self.bias)
+        return record
+
+    def _bias_as_json(self, bias: Bias) -> BiasRecord:
+        """Return the factors end to end and, if it was asked, given the candidate's own previous stages.
+
+        Of these the groups are told only where one is over its limit.
+        """
+        own = self.continued_bias
+        if own is None:
+            return bias.as_json()
+        told = own.as_json()
+        if own.ratio <= 1:
+            del told["groups"]
+        return {**bias.as_json(), "continued": told}
+
+
+def check_camera(bench: Bench) -> Check:
+    """Judge the camera stage; where the two differ, what every camera must satisfy says who is wrong."""
+    mine = bench.candidate.answers[Stage.CAMERA] if bench.candidate.answers else {}
+    theirs = bench.witness.answers[Stage.CAMERA]
+    # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
+    g = max(Roundoff(bench.candidate.precision), Roundoff(bench.witness.precision), key=lambda each: each(1))
+    found = bench.ground.once(
+        ("camera", g.key, *bench.authors(Stage.CAMERA)),
+        lambda: camera_check.compared(mine, theirs, bench.ground.scene.camera, g),
+    )
+    outcome, reason = Outcome.PASS, ""
+    if not found.ratio <= 1:
+        outcome = Outcome.FAIL
+        reason = f"{found.part} is off by {found.error:.3g}, limit {found.limit:.3g} ({found.ratio:.3g} times)"
+        ours_bad = camera_check.inconsistency(mine, bench.ground.scene.camera, g)
+        theirs_bad = camera_check.inconsistency(theirs, bench.ground.scene.camera, g)
+        if ours_bad <= 1 < theirs_bad:
+            outcome = Outcome.REFERENCE_SUSPECT
+            reason += f"; {bench.candidate.name}'s camera is consistent in itself, {bench.witness.name}'s is not"
+    return Check(
+        configuration=bench.candidate.name,
+        reference=bench.witness.name,
+        stage=Stage.CAMERA,
+        outcome=outcome,
+        reason=reason,
+        part=camera_check.ITEMS[found.part],
+        ratio=found.ratio,
+        examined=found.examined,
+    )
+
+
+def stage_check(bench: Bench, stage: Stage) -> Check:
+    """Judge one image stage end to end and, before the oracle, continued from the candidate's own stages."""
+    ours = bench.candidate.answers
+    assert ours is not None
+    end_to_end, continued, shared, shared_continued = bench.end_to_end(stage), None, None, None
+    by_oracle = bench.witness.name == ORACLE
+    if by_oracle and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
+        continued = bench.continued(stage)
+        if stage in LIGHT:
+            shared_continued = bench.shared_factors(stage, continued=True)
+    if by_oracle and stage in LIGHT:
+        shared = bench.shared_factors(stage, continued=False)
+    informative = MeasurementRecord()
+    if stage is INFORMED and (by_oracle or bench.candidate.name == ORACLE):
+        both = ours[stage], bench.witness.answers[stage]
+        informative = bench.ground.once(("informative", *bench.authors(stage)), lambda: _inform(*both))
+    outcome, ratio, reason = _conclusion(
+        bench.witness.name, stage, end_to_end, continued, shared=shared, shared_continued=shared_continued
+    )
+    return Check(
+        configuration=bench.candidate.name,
+        reference=bench.witness.name,
+        stage=stage,
+        outcome=outcome,
+        reason=reason,
+        ratio=ratio,
+        end_to_end=end_to_end,
+        continued=continued,
+        bias=shared,
+        continued_bias=shared_continued,
+        informative=informative,
+        steps=bench.terms.because(stage),
+        examined=_together(end_to_end, continued),
+    )
+
+
+def _together(whole: Measurement, continued: Measurement | None) -> Examined:
+    """Return the ledger end to end, with the pixels that are wrong only given the candidate's previous stages."""
+    if continued is None:
+        return whole.examined
+    wrong = continued.kinds == Kind.WRONG
+    return counted(np.where(wrong, continued.kinds, whole.kinds)) if wrong.any() else whole.examined
+
+
+def _conclusion(
+    reference: str,
+    stage: Stage,
+    whole: Measurement,
+    continued: Measurement | None,
+    *,
+    shared: Bias | None,
+    shared_continued: Bias | None,
+) -> tuple[Outcome, float, str]:
+    """Return what the measurements of a stage come to: the outcome, the worst error over its limit, and why.
+
+    `shared` and `shared_continued` are the factors that many pixels share, each of them within its own limit.
+    """
+    worst = whole if continued is None else max(whole, continued, key=lambda one: one.worst_ratio)
+    if whole.nan or whole.inf:
+        why = f"{whole.nan} pixels are NaN and {whole.inf} infinite where {reference} is finite"
+        return Outcome.FAIL, worst.worst_ratio, why
+    if not worst.worst_ratio <= 1:
+        how = "given its own previous stages" if worst is continued else "end to end"
+        why = (
+            f"{how} pixel {worst.pixel} is off by {worst.worst_error:.3g}, limit {worst.limit:.3g} "
+            f"({worst.worst_ratio:.3g} times)"
+        )
+        return Outcome.FAIL, worst.worst_ratio, why
+    for factors, how in ((shared_continued, "given its own previous stages "), (shared, "")):
+        if factors is not None and not factors.ratio <= 1 and factors.worst is not None:
+            return Outcome.FAIL, factors.ratio, how + factors.worst.sentence(stage, reference)
+    return Outcome.PASS, worst.worst_ratio, ""
+
+
+def _inform(ours: np.ndarray, theirs: np.ndarray) -> MeasurementRecord:
+    """Return the informative metrics with the range that they are relative to; they never decide."""
+    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
+        return {}
+    value_range = (float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max())))
+    # None of them depends on the unit. By a power of two, which rounds nothing, so that squares stay in range.
+    unit = int(np.frexp(max(map(abs, value_range)))[1])
+    ours, theirs = np.ldexp(ours, -unit), np.ldexp(theirs, -unit)
+    scaled = (float(np.ldexp(value_range[0], -unit)), float(np.ldexp(value_range[1], -unit)))
+    measured = {name: jsonable(METRICS[name](ours, theirs, scaled)) for name in METRICS}
+    return cast("MeasurementRecord", measured | {"range": jsonable(value_range)})
+
+
+def accounted(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> list[Check]:
+    """Return the checks, each with its ledger; one with pixels that were not examined, or are wrong, is no pass.
+
+    Too many intervals are an error of a case that was `tuned` to have fewer; any other they leave undecided.
+    """
+    return [_accounted(check, scene, tuned=tuned) for check in checks]
+
+
+def _accounted(check: Check, scene: Scene, *, tuned: bool) -> Check:
+    left = unexamined(check.stage, scene.camera) if check.examined is None else check.examined
+    found, most = replace(check, examined=left), most_interval(left.pixels)
+    # A warning for a declared epsilon says that all others hold; one for a finding says that they do not.
+    if check.outcome is not Outcome.PASS and (check.outcome is not Outcome.WARN or check.known):
+        return found
+    if left.unexamined or left.wrong:
+        why = f"{left.unexamined + left.wrong} of {left.pixels} pixels were held to nothing"
+        return replace(found, outcome=Outcome.ERROR, reason=why)
+    if left.interval > most:
+        why = (
+            f"{left.interval} of {left.pixels} pixels are held to an interval only, which says too little of more "
+            f"than {most}"
+        )
+        return replace(found, outcome=Outcome.ERROR if tuned else Outcome.UNDECIDED, reason=why)
+    return found
+
+
+def unmeasured(
+    candidate: Candidate,
+    witness: Witness,
+    stage: Stage,
+    outcome: Outcome,
+    reason: str,
+    *,
+    abstains: bool = False,
+    stopped: bool = False,
+) -> Check:
+    """Return a check that ended before anything was measured."""
+    return Check(
+        configuration=candidate.name,
+        reference=witness.name,
+        stage=stage,
+        outcome=outcome,
+        reason=reason,
+        ratio=float("inf") if outcome is Outcome.FAIL else 0.0,
+        abstains=abstains,
+        stopped=stopped,
+    )
+
+
+# A check for every planned stage of one candidate before one witness; none is left out, whatever is in its way.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Obstacle:
+    """Why a stage cannot be measured, and what its check ends in."""
+
+    outcome: Outcome
+    reason: str
+    abstains: bool = False
+    stopped: bool = False
+
+
+def pair_checks(bench: Bench, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]) -> list[Check]:
+    """Return a check for each of the stages.
+
+    `misshapen` says by renderer and stage whose images have another size than was asked for.
+    """
+    candidate, witness = bench.candidate, bench.witness
+    repeated = _repeated(bench)
+    checks = []
+    for stage in stages:
+        # Of several obstacles the first in this order is told.
+        obstacle = (
+            _declined(candidate, stage)
+            or repeated.get(stage)
+            or _abstained(witness)
+            or _not_answered(candidate, stage, misshapen[candidate.name])
+            or _not_answered_by_witness(witness, stage, misshapen[witness.name])
+            or _too_coarse(bench, stage)
+        )
+        if obstacle is not None:
+            checks.append(unmeasured(candidate, witness, stage, **asdict(obstacle)))
+        elif stage is Stage.CAMERA:
+            checks.append(check_camera(bench))
+        else:
+            checks.append(stage_check(bench, stage))
+    return checks
+
+
+def _declined(candidate: Candidate, stage: Stage) -> Obstacle | None:
+    """Return what the candidate itself said of its not answering."""
+    name = candidate.name
+    if candidate.answers is None:
+        return Obstacle(outcome=Outcome.ERROR, reason=f"{name}: {candidate.error}", stopped=candidate.stopped)
+    if stage in candidate.lacking:
+        return Obstacle(outcome=Outcome.MISSING, reason=f"{name}: {candidate.lacking[stage]}")
+    if stage in candidate.unsupported:
+        return Obstacle(outcome=Outcome.UNSUPPORTED, reason=f"{name} cannot: {candidate.unsupported[stage]}")
+    return None
+
+
+def _repeated(bench: Bench) -> dict[Stage, Obstacle]:
+    """Return the stages in which the witness has the candidate's own numbers."""
+    candidate, witness = bench.candidate, bench.witness
+    single = candidate.precision == witness.precision == "float32"
+    stages = copied(candidate.answers or {}, witness.answers, bench.ground.truth, both_float32=single)
+    reason = f"{witness.name} repeats {candidate.name} to the last bit: it is no witness"
+    return {stage: Obstacle(outcome=Outcome.REFERENCE_SUSPECT, reason=reason) for stage in stages}
+
+
+def _abstained(witness: Witness) -> Obstacle | None:
+    if witness.error is None:
+        return None
+    why = "was stopped by its time limit" if witness.stopped else "abstains"
+    reason = f"{witness.name} {why}: {witness.error}"
+    return Obstacle(outcome=abstention(witness), reason=reason, abstains=True, stopped=witness.stopped)
+
+
+def _not_answered(candidate: Candidate, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:
+    if stage in misshapen:
+        return Obstacle(outcome=Outcome.FAIL, reason=misshapen[stage])
+    if stage not in (candidate.answers or {}):
+        return Obstacle(outcome=Outcome.UNSUPPORTED, reason=f"{candidate.name} gave no {stage}")
+    return None
+
+
+def _not_answered_by_witness(witness: Witness, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:
+    if stage in misshapen:
+        reason = f"{witness.name}'s {misshapen[stage]}: it is no witness"
+        return Obstacle(outcome=Outcome.REFERENCE_SUSPECT, reason=reason)
+    if stage not in witness.answers:
+        return Obstacle(outcome=Outcome.MISSING, reason=f"{witness.name} gave no {stage}")
+    return None
+
+
+def _too_coarse(bench: Bench, stage: Stage) -> Obstacle | None:
+    """Return that the candidate's output keeps too little of a stage to tell anything."""
+    if stage is Stage.CAMERA:
+        return None
+    candidate = bench.candidate
+    why = Coarseness(resolutions=candidate.resolutions).too_coarse(stage, bench.ground.truth[stage])
+    return None if why is None else Obstacle(outcome=Outcome.UNSUPPORTED, reason=f"{candidate.name}: {why}")

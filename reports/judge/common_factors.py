@@ -1,0 +1,460 @@
+"""Groups of pixels that share a factor if anything does, and what such a factor may be of a correct renderer.
+
+What pixels share is a constant, a datum of the scene, or made of these once for many pixels. Constants are rounded
+once each and once more where two are put together. A datum is rounded as such, and where it is carried into the frame
+in which it is used; the derivatives by which that moves light are those of the limits. docs/judging.md derives it.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from rayproof.cases.stages import Stage, StageImages
+from rayproof.reports.judge.answers import dot, length
+from rayproof.reports.judge.limits import Coarseness, Roundoff, continued_light_limit, irradiance_moved
+from rayproof.reports.judge.measurement import jsonable
+from rayproof.reports.judge.scene_truth import Terms, roundoff
+from rayproof.reports.results.ratios import CHANCE, LEAST_DISTINCT, least_share
+from rayproof.reports.results.records import BiasRecord, FactorGroupRecord
+
+# Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
+# these; then pi, the quotient by it and the product with the constants before it.
+CONSTANTS = {Stage.IRRADIANCE: 3, Stage.EXITANCE: 5, Stage.RADIANCE: 8}
+# Of sixteen roundings on the longest path to a ray, a hit or a curved normal two are of what pixels share: a datum's
+# own, and one where it is carried into the frame in which it is used. Limits weigh both with all data's magnitudes.
+SHARED = 2 / 16
+# Half of those that are made of the eye's own place, of a flat shape's one normal, and of the direction to a light: the
+# light's own place is one of two, and where normals are alike so are the products that they enter.
+HALF = 1 / 2
+WIDE = 0.01  # of the light: pixels with a larger limit are tested together
+
+
+@dataclass(frozen=True, kw_only=True)
+class Group:
+    """The interior pixels of one shape that see the same lights, in the channels in which they are lit.
+
+    Those of them whose limits are `wide` are a group of their own: among others they would be outvoted.
+    """
+
+    shape: int
+    lights: tuple[int, ...]
+    pixels: np.ndarray  # (n,) flat indices
+    channels: np.ndarray  # their numbers
+    weights: np.ndarray | None  # (n, channels, lights): each light's share of the irradiance; None with one light
+    wide: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """What one stage of a group's pixels may be off by, relative, (n, channels)."""
+
+    shared: np.ndarray  # for what comes of numbers that pixels share
+    whole: np.ndarray  # for all: the pixel's own limit
+    usual: np.ndarray  # (channels,): the middle one of the pixels' own limits
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageBounds:
+    """The bounds of all groups at one stage, and of what a whole run may share."""
+
+    groups: tuple[Bounds, ...]
+    wide: np.ndarray  # (n,): `shared` of each of the `wide_pixels`
+    allowance: float
+
+
+def floor(terms: Terms) -> float:
+    """Return the value below which a rounding is no longer small beside it."""
+    numbers = np.finfo(terms.candidate.precision)
+    return float(numbers.tiny / numbers.eps)
+
+
+def stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds:
+    """Return the bounds of every group at one stage, end to end or given the candidate's own previous stages."""
+    key = ("bias bounds", stage, terms.rules, continued)
+    return terms.ground.once(key, lambda: _stage_bounds(terms, stage, continued=continued))
+
+
+def _stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds:
+    truth, candidate = terms.truth, terms.candidate
+    constants = sum(Roundoff(party.precision)(CONSTANTS[stage]) for party in (candidate, terms.witness))
+    (shared_own, whole_own), (shared, whole) = terms.ground.once(
+        ("bias light", terms.rules), lambda: _light_bounds(terms)
+    )
+    if continued:
+        # Passes of their own are each off by their own end-to-end error, and so is what they are continued from.
+        own, passes = float(stage is Stage.IRRADIANCE), 0.0 if candidate.chained else 2.0
+        with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
+            shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
+    steps = _steps(terms, stage, continued=continued)
+    values = truth[stage].reshape(-1, truth[stage].shape[-1])
+    pixels = wide_pixels(terms)
+    with np.errstate(divide="ignore", invalid="ignore"):  # the back of a surface is black
+        wide = constants + shared[pixels] + (0.0 if steps is None else steps[pixels] / values[pixels])
+    found, share = [], []
+    for group in groups(terms):
+        here = np.ix_(group.pixels, group.channels)
+        theirs = values[here]
+        stepped = 0.0 if steps is None else np.divide(steps[here], theirs, out=np.zeros_like(theirs), where=theirs > 0)
+        limits = constants + whole[here] + stepped
+        usual = np.median(limits, axis=0)
+        found.append(Bounds(shared=constants + shared[here] + stepped, whole=limits, usual=usual))
+        if not group.wide:
+            share.append(float(np.median(stepped)))
+    return StageBounds(groups=tuple(found), wide=wide, allowance=constants + max(share, default=0.0))
+
+
+def _steps(terms: Terms, stage: Stage, *, continued: bool) -> np.ndarray | None:
+    """Return what the steps of the parties' outputs add, (n, 3) in the stage's unit, or None where there are none."""
+    parties = terms.candidate, terms.witness
+    if not any(party.resolutions for party in parties):
+        return None
+    mine, other = (Coarseness(resolutions=party.resolutions) for party in parties)
+    value = terms.truth[stage]
+    steps = np.zeros_like(value) + mine.step(stage, value) + other.step(stage, value)
+    if continued:
+        steps = steps + mine.handed_down(terms.scene, stage, terms.truth, terms.conditioning)
+    return steps.reshape(-1, value.shape[-1])
+
+
+def _light_bounds(terms: Terms) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Return what is shared and all of what light may be off by, relative (n, 3): on its own, and end to end.
+
+    Constants are not in it. Albedo and pi are such: what is relative to irradiance is so to exitance and radiance.
+    """
+    scene, truth, parties, c = terms.scene, terms.truth, (terms.candidate, terms.witness), terms.conditioning
+    irradiance, roundoffs = truth[Stage.IRRADIANCE], tuple(map(roundoff, parties))
+    limits = terms.ground.together(*roundoffs, by_matrices=(parties[0].by_matrices, parties[1].by_matrices))
+    own = sum(
+        (continued_light_limit(scene, Stage.IRRADIANCE, truth, irradiance, g) for g in roundoffs),
+        np.zeros_like(irradiance),
+    )
+    point, turned = limits.continued[Stage.POSITION], limits.continued[Stage.NORMAL]
+    moved = SHARED * (limits.position - limits.aimed) + (HALF - SHARED) * point + limits.aimed
+    turned = np.where(c.curvature > 0, SHARED, HALF) * turned + c.turned(moved)
+    shared = HALF * own + irradiance_moved(scene, truth, moved, turned)
+    images = HALF * own, own, shared, limits.end_to_end[Stage.IRRADIANCE]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        relative = [(image / irradiance).reshape(-1, irradiance.shape[-1]) for image in images]
+    return (relative[0], relative[1]), (relative[2], relative[3])
+
+
+def wide_pixels(terms: Terms) -> tuple[np.ndarray, np.ndarray]:
+    """Return the interior pixels that receive light and are held to a limit of more than `WIDE` of it.
+
+    As flat indices (n,) and each one's brightest channel (n,).
+    """
+    return terms.ground.once(("wide pixels", terms.rules), lambda: _wide_pixels(terms))
+
+
+def _wide_pixels(terms: Terms) -> tuple[np.ndarray, np.ndarray]:
+    value = terms.truth[Stage.IRRADIANCE].reshape(-1, terms.truth[Stage.IRRADIANCE].shape[-1])
+    pixels = _receiving(terms)
+    limit = terms.limits.end_to_end[Stage.IRRADIANCE].reshape(value.shape)[pixels]
+    pixels = pixels[(limit > WIDE * value[pixels]).any(axis=1)]
+    return pixels, value[pixels].argmax(axis=1)
+
+
+def groups(terms: Terms) -> tuple[Group, ...]:
+    """Return the groups of interior pixels that receive light, of `LEAST_DISTINCT` pixels at least."""
+    return terms.ground.once(("bias groups", terms.rules), lambda: _groups(terms))
+
+
+def _lit(terms: Terms) -> np.ndarray:
+    """Return the channels (pixels, 3) that receive light of a size at which a rounding is small."""
+    value = terms.truth[Stage.IRRADIANCE].reshape(-1, terms.truth[Stage.IRRADIANCE].shape[-1])
+    return (value > floor(terms)) & np.isfinite(value)
+
+
+def _receiving(terms: Terms) -> np.ndarray:
+    """Return the interior pixels that receive light, as flat indices."""
+    interior = terms.conditioning.hit & ~terms.classes.edge(Stage.IRRADIANCE) & ~terms.near
+    return np.flatnonzero(interior.ravel() & _lit(terms).any(axis=1))
+
+
+def _groups(terms: Terms) -> tuple[Group, ...]:
+    truth, lit, candidates = terms.truth, _lit(terms), _receiving(terms)
+    value = truth[Stage.IRRADIANCE].reshape(-1, truth[Stage.IRRADIANCE].shape[-1])
+    seen = truth[Stage.VISIBILITY].reshape(len(value), -1)[candidates] > 0
+    shapes = truth[Stage.OBJECT][..., 0].ravel()[candidates]
+    kinds = np.unique(shapes, return_inverse=True)[1]
+    for light in range(seen.shape[1]):
+        kinds = np.unique(2 * kinds + seen[:, light], return_inverse=True)[1]
+    found = []
+    for kind in np.flatnonzero(np.bincount(kinds) >= LEAST_DISTINCT):
+        here = kinds == kind
+        first = int(np.argmax(here))
+        lights = tuple(int(light) for light in np.flatnonzero(seen[first]))
+        pixels = candidates[here]
+        channels = np.flatnonzero(lit[pixels].any(axis=0))
+        weights = _weights(terms, truth, pixels, channels, lights) if len(lights) > 1 else None
+        group = Group(shape=int(shapes[first]), lights=lights, pixels=pixels, channels=channels, weights=weights)
+        found.append(group)
+        wide = pixels[np.isin(pixels, wide_pixels(terms)[0])]
+        if LEAST_DISTINCT <= len(wide) < len(pixels):
+            found.append(replace(group, pixels=wide, weights=None, wide=True))
+    return tuple(found)
+
+
+def _weights(
+    terms: Terms, truth: StageImages, pixels: np.ndarray, channels: np.ndarray, lights: tuple[int, ...]
+) -> np.ndarray:
+    """Return each light's share of the irradiance, (n, channels, lights)."""
+    position, normal = (truth[stage].reshape(-1, 3)[pixels] for stage in (Stage.POSITION, Stage.NORMAL))
+    parts = np.zeros((len(pixels), len(channels), len(lights)))
+    for place, number in enumerate(lights):
+        light = terms.scene.lights[number]
+        towards = np.asarray(light.position, dtype=np.float64) - position
+        r = length(towards)
+        arriving = np.maximum(dot(normal, towards), 0.0) / r
+        if terms.scene.shading == "inverse_square":
+            arriving = arriving / r**2
+        parts[..., place] = arriving[:, np.newaxis] * np.asarray(light.flux)[channels]
+    total = parts.sum(axis=-1, keepdims=True)
+    return np.divide(parts, total, out=np.zeros_like(parts), where=total > 0)
+
+
+# Factors that many pixels share: a wrong flux, albedo, pi or 4 moves them all alike, and rounding does not.
+#
+# Of a correct renderer each interior pixel's ours / theirs - 1 is s + e. The part s comes of what pixels share:
+# constants, the scene's data, and what is made of them once; `bias_bounds.py` bounds it. The part e comes of
+# roundings of numbers that differ from pixel to pixel. Its sign is as likely one as the other, so that s + e is
+# beyond the bound of s in one direction with probability 1/2 at most. A group fails if more of its pixels are than
+# chance allows: the sign test, which asks nothing of the distribution of e (Conover, Practical Nonparametric
+# Statistics, 3rd ed., 1999, 3.4).
+
+
+CHANNELS = "RGB"
+TINY = 2.0**-126  # the smallest normal float32: what an output resolves below it is no step of its own
+
+
+@dataclass(frozen=True, kw_only=True)
+class Factor:
+    """What the pixels of one group share in one channel."""
+
+    shape: int
+    lights: tuple[int, ...]  # all that the group's pixels see
+    fitted: int | None  # the light whose own factor it is, out of several that overlap; None: all of them together
+    channel: int
+    pixels: int
+    value: float  # ours / theirs
+    limit: float  # the largest |value - 1| of a correct renderer, and so the smallest factor that can be seen
+    distinct: bool  # enough different values for the sign test; without them the limit is a pixel's
+    wide: bool  # of pixels alone whose limits are wide
+
+    @property
+    def group(self) -> tuple[int, tuple[int, ...], int | None, bool]:
+        """Return what tells its group from others of the same case."""
+        return self.shape, self.lights, self.fitted, self.wide
+
+    @property
+    def ratio(self) -> float:
+        """Return how far it is off over its limit."""
+        off = abs(self.value - 1)
+        return 0.0 if off == 0 else off / self.limit if self.limit > 0 else math.inf
+
+    def sentence(self, stage: Stage, reference: str) -> str:
+        """Return what is wrong where it is over its limit."""
+        numbers = self.lights if self.fitted is None else (self.fitted,)
+        lights = ("light " if len(numbers) == 1 else "lights ") + ", ".join(map(str, numbers))
+        held = "pixels with wide limits" if self.wide else "pixels"
+        return (
+            f"{stage} of shape {self.shape} under {lights} is {self.value:.9g} times {reference}'s in {self.pixels} "
+            f"{held} ({CHANNELS[self.channel]}), a factor that they share; limit {self.limit:.3g}"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Leaning:
+    """To which side the pixels with wide limits are off by more than what they share, each different value once."""
+
+    pixels: int
+    above: int
+    below: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bias:
+    """The factors of one image stage, group by group."""
+
+    factors: tuple[Factor, ...]
+    allowance: float  # of a factor that a whole run may share: the constants' roundings and the output's step
+    wide: Leaning | None = None  # of the pixels with wide limits; None given the candidate's own previous stages
+
+    @cached_property
+    def worst(self) -> Factor | None:
+        """Return the factor that is farthest over its limit, or nearest to it; None without any group."""
+        return max(self.factors, key=lambda factor: factor.ratio, default=None)
+
+    @property
+    def ratio(self) -> float:
+        """Return the worst factor's distance from 1 over its limit."""
+        return self.worst.ratio if self.worst is not None else 0.0
+
+    @property
+    def common(self) -> float | None:
+        """Return the middle one of the groups' factors, as this case's word on what the whole run shares."""
+        values = [one.value for one in self.factors if one.distinct and one.fitted is None and not one.wide]
+        return float(np.median(values)) if values else None
+
+    def as_json(self) -> BiasRecord:
+        """Return plain JSON data: a row for each group, with a place for each channel.
+
+        Where all groups are within their limits, the one that is nearest to its limit stands for them.
+        """
+        rows: dict[tuple, FactorGroupRecord] = {}
+        nearest = None if self.worst is None or self.ratio > 1 else self.worst.group
+        for factor in self.factors:
+            key = factor.group
+            if nearest not in (None, key):
+                continue
+            row = rows.setdefault(
+                key,
+                FactorGroupRecord(
+                    shape=factor.shape,
+                    lights=list(factor.lights),
+                    pixels=factor.pixels,
+                    off=[None] * len(CHANNELS),
+                    sees=[None] * len(CHANNELS),
+                ),
+            )
+            if factor.fitted is not None:
+                row["fitted"] = factor.fitted
+            if factor.wide:
+                row["wide"] = True
+            row["off"][factor.channel] = jsonable(_short(factor.value - 1))
+            row["sees"][factor.channel] = jsonable(_short(factor.limit))
+        found: BiasRecord = {
+            "ratio": jsonable(_short(self.ratio)),
+            "sees": jsonable(_short(min((factor.limit for factor in self.factors), default=math.inf))),
+            "common": None if self.common is None else jsonable(_short(self.common - 1)),
+            "allowance": jsonable(_short(self.allowance)),
+            "groups": list(rows.values()),
+        }
+        if self.wide is not None and self.wide.pixels:
+            found["wide"] = {"pixels": self.wide.pixels, "above": self.wide.above, "below": self.wide.below}
+        return found
+
+
+def bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Bias:
+    """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
+
+    `value` is what the oracle continued from the candidate's own stages.
+    """
+    bounds = stage_bounds(terms, stage, continued=value is not None)
+    mine = ours.reshape(-1, ours.shape[-1])
+    theirs = np.asarray(terms.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)
+    # Where an output has steps it has a last one, and what is beyond is clamped to it.
+    coarse = terms.candidate.resolutions.get(stage)
+    top = float(ours.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
+    top = min(top, _ceiling(terms))
+    factors: list[Factor] = []
+    for group, bound in zip(groups(terms), bounds.groups, strict=True):
+        if group.wide and value is not None:
+            continue  # given the stages before, these pixels have no wide limits
+        here = np.ix_(group.pixels, group.channels)
+        factors += _factors(group, bound, mine[here], theirs[here], top, floor(terms))
+    wide = None
+    if value is None:
+        pixels = wide_pixels(terms)
+        good = (theirs[pixels] > floor(terms)) & (theirs[pixels] < top) & np.isfinite(mine[pixels])
+        wide = _leaning(mine[pixels][good], theirs[pixels][good], bounds.wide[good])
+    return Bias(factors=tuple(factors), allowance=bounds.allowance, wide=wide)
+
+
+def _leaning(ours: np.ndarray, theirs: np.ndarray, shared: np.ndarray) -> Leaning:
+    """Return to which side values (n,) are off by more than what they share with others."""
+    off, first = np.unique((ours - theirs) / theirs, return_index=True)
+    shared = shared[first]
+    return Leaning(pixels=len(off), above=int(np.sum(off > shared)), below=int(np.sum(-off > shared)))
+
+
+def _ceiling(terms: Terms) -> float:
+    return float(np.finfo(terms.candidate.precision).max)
+
+
+def _factors(
+    group: Group, bound: Bounds, ours: np.ndarray, theirs: np.ndarray, ceiling: float, floor: float
+) -> list[Factor]:
+    """Return a group's factors: of all its lights together, and of each where they are several."""
+    good = (theirs > floor) & (theirs < ceiling) & (ours > 0) & (ours < ceiling)
+    lit = np.flatnonzero(good.any(axis=0))
+    weights = group.weights
+    if not good.all():
+        kept = np.flatnonzero(good[:, lit].all(axis=1)) if len(lit) else lit
+        if len(kept) < LEAST_DISTINCT:
+            return []
+        here = np.ix_(kept, lit)
+        ours, theirs, whole = ours[here], theirs[here], bound.whole[here]
+        bound = Bounds(shared=bound.shared[here], whole=whole, usual=np.median(whole, axis=0))
+        weights = None if weights is None else weights[here]
+    off = (ours - theirs) / theirs  # ours / theirs - 1 would be off by a rounding of 1
+    ordered = np.sort(off, axis=0)
+    count = len(off)
+    middle = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
+    distinct = 1 + np.count_nonzero(np.diff(ordered, axis=0), axis=0)
+    beyond = np.sort(np.where(middle >= 0, off, -off) - bound.shared, axis=0)
+    found = []
+    for place, channel in enumerate(int(group.channels[each]) for each in lit):
+        value, limit, enough = float(middle[place]), float(bound.usual[place]), distinct[place] >= LEAST_DISTINCT
+        if enough:
+            # Moved by this much more, so many pixels would be beyond the bound that chance cannot have done it.
+            rank = int(count * least_share(int(distinct[place])))
+            limit = min(limit, abs(value) - float(beyond[rank, place]))
+        about = _About(group=group, channel=channel, pixels=count)
+        found.append(about.factor(value, limit, distinct=bool(enough)))
+        if weights is not None and enough:
+            found += _fitted(about, weights[:, place], off[:, place], bound, place)
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class _About:
+    """What a group's factors in one channel have in common."""
+
+    group: Group
+    channel: int
+    pixels: int
+
+    def factor(self, off: float, limit: float, *, distinct: bool, fitted: int | None = None) -> Factor:
+        """Return a factor that is `off` from 1."""
+        return Factor(
+            shape=self.group.shape,
+            lights=self.group.lights,
+            fitted=fitted,
+            channel=self.channel,
+            pixels=self.pixels,
+            value=1 + off,
+            limit=limit,
+            distinct=distinct,
+            wide=self.group.wide,
+        )
+
+
+def _fitted(about: _About, weights: np.ndarray, off: np.ndarray, bound: Bounds, place: int) -> list[Factor]:
+    """Return each light's factor by least squares over the shares (n, lights) that the lights have in a pixel.
+
+    The fit is linear in `off`, so that it carries bounds over as they are: what pixels share by the absolute values of
+    its coefficients, what they do not by Hoeffding's inequality (1963) with the largest residual for its range. A fit
+    so badly conditioned that a single pixel says more of that light is left out.
+    """
+    seen = np.flatnonzero((weights > 0).any(axis=0))
+    shares = weights[:, seen]
+    solution = np.linalg.pinv(shares)  # (lights, n)
+    values = solution @ off
+    left = float(np.abs(off - shares @ values).max())
+    spread = left * math.sqrt(2 * math.log(2 / CHANCE)) * np.sqrt((solution**2).sum(axis=1))
+    limits = np.abs(solution) @ bound.shared[:, place] + spread
+    with np.errstate(divide="ignore"):
+        pixel = np.median(bound.whole[:, place, np.newaxis] / shares, axis=0)
+    return [
+        about.factor(float(value), float(limit), distinct=True, fitted=about.group.lights[light])
+        for light, value, limit, worst in zip(seen, values, limits, pixel, strict=True)
+        if limit < worst
+    ]
+
+
+def _short(number: float) -> float:
+    """Return a number in the four digits that anybody reads."""
+    return float(f"{number:.4g}") if math.isfinite(number) else number

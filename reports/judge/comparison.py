@@ -1,0 +1,295 @@
+"""The bench at which one candidate is judged against one witness: each stage measured once, on the pair's terms."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from rayproof.cases.stages import Stage, StageImages, upto
+from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of
+from rayproof.reports.judge.common_factors import Bias, bias
+from rayproof.reports.judge.edge_values import (
+    Held,
+    Seen,
+    Sides,
+    excused,
+    excused_anyhow,
+    held,
+    sides,
+    with_twins,
+    with_what_is_behind,
+)
+from rayproof.reports.judge.measurement import Kind, Measurement, held_to, measure, ratios
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.scene_truth import LIGHT, Ground, Terms
+from rayproof.reports.judge.surrounded import faces_near, leaking, may_be_dark
+
+GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """One candidate before one witness, on the ground of the oracle's truth, whoever the witness is."""
+
+    ground: Ground
+    candidate: Candidate
+    witness: Witness
+
+    @cached_property
+    def terms(self) -> Terms:
+        """Return the limits and pixel classes of the two."""
+        return Terms(ground=self.ground, candidate=self.candidate, witness=self.witness)
+
+    @cached_property
+    def _sides(self) -> Sides:
+        """Return the oracle's answers around every edge pixel."""
+        assert self.candidate.answers is not None
+        scene, truth, oracle, classes = self.ground.scene, self.ground.truth, self.ground.oracle, self.terms.classes
+        twins = self.terms.twins
+        # Outlines do not depend on the shadows' epsilons.
+        key = self.terms.rounding, self.terms.edge_epsilon
+        around = self.ground.once(
+            ("sides", *key),
+            # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
+            lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, np.where(twins, 0.0, classes.reach)),
+        )
+        close = self.ground.edges.gap <= classes.depth
+        if Stage.OBJECT not in self.candidate.answers:
+            about = around, oracle, scene, truth, close, classes.depth
+            return self.ground.once(("behind", *key), lambda: with_what_is_behind(*about))
+        # Candidates that see the same objects, and the witnesses that they meet, have the same.
+        seen, ours = self.ground.author(self.candidate, Stage.OBJECT), self.candidate.answers
+        return self.ground.once(
+            ("twins", *key, seen), lambda: with_twins(around, oracle, scene, truth, ours, classes.depth)
+        )
+
+    def _excused(
+        self, stage: Stage, ratio: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
+    ) -> Held:
+        """Return the edge pixels that have a side's value; the oracle is asked only if an edge pixel differs at all."""
+        assert self.candidate.answers is not None
+        differ = edge & ~(ratio <= 1)
+        none = np.zeros(edge.shape, dtype=bool)
+        if not np.any(differ):
+            return Held(good=none, interval=none)
+        if stage in LIGHT:
+            return self._lit(stage, differ)
+        find = excused_anyhow if Stage.OBJECT not in self.candidate.answers else excused
+        objects = self.ground.truth[Stage.OBJECT][..., 0]
+        if stage in (Stage.DISTANCE, Stage.POSITION):
+            # Either of two faces of one shape: as far from one another as they lie.
+            apart = np.where(self.terms.twins, self.ground.edges.gap, 0.0)
+            limit = limit + (apart[..., np.newaxis] if limit.ndim == 3 else apart)
+        good = find(stage, self.candidate.answers, self._sides, limit, objects, continued=continued)
+        left = differ & ~good
+        if left.any():
+            for around in faces_near(self.terms, left):
+                good |= find(stage, self.candidate.answers, around.sides, limit, objects, continued=continued)
+        return Held(good=good, interval=none)
+
+    def _lit(self, stage: Stage, where: np.ndarray) -> Held:
+        """Return which pixels of `where` have a value of light that some object and some choice of lights gives."""
+        good, interval = np.zeros(where.shape, dtype=bool), np.zeros(where.shape, dtype=bool)
+        outline, truth = self.terms.classes.outline, self.ground.truth
+        rows, columns = np.nonzero(where & ~outline)
+        kinds = (Stage.RAY, Stage.OBJECT, Stage.POSITION, Stage.NORMAL)
+        # Away from outlines one surface is seen, and its place is known as well as the limits say.
+        parts = [(rows, columns, [truth[one][rows, columns][:, np.newaxis] for one in kinds])]
+
+        def judge(rows: np.ndarray, columns: np.ndarray, samples: list[np.ndarray]) -> None:
+            rays, objects, positions, normals = samples
+            seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals)
+            values = self._ours(stage)[rows, columns]
+            found = held(self.ground.scene, stage, values, seen, self.terms.lights(stage, rows, columns, values))
+            np.logical_or.at(good, (rows, columns), found.good)
+            np.logical_or.at(interval, (rows, columns), found.interval)
+
+        if np.any(where & outline):
+            around = self._sides
+            asked = where[around.rows, around.columns]
+            samples = [around.answers[one][asked] for one in kinds]
+            parts.append((around.rows[asked], around.columns[asked], samples))
+        for part in parts:
+            judge(*part)
+        left = where & outline & ~good
+        if left.any():
+            for around in faces_near(self.terms, left):
+                judge(around.sides.rows, around.sides.columns, [around.sides.answers[one] for one in kinds])
+        black = where & outline & good & self._black(stage)
+        if black.any():
+            wrong = black & ~may_be_dark(self.terms, stage, black)
+            good, interval = good & ~wrong, interval & ~wrong
+        return Held(good=good, interval=interval)
+
+    def _black(self, stage: Stage) -> np.ndarray:
+        """Return where the candidate has no light at all, and the oracle more than an error or an output's step."""
+        return ~any_of(self._ours(stage) != 0) & any_of(self.ground.truth[stage] > self.terms.limits.end_to_end[stage])
+
+    def authors(self, stage: Stage) -> tuple[str | None, str | None]:
+        """Return by whom the two answers to a stage are, as the memo knows them."""
+        return self.ground.author(self.candidate, stage), self.ground.author(self.witness, stage)
+
+    def end_to_end(self, stage: Stage) -> Measurement:
+        """Measure the candidate's stage against the witness's own; once for candidates that are equal in it."""
+        # At an edge what the candidate sees there decides which sides its value may be.
+        seen = tuple(self.ground.author(self.candidate, one) for one in (Stage.RAY, *GEOMETRY))
+        key = ("end to end", stage, self.terms.rules, *self.authors(stage), *seen)
+        return self.ground.once(key, lambda: self._end_to_end(stage))
+
+    def _end_to_end(self, stage: Stage) -> Measurement:
+        assert self.candidate.answers is not None
+        classes = self.terms.classes
+        shape = classes.outline.shape
+        limit = self.terms.limits.end_to_end.get(stage, np.zeros(shape))
+        edge = classes.edge(stage)
+        return self._against(stage, self._theirs(stage), limit, edge, continued=False)
+
+    def _theirs(self, stage: Stage) -> np.ndarray:
+        """Return the witness's answer; the oracle's, where a leak between a blocker's faces leaves the witness no say.
+
+        The candidate is held to the oracle there, as strictly as elsewhere: that a way through an inner edge is blocked
+        is no matter of rounding.
+        """
+        theirs = np.asarray(self.witness.answers[stage], dtype=np.float64)
+        truth = self.ground.truth.get(stage)
+        if truth is None or theirs.shape != truth.shape or stage not in (Stage.VISIBILITY, *LIGHT):
+            return theirs
+        ours, limit = self._ours(stage), self.terms.limits.end_to_end.get(stage, np.zeros(truth.shape[:2]))
+        if ours.shape != truth.shape or self.witness.name == ORACLE:
+            return theirs
+        with np.errstate(invalid="ignore"):
+            differ = (ratios(stage, theirs, truth, limit)[0] > 1) & (ratios(stage, ours, truth, limit)[0] <= 1)
+        differ &= ~self.terms.classes.edge(stage)
+        if not differ.any():
+            return theirs
+        return np.where(leaking(self.terms, differ)[..., np.newaxis], truth, theirs)
+
+    def _against(
+        self, stage: Stage, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
+    ) -> Measurement:
+        if stage is Stage.VISIBILITY:
+            return self._visibility(theirs, limit, edge)
+        compared = ratios(stage, self._ours(stage), theirs, limit)
+        return self._measure(
+            stage, theirs, limit, edge, self._excused(stage, compared[0], limit, edge, continued=continued), compared
+        )
+
+    def _visibility(self, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray) -> Measurement:
+        """Measure visibility, where edges are a matter of each light: of an undecided one both 0 and 1 are right."""
+        ours, classes = self._ours(Stage.VISIBILITY), self.terms.classes
+        if ours.shape == theirs.shape:
+            either = (classes.light | classes.outline[..., np.newaxis]) & np.isin(ours, (0.0, 1.0))
+            theirs = np.where(either, ours, theirs)
+            edge = edge | classes.edge(Stage.VISIBILITY)
+        good = all_of(ours == theirs)
+        compared = ratios(Stage.VISIBILITY, ours, theirs, limit)
+        return self._measure(
+            Stage.VISIBILITY, theirs, limit, edge, Held(good=good, interval=np.zeros_like(good)), compared
+        )
+
+    def _ours(self, stage: Stage) -> np.ndarray:
+        assert self.candidate.answers is not None
+        return self.candidate.answers[stage]
+
+    def _finite(self, stage: Stage) -> bool:
+        """Say whether all of the candidate's stage is finite; asked once of an image, whoever it is held against."""
+        author = self.ground.author(self.candidate, stage)
+        return self.ground.once(("finite", stage, author), lambda: bool(np.isfinite(self._ours(stage)).all()))
+
+    def inside(self, stage: Stage) -> np.ndarray:
+        """Return error over limit end to end, (height, width), 0 at edges: what is judged strictly."""
+        classes = self.terms.classes
+        limit = self.terms.limits.end_to_end.get(stage, np.zeros(classes.outline.shape))
+        theirs = np.asarray(self.witness.answers[stage], dtype=np.float64)
+        ratio = ratios(stage, self._ours(stage), theirs, limit)[0]
+        return np.where(classes.edge(stage) | self.terms.near, 0.0, ratio)
+
+    def _own(self, stage: Stage) -> tuple[str | None, ...]:
+        """Return by whom the candidate's answers up to a stage are."""
+        return tuple(self.ground.author(self.candidate, one) for one in upto(stage) if one is not Stage.CAMERA)
+
+    def continued_value(self, stage: Stage) -> np.ndarray:
+        """Return the stage as the oracle computes it from the candidate's own previous stages."""
+        answers, scene = self.candidate.answers, self.ground.scene
+        assert answers is not None
+
+        def found() -> np.ndarray:
+            with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
+                return self.ground.oracle.continue_from(scene, stage, answers)
+
+        return self.ground.once(("continued value", stage, *self._own(stage)[:-1]), found)
+
+    def continued(self, stage: Stage) -> Measurement:
+        """Measure the candidate's stage against what the oracle makes of the candidate's own previous stages."""
+        key = ("continued", stage, self.terms.rules, *self._own(stage))
+        return self.ground.once(key, lambda: self._continued(stage))
+
+    def shared_factors(self, stage: Stage, *, continued: bool) -> Bias:
+        """Return the factors that many pixels share at a stage of light, against the truth or `continued_value`."""
+        value = self.continued_value(stage) if continued else None
+        own = self._own(stage) if continued else self._own(stage)[-1:]
+        key = ("bias", stage, self.terms.rules, *own)
+        return self.ground.once(key, lambda: bias(self.terms, stage, self._ours(stage), value))
+
+    def _continued(self, stage: Stage) -> Measurement:
+        value = self.continued_value(stage)
+        limit, edge = self.terms.continued(stage, value)
+        return self._against(stage, np.asarray(value, dtype=np.float64), limit, edge, continued=True)
+
+    def _near_or_beyond(self, stage: Stage, differ: np.ndarray) -> np.ndarray:
+        """Return which of the pixels nearer than a party sees show what is there, or what lies beyond the epsilon."""
+        mine = replace(self.candidate, ray_epsilon=0.0)
+        good = np.zeros_like(differ)
+        bases = [self.ground]
+        if self.candidate.ray_epsilon:
+            bases.append(self.ground.beyond(self.candidate.ray_epsilon))
+        for base in bases:
+            kinds = Bench(ground=base, candidate=mine, witness=_oracle(base.truth)).end_to_end(stage).kinds
+            good |= differ & (kinds != Kind.WRONG) & (kinds != Kind.UNEXAMINED)
+        return good
+
+    def _measure(
+        self,
+        stage: Stage,
+        theirs: np.ndarray,
+        limit: np.ndarray,
+        edge: np.ndarray,
+        side: Held,
+        compared: tuple[np.ndarray, np.ndarray],
+    ) -> Measurement:
+        near, good = self.terms.near, side.good
+        if stage is not Stage.RAY and near.any():
+            edge = edge | near
+            differ = near & ~good & ~(compared[0] <= 1)
+            good = good | (self._near_or_beyond(stage, differ) if differ.any() else differ)
+        # A position's error is a share of how far away it is, wherever the world's origin lies.
+        size = self.ground.conditioning.distance if stage is Stage.POSITION else None
+        if limit is self.terms.limits.end_to_end.get(stage) and theirs is self.witness.answers.get(stage):
+            key = ("held", stage, self.terms.rounding, self.ground.author(self.witness, stage))
+            held = self.ground.once(key, lambda: held_to(stage, limit, theirs, size))
+        else:
+            held = held_to(stage, limit, theirs, size)
+        return measure(
+            stage,
+            self._ours(stage),
+            theirs,
+            limit,
+            edge=edge,
+            hit=self.ground.conditioning.hit,
+            flagged=self.terms.classes.flagged,
+            excused=good,
+            interval=side.interval,
+            window=self.terms.window,
+            held=held,
+            precision=self.candidate.precision,
+            finite=self._finite(stage),
+            compared=compared,
+        )
+
+
+def _oracle(truth: StageImages) -> Witness:
+    """Return the oracle's answers as a witness."""
+    authors = dict.fromkeys(truth, "the truth")  # the witness of that name may have been asked apart
+    return Witness(
+        name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=truth, authors=authors
+    )

@@ -1,0 +1,461 @@
+"""How much a scene magnifies rounding, pixel by pixel: the quantities that limits multiply by the unit roundoff.
+
+By the implicit function theorem a hit moves along its ray by (normal component of the data's error) / |n.d|; the
+data are the ray's origin, its far end and the surface's own placement, each carried through the model matrix and
+its inverse. Sources: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. (2002), chapters 1 and 3; Pharr,
+Jakob and Humphreys, Physically Based Rendering, 4th ed. (2023), section 6.8.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rayproof.cases.placement import world_triangles
+from rayproof.cases.scene import IDENTITY, Camera, Cube, Mesh, PointLight, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.stages import Stage, StageImages
+from rayproof.reports.judge.answers import crossed, dot, largest, length
+from rayproof.reports.judge.edge_values import Edges, widest_near
+
+# A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
+LEAST_COSINE = 1e-9
+CURVED = ("local", "whirl", "loss", "curvature", "bend", "give")  # what curved shapes alone have
+# Of the 16 roundings of a ray six make sx = 2 px / w - 1 or sy, u of 1 each, however little the difference leaves: two
+# of the quotient (1 / w, product), two of what it is multiplied by, and two of what is taken off and the difference.
+# The four that carry them to the ray are relative.
+ABSOLUTE, RELATIVE = 6, 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conditioning:
+    """Amplification factors per pixel, shape (height, width); multiply by a count of unit roundoffs."""
+
+    hit: np.ndarray  # bool
+    pixel_angle: np.ndarray  # rad per pixel, the smaller of the two image directions
+    ray: np.ndarray  # rad: direction error per roundoff, of what is computed from the axes on
+    aim: np.ndarray  # rad: the same of the eye's and the target's own places
+    axial: np.ndarray  # cosine of the ray's angle to the view's axis
+    cosine: np.ndarray  # |n.d|; 1 on a miss
+    distance: np.ndarray  # m; 0 on a miss
+    surface: np.ndarray  # m: error of the surface along its normal, per roundoff
+    point: np.ndarray  # m: error of the surface in any direction, per roundoff
+    matrix: np.ndarray  # 1: condition number of the model matrix
+    local: np.ndarray  # 1: relative error of the object-space point that a curved normal is made from
+    whirl: np.ndarray  # 1: what that error turns a curved normal by, where it is, per roundoff
+    loss: np.ndarray  # 1: what it takes away of the length of the normal before that is made 1, per roundoff
+    curvature: np.ndarray  # 1/m: largest normal curvature
+    bend: np.ndarray  # 1/m: what an error of the position turns the normal by, where it is
+    give: np.ndarray  # 1/m: what it takes away of the length of the normal before that is made 1
+    baking: np.ndarray  # 1: error of a triangle's normal taken from baked world-space corners, per roundoff of float32
+    placing: np.ndarray  # 1: error of a square's or cube's normal taken from its corners in world space, per roundoff
+
+    @property
+    def along_ray(self) -> np.ndarray:
+        """Return the error of the distance for a given ray [m per roundoff]."""
+        return self.surface / self.cosine + self.distance
+
+    def turned(self, moved: np.ndarray | float) -> np.ndarray:
+        """Return how far [rad] a position's error [m] turns the normal: before its length is made 1, it is linear."""
+        return np.minimum(self.curvature * moved, _off(self.bend * moved, self.give * moved))
+
+    def rounded(self, units: float) -> np.ndarray:
+        """Return how far [rad] so many roundings turn a normal made of the object-space point."""
+        carried = np.minimum(self.matrix * self.local * units, _off(self.whirl * units, self.loss * units))
+        return self.matrix * units + carried
+
+    @property
+    def swing(self) -> np.ndarray:
+        """Return how far the hit slides over the surface when the ray turns [m per rad]."""
+        return self.distance / self.cosine
+
+
+def _off(across: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the angle [rad] by which a vector of length 1 is off that is moved by so much across and along itself."""
+    return np.where(along < 1, across / np.where(along < 1, 1 - along, 1.0), np.inf)
+
+
+def basis_condition(camera: Camera) -> float:
+    """Return the relative error of the camera's axes per unit roundoff of eye, target and up (CAM-1)."""
+    eye, target, up = (np.asarray(vector, dtype=np.float64) for vector in (camera.eye, camera.target, camera.up))
+    forward = target - eye
+    sine = np.linalg.norm(np.cross(forward, up)) / (np.linalg.norm(forward) * np.linalg.norm(up))
+    return float((1 + (np.linalg.norm(eye) + np.linalg.norm(target)) / np.linalg.norm(forward)) / sine)
+
+
+def aim_condition(camera: Camera) -> float:
+    """Return the direction error per unit roundoff [rad] of eye and target: what their difference cancels.
+
+    Only the rounding of these data is so large beside the difference; whatever is computed of the difference is not.
+    """
+    eye, target, up = (np.asarray(vector, dtype=np.float64) for vector in (camera.eye, camera.target, camera.up))
+    apart = float(np.linalg.norm(target - eye))
+    sine = float(np.linalg.norm(np.cross(target - eye, up))) / (apart * float(np.linalg.norm(up)))
+    reach = math.tan(camera.alpha) * max(1.0, camera.aspect)
+    return float(np.linalg.norm(eye) + np.linalg.norm(target)) / apart / sine * min(1 + reach, 2.0)
+
+
+def image_reach(camera: Camera) -> float:
+    """Return how far the point that a ray goes through at depth 1 moves when both pixel coordinates change by 1."""
+    return math.tan(camera.alpha) * math.hypot(camera.aspect, 1.0)
+
+
+def ray_condition(camera: Camera, axial: np.ndarray) -> np.ndarray:
+    """Return the direction error per unit roundoff [rad]: the axes, tan(alpha), and the pixel's coordinates.
+
+    F + a R + b U is off by 1 + |a| + |b| times the axes' error, and so turned by sqrt(3) times it at most, however wide
+    the view: its own length is sqrt(1 + a^2 + b^2), 1 over the cosine `axial` of its angle to the axis. An error of sx
+    moves a by aspect tan(alpha) times as much, which turns the ray by no more than that times `axial`.
+    """
+    reach = math.tan(camera.alpha) * max(1.0, camera.aspect)
+    slope, widest = camera.alpha / (math.sin(camera.alpha) * math.cos(camera.alpha)), min(reach, 1.0)
+    # Sixteen relative roundings are more than both together, unless the image is wide.
+    coordinates = np.maximum(1.0, (RELATIVE + ABSOLUTE * image_reach(camera) * axial / widest) / 16)
+    return basis_condition(camera) * min(1 + reach, 2.0) + (coordinates + slope) * widest
+
+
+def off_axis(camera: Camera, directions: np.ndarray) -> np.ndarray:
+    """Return the cosine of the angle between rays and the view's axis, shape (height, width)."""
+    forward = np.subtract(camera.target, camera.eye, dtype=np.float64)
+    return np.clip(directions @ (forward / np.linalg.norm(forward)), 0.0, 1.0)
+
+
+def pixel_angle(camera: Camera, directions: np.ndarray) -> np.ndarray:
+    """Return the smaller angle between neighbouring pixels' rays [rad], shape (height, width)."""
+    return 2 * math.tan(camera.alpha) / camera.height * off_axis(camera, directions) ** 2
+
+
+def condition(scene: Scene, truth: StageImages) -> Conditioning:
+    """Return the amplification factors of a scene, from the analytic answers up to the normal."""
+    directions, objects = truth[Stage.RAY], truth[Stage.OBJECT]
+    shape = objects.shape[:2]
+    hit = objects[..., 0] >= 0
+    cosine = np.ones(shape)
+    cosine[hit] = np.abs(dot(truth[Stage.NORMAL][hit], directions[hit])).clip(LEAST_COSINE)
+    distance = np.where(hit, truth[Stage.DISTANCE][..., 0], 0.0)
+    fields = {name: np.zeros(shape) for name in ("surface", "point", "baking", "placing", *CURVED)} | {
+        "matrix": np.ones(shape)
+    }
+    for index, one in enumerate(scene.shapes):
+        mask = objects[..., 0] == index
+        if np.any(mask):
+            for name, values in _of_shape(scene, one, mask, truth, distance).items():
+                fields[name][mask] = values
+    aim, axial = aim_condition(scene.camera), off_axis(scene.camera, directions)
+    return Conditioning(
+        hit=hit,
+        pixel_angle=pixel_angle(scene.camera, directions),
+        ray=ray_condition(scene.camera, axial) - aim,
+        aim=np.full(shape, aim),
+        axial=axial,
+        cosine=cosine,
+        distance=distance,
+        **fields,
+    )
+
+
+def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: StageImages, distance: np.ndarray) -> dict:
+    """Return the factors of one shape's pixels."""
+    eye = np.abs(np.asarray(scene.camera.eye, dtype=np.float64))
+    normal, position = np.abs(truth[Stage.NORMAL][mask]), np.abs(truth[Stage.POSITION][mask])
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    singular = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+    number = singular[0] / singular[2]
+    if isinstance(shape, Triangle | Mesh):
+        corners = world_triangles(shape).astype(np.float64)
+        faces = corners[truth[Stage.OBJECT][mask][:, 1].astype(int)]
+        reach = distance[mask] + _longest_edge(faces)
+        surface = dot(normal, eye + position) + reach * _aspect(faces)
+        point = length(eye + position) + reach
+        # A corner is off by half a unit in the last place of its own coordinates, wherever on the triangle the hit is.
+        moved = 0.0 if shape.to_world == IDENTITY else largest(length(faces)) / _least_height(faces)
+        return {"surface": surface, "point": point, "matrix": number * _aspect(faces), "baking": moved}
+    carried = _carried(shape, eye, position)
+    factors = {"surface": dot(normal, carried), "point": length(carried)}
+    factors["matrix"] = np.full(len(normal), number)
+    if isinstance(shape, Sphere):
+        factors |= _curved(shape, truth[Stage.POSITION][mask], truth[Stage.NORMAL][mask])
+    if isinstance(shape, Cube | Square):
+        factors["placing"] = _placing(shape, truth[Stage.NORMAL][mask])
+    return factors
+
+
+def _curved(shape: Sphere, position: np.ndarray, normal: np.ndarray) -> dict[str, np.ndarray | float]:
+    """Return how a sphere's normals (n, 3) at positions (n, 3) turn with what they are made of.
+
+    With p the object-space point from the centre, w = M^-T p is the normal before its length is made 1, and is linear
+    in p. An error e of p turns it by |(1 - n n^T) M^-T e| / (|w| - |M^-T e|) at most: of a squeezed sphere hardly at
+    all where it is flat, for M^-T e lies along the normal there. e is the point's own, carried through an inverse of
+    which each column may be off by |M^-1| |M| of itself (Higham, 2002, section 14.1). Of the position e is M^-1 dx.
+    """
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    linear, shift, center = matrix[:3, :3], matrix[:3, 3], np.asarray(shape.center)
+    inverse, singular = np.linalg.inv(linear), np.linalg.svd(linear, compute_uv=False)
+    arrived = (np.abs(position) + np.abs(shift)) @ np.abs(inverse).T + np.abs(center)
+    off = length(arrived @ (np.abs(inverse) @ np.abs(linear)).T)
+    whole = length(((position - shift) @ inverse.T - center) @ inverse)
+    return {
+        "local": length(arrived) / shape.radius,
+        "whirl": _across(normal, inverse.T) * off / whole,
+        "loss": off / (singular[2] * whole),
+        "curvature": singular[0] / (singular[2] ** 2 * shape.radius),
+        "bend": _across(normal, inverse.T @ inverse) / whole,
+        "give": 1 / (singular[2] ** 2 * whole),
+    }
+
+
+def _across(normal: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Return the norm (n,) of a matrix without what it gives along each normal (n, 3): Frobenius', no less than any."""
+    whole = float((matrix**2).sum())
+    # The difference is off by a few roundings of what is subtracted.
+    return np.sqrt(np.maximum(whole - ((normal @ matrix) ** 2).sum(axis=1), 1e-15 * whole))
+
+
+def _placing(shape: Cube | Square, normals: np.ndarray) -> np.ndarray:
+    """Return how much the sides with these normals (n, 3) turn when a corner's coordinates are rounded (n,).
+
+    A corner is made of |M| 1/2 + |T|; a side turns by its corners' shift over the least height of its triangles.
+    """
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    linear = matrix[:3, :3]
+    corner = np.linalg.norm(np.abs(linear).sum(axis=1) / 2 + np.abs(matrix[:3, 3]))
+    heights = []
+    for axis in range(3):
+        first, second = np.delete(linear, axis, axis=1).T
+        longest = max(np.linalg.norm(edge) for edge in (first, second, first + second, first - second))
+        heights.append(np.linalg.norm(np.cross(first, second)) / longest)
+    # The inverse transpose took the side's axis to its normal: its transpose takes it back.
+    side = np.abs(normals @ linear).argmax(axis=1) if isinstance(shape, Cube) else np.full(len(normals), 2)
+    return corner / np.array(heights)[side]
+
+
+def _carried(shape: Shape, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the error per roundoff [m] (n, 3) of points `end`, found along rays from `start`, through the matrix."""
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    linear, shift = np.abs(matrix[:3, :3]), np.abs(matrix[:3, 3])
+    moved = (np.abs(start) + shift + np.abs(end)) @ np.abs(np.linalg.inv(matrix[:3, :3])).T
+    own = np.abs(np.asarray(shape.center)) + shape.radius if isinstance(shape, Sphere) else np.full(3, 0.5)
+    return (moved + own) @ linear.T + shift + np.abs(end)
+
+
+def surface_error(shape: Shape, start: np.ndarray, end: np.ndarray, *, face: int | None = None) -> np.ndarray:
+    """Return how far [m per roundoff] (...) a shape's surface may seem off where rays from `start` find it at `end`.
+
+    Both (..., 3) [m]. Of a mesh only `face` is asked, or without one its middling triangle.
+    """
+    if isinstance(shape, Triangle | Mesh):
+        corners = world_triangles(shape).astype(np.float64)
+        faces = corners if face is None else corners[face : face + 1]
+        edge, aspect = float(np.median(_longest_edge(faces))), float(np.median(_aspect(faces)))
+        return length(np.abs(start) + np.abs(end)) + (length(end - start) + edge) * aspect
+    return length(_carried(shape, start, end))
+
+
+def error_at_eye(shape: Shape, eye: np.ndarray) -> float:
+    """Return how far [m per roundoff] a shape's surface near the eye (3,) [m] may seem off; 0 if it has no area.
+
+    A triangle's plane turns about its corners by their rounding over its height, and no point of the triangle itself is
+    farther from them than that height: so however thin it is, it is off by no more than its corners are.
+    """
+    if isinstance(shape, Triangle | Mesh):
+        faces = world_triangles(shape).astype(np.float64)
+        faces = faces[_least_height(faces) > 0]
+        return float(2 * np.linalg.norm(eye) + np.median(_longest_edge(faces))) if len(faces) else 0.0
+    return float(surface_error(shape, eye, eye))
+
+
+def facing(shape: Shape, eye: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the planes of a shape's faces: unit normals (n, 3), how far [m] off the eye (3,), and curvatures [1/m].
+
+    Of a sphere it is the plane that touches it where the way from its centre to the eye leaves it.
+    """
+    if isinstance(shape, Triangle | Mesh):
+        faces = world_triangles(shape).astype(np.float64)
+        faces = faces[_least_height(faces) > 0]
+        normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+        normals = normals / length(normals)[:, np.newaxis]
+        return normals, np.abs(dot(eye - faces[:, 0], normals)), np.zeros(len(faces))
+    matrix = np.asarray(shape.to_world, dtype=np.float64)
+    inverse = np.linalg.inv(matrix[:3, :3])
+    local = inverse @ (eye - matrix[:3, 3])
+    bend = 0.0
+    if isinstance(shape, Sphere):
+        singular = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+        bend = singular[0] / (singular[2] ** 2 * shape.radius)
+        away = local - np.asarray(shape.center)
+        out = float(np.linalg.norm(away))
+        axes = away[np.newaxis] / out if out else np.array([[0.0, 0.0, 1.0]])
+        heights = np.array([out - shape.radius])
+    elif isinstance(shape, Cube):
+        axes, heights = np.eye(3), np.abs(local) - 0.5
+    else:
+        axes, heights = np.array([[0.0, 0.0, 1.0]]), local[2:]
+    normals = axes @ inverse
+    sizes = length(normals)
+    return normals / sizes[:, np.newaxis], np.abs(heights) / sizes, np.full(len(axes), bend)
+
+
+def _longest_edge(faces: np.ndarray) -> np.ndarray:
+    """Return the longest edge of triangles (n, 3, 3) [m]."""
+    return largest(length(faces - np.roll(faces, 1, axis=1)))
+
+
+def _least_height(faces: np.ndarray) -> np.ndarray:
+    """Return the least height of triangles (n, 3, 3) [m], 0 where they have no area."""
+    twice_area = crossed(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    longest = _longest_edge(faces)
+    return np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
+
+
+def _aspect(faces: np.ndarray) -> np.ndarray:
+    """Return |E1||E2| / |E1 x E2| of triangles (n, 3, 3), the largest of the three corners'."""
+    first, second = np.roll(faces, -1, axis=1) - faces, np.roll(faces, 1, axis=1) - faces
+    products = length(first) * length(second)
+    twice_area = crossed(first, second)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return largest(np.nan_to_num(products / twice_area, nan=np.inf))
+
+
+# What pixel classes need of a scene before anybody rounds: computed once, whoever is judged and however precisely.
+
+
+MOST_FACES = 64  # of a mesh near the eye, whose planes are looked at one by one
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lamp:
+    """One light at every pixel (height, width)."""
+
+    distance: np.ndarray  # m
+    cosine: np.ndarray  # |n.l|
+    throw: np.ndarray  # how many times as large a blocker's own error may be on the receiver
+    brim: np.ndarray  # m: how high the way to the light is above a cube's seen face where that ends; elsewhere infinite
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unrounded:
+    """A scene, what the oracle answers, and what follows from them alone."""
+
+    scene: Scene
+    truth: StageImages
+    edges: Edges
+    conditioning: Conditioning
+
+    @cached_property
+    def seen(self) -> np.ndarray:
+        """Return the angle [rad per roundoff] (height, width) by which points may seem off from the eye.
+
+        Of the surfaces that meet at an outline the worst counts: what is seen within two pixels, or for something
+        thinner the scene's middling one.
+        """
+        c = self.conditioning
+        with np.errstate(divide="ignore", invalid="ignore"):
+            seen = widest_near(np.where(c.hit, c.point / c.distance, 0.0))
+            return np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
+
+    @cached_property
+    def pixel(self) -> np.ndarray:
+        """Return the length [m] (height, width) that a pixel spans across the ray, where it hits."""
+        return self.conditioning.distance * self.conditioning.pixel_angle
+
+    @cached_property
+    def behind(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Return for each surface behind what is hit where that is (height, width), and its error [m per roundoff]."""
+        c, found = self.conditioning, []
+        eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
+        for index in np.unique(self.edges.behind[c.hit & (self.edges.behind >= 0)]):
+            here = c.hit & (self.edges.behind == index)
+            other = surface_error(self.scene.shapes[int(index)], eye, self.truth[Stage.POSITION][here])
+            # Where the two come so near each other, they look along one normal, or an outline between them is near.
+            found.append((here, other / c.cosine[here] + c.distance[here]))
+        return tuple(found)
+
+    @cached_property
+    def at_eye(self) -> tuple[float, ...]:
+        """Return how far off [m per roundoff] each shape may seem at the eye; below 0 where clipping hides that."""
+        if self.scene.clip != "none":
+            return (-1.0,) * len(self.scene.shapes)
+        eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
+        return tuple(error_at_eye(shape, eye) for shape in self.scene.shapes)
+
+    @cached_property
+    def cut(self) -> tuple[tuple[float, np.ndarray], ...]:
+        """Return by what angle [rad per roundoff] each surface closer to the eye than clipping begins may seem off.
+
+        Where clipping lets it begin, the eye sees it at that distance. Beside it how much [rad] (height, width) each
+        ray leans away from the surface more than one that meets it there: a ray at that angle from the surface's plane
+        has left it by then, and no part of it is seen.
+        """
+        near = self.scene.camera.near
+        if self.scene.clip == "none":
+            return ()
+        eye, rays = np.asarray(self.scene.camera.eye, dtype=np.float64), self.truth[Stage.RAY]
+        found = []
+        for shape, gap in zip(self.scene.shapes, self.edges.eye_gaps, strict=True):
+            if gap < near:
+                normals, offsets, bends = facing(shape, eye)
+                close = offsets < near
+                leaning = np.full(rays.shape[:2], np.inf)
+                for normal, offset, bend in zip(normals[close], offsets[close], bends[close], strict=True):
+                    leaning = np.minimum(leaning, np.abs(rays @ normal) - offset / near - near * bend)
+                # Too many to tell apart, or none that is flat enough to have a plane: it may be seen anywhere.
+                told = 0 < np.count_nonzero(close) <= MOST_FACES
+                found.append((error_at_eye(shape, eye) / near, leaning if told else np.zeros(rays.shape[:2])))
+        return tuple(found)
+
+    @cached_property
+    def blocker(self) -> float:
+        """Return the point error [m per roundoff] of the worst shape, each by the median of what is seen of it.
+
+        Not the largest: an infinite plane's error grows towards its horizon, where it blocks nothing.
+        """
+        c, objects = self.conditioning, self.truth[Stage.OBJECT][..., 0]
+        return max((float(np.median(c.point[objects == one])) for one in np.unique(objects[c.hit])), default=0.0)
+
+    @cached_property
+    def lamps(self) -> tuple[Lamp, ...]:
+        """Return every light, none where no light is asked about."""
+        if Stage.VISIBILITY not in self.truth:
+            return ()
+        return tuple(self._lamp(light) for light in self.scene.lights)
+
+    def _lamp(self, light: PointLight) -> Lamp:
+        toward = np.asarray(light.position) - self.truth[Stage.POSITION]
+        r = length(toward)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cosine = np.abs(dot(toward, self.truth[Stage.NORMAL])) / r
+            # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
+            throw = np.maximum(1.0, r / np.min(r[self.conditioning.hit], initial=np.inf))
+        return Lamp(distance=r, cosine=cosine, throw=throw, brim=self._brim(toward, r * cosine))
+
+    def _brim(self, toward: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """Return for a light [m] (height, width, 3) away, and so high above a cube's face, its way's height at the end.
+
+        A hit that rounding sinks deeper than that into the cube has the next face before the light.
+        """
+        brim, objects = np.full(height.shape, np.inf), self.truth[Stage.OBJECT][..., 0]
+        for index, shape in enumerate(self.scene.shapes):
+            here = objects == index
+            if not isinstance(shape, Cube) or not here.any():
+                continue
+            matrix = np.asarray(shape.to_world, dtype=np.float64)
+            inverse = np.linalg.inv(matrix[:3, :3])
+            local, way = (self.truth[Stage.POSITION][here] - matrix[:3, 3]) @ inverse.T, toward[here] @ inverse.T
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ends = (0.5 * np.sign(way) - local) / way  # of the way to the light, along each axis
+            ends[np.arange(len(ends)), np.abs(local).argmax(axis=1)] = np.inf
+            ends = np.where(np.isfinite(ends), ends, np.inf).min(axis=1)
+            brim[here] = height[here] * np.clip(ends, 0.0, 1.0)
+        return brim
+
+    @cached_property
+    def ends(self) -> tuple[np.ndarray, ...]:
+        """Return for each light near a surface how far off [m per roundoff] (height, width) the surface may seem."""
+        if not self.lamps:
+            return ()
+        found = []
+        for end in self.edges.light_ends:
+            position = np.asarray(self.scene.lights[end.light].position, dtype=np.float64)
+            shape = self.scene.shapes[end.shape]
+            found.append(surface_error(shape, self.truth[Stage.POSITION], position, face=end.face))
+        return tuple(found)

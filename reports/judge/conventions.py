@@ -1,0 +1,158 @@
+"""Does a difference of conventions explain who stands alone? Each is put to the test: the oracle answers under it.
+
+A convention is a question other than the one asked: another clip, another side lit, another point of the pixel, one
+light picked at random. The oracle answers that question instead, with its own edges and limits, and the party is
+judged against it as strictly as against the right one. Only who passes there is explained.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.measurement import jsonable
+from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.scene_truth import ground
+from rayproof.reports.results.records import ConventionRecord
+
+CLIPS = {
+    "depth": "clips at the near and far planes",
+    "shell": "clips at spheres around the eye (near < t < far)",
+    "none": "clips nothing",
+}
+CORNERS = {
+    (0, 0): "samples each pixel at its top left corner",
+    (0, 1): "samples each pixel at its top right corner",
+    (1, 0): "samples each pixel at its bottom left corner",
+    (1, 1): "samples each pixel at its bottom right corner",
+}
+LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tested:
+    """One convention and what became of it."""
+
+    what: str  # a verb phrase of which the party is the subject
+    ratio: float  # worst error over limit under it
+    differing: int  # interior pixels over the limit under it
+    interior: int  # pixels judged strictly under it
+
+    @property
+    def explains(self) -> bool:
+        """Say whether the party's answer is exactly that of this convention."""
+        return self.ratio <= 1 and self.interior > 0
+
+    def as_json(self) -> ConventionRecord:
+        """Return plain JSON data."""
+        return {
+            "what": self.what,
+            "explains": self.explains,
+            "ratio": jsonable(self.ratio),
+            "differing": self.differing,
+            "interior": self.interior,
+        }
+
+
+def tested(scene: Scene, party: Candidate, stage: Stage, oracle: FullOracle) -> list[Tested]:
+    """Return every known convention that could matter to the scene, tested at one image stage of the party."""
+    if stage not in IMAGE_STAGES or party.answers is None or stage not in party.answers:
+        return []
+    found = [_under(what, other, party, stage, oracle, moved) for what, other, moved in _questions(scene)]
+    if stage in LIT and len(scene.lights) > 1:
+        found.append(_one_light(scene, party, stage, oracle))
+    return found
+
+
+Moved = Callable[[StageImages, StageImages], StageImages]
+
+
+def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
+    """Yield conventions as other scenes; of corners also how the party's image lies in the other scene's."""
+    for clip, what in CLIPS.items():
+        if clip != scene.clip:
+            yield what, replace(scene, clip=clip), None
+    for both, what in ((True, "lights and turns both sides of every surface"), (False, "lights outer sides only")):
+        if any(shape.two_sided != both for shape in scene.shapes):
+            yield what, replace(scene, shapes=tuple(replace(shape, two_sided=both) for shape in scene.shapes)), None
+    camera = scene.camera
+    # A pixel more each way and as large as before: its centres are the corners of the image asked for.
+    fovy = math.degrees(2 * math.atan(math.tan(camera.alpha) * (camera.height + 1) / camera.height))
+    if fovy < 180:
+        larger = replace(camera, width=camera.width + 1, height=camera.height + 1, fovy=fovy)
+        for (down, right), what in CORNERS.items():
+            yield what, replace(scene, camera=larger), _placed(down, right)
+
+
+def _placed(down: int, right: int) -> Moved:
+    """Return the function that lays a smaller image's answers into a larger one's, the rest as that one has it."""
+
+    def moved(ours: StageImages, whole: StageImages) -> StageImages:
+        laid: StageImages = {}
+        for stage, image in ours.items():
+            if stage in IMAGE_STAGES and stage in whole:
+                laid[stage] = np.array(whole[stage], dtype=np.float64)
+                height, width = np.shape(image)[:2]
+                laid[stage][down : down + height, right : right + width] = image
+        return laid
+
+    return moved
+
+
+def _under(what: str, other: Scene, party: Candidate, stage: Stage, oracle: FullOracle, moved: Moved | None) -> Tested:
+    """Judge the party against the oracle's answer to another question."""
+    base = ground(other, stages_of(other), oracle, known={})
+    assert party.answers is not None
+    ours = (
+        party
+        if moved is None
+        else replace(party, answers=moved(party.answers, base.truth), shadow_epsilon=_most(party))
+    )
+    measured = Bench(ground=base, candidate=ours, witness=_answer(base.truth)).end_to_end(stage)
+    return Tested(what=what, ratio=measured.worst_ratio, differing=measured.over_inside, interior=measured.interior)
+
+
+def _one_light(scene: Scene, party: Candidate, stage: Stage, oracle: FullOracle) -> Tested:
+    """Judge the party pixel by pixel against each light alone, as strong as all of them together would make it."""
+    assert party.answers is not None
+    each = []
+    for light in scene.lights:
+        red, green, blue = (len(scene.lights) * flux for flux in light.flux)
+        alone = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
+        base = ground(alone, stages_of(alone), oracle, known={})
+        each.append(
+            Bench(
+                ground=base, candidate=replace(party, shadow_epsilon=_most(party)), witness=_answer(base.truth)
+            ).inside(stage)
+        )
+    best = np.min(each, axis=0)
+    return Tested(
+        what="picks one light at random in each pixel",
+        ratio=float(best.max()),
+        differing=int(np.count_nonzero(best > 1)),
+        interior=best.size,
+    )
+
+
+def _most(party: Candidate) -> float:
+    """Return the largest of a party's shadow epsilons: in another image its pixels lie elsewhere."""
+    return float(np.max(party.shadow_epsilon))
+
+
+def _answer(truth: StageImages) -> Witness:
+    return Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=truth)
+
+
+def in_words(results: Sequence[Tested]) -> str:
+    """Return what the tests came to, as the end of a sentence about the party."""
+    if not results:
+        return ""
+    explaining = [one.what for one in results if one.explains]
+    if explaining:
+        return f" Explained: its answers are those of a renderer that {', or '.join(explaining)}."
+    return f" Not explained by any of {len(results)} conventions tested."

@@ -1,0 +1,137 @@
+"""Checked-in findings about references: the only thing that turns `reference_suspect` into `warn`.
+
+A finding names the renderer's version, the circumstances under which its defect shows, the smallest scene that shows it
+and a third witness; it is data, in findings.json beside this file, so that a reviewer sees it in the diff.
+"""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.stages import Stage, StageImages
+from rayproof.reports.judge.answers import length
+from rayproof.reports.results.records import FindingRecord
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownFinding:
+    """One defect of a reference, with its evidence."""
+
+    name: str
+    reference: str
+    version: str
+    stage: Stage
+    where: str  # the circumstance under which it shows; "" where the adapter keeps it out of every scene
+    at_least: float  # from how much of it on
+    smallest_scene: str  # the scene file that shows it, in the repository
+    command: str  # that shows it
+    third_witness: str
+    what: str
+
+    def as_json(self) -> FindingRecord:
+        """Return plain JSON data."""
+        return {
+            "name": self.name,
+            "reference": self.reference,
+            "version": self.version,
+            "stage": self.stage.value,
+            "where": self.where,
+            "at_least": self.at_least,
+            "smallest_scene": self.smallest_scene,
+            "command": self.command,
+            "third_witness": self.third_witness,
+            "what": self.what,
+        }
+
+    def covers(self, scene: Scene, truth: StageImages, pixels: np.ndarray) -> bool:
+        """Say whether every one of the pixels (height, width), of which there are some, is under its circumstances."""
+        if not self.where or not pixels.any():
+            return False
+        return bool(np.all(CIRCUMSTANCES[self.where](scene, truth)[pixels] >= self.at_least))
+
+
+@lru_cache(maxsize=1)
+def known_findings() -> tuple[KnownFinding, ...]:
+    """Return the checked-in findings, one a stage; raise TypeError if one lacks a field."""
+    entries = json.loads(Path(__file__).with_name("findings.json").read_text(encoding="utf-8"))
+    found = []
+    for entry in entries:
+        stages = entry.pop("stages")
+        for stage in stages:
+            name = entry["name"] if len(stages) == 1 else f"{entry['name']}_{stage}"
+            found.append(KnownFinding(**entry | {"name": name, "stage": Stage(stage)}))
+    return tuple(found)
+
+
+def explained(
+    reference: str, version: str, stage: Stage, scene: Scene, truth: StageImages, pixels: np.ndarray
+) -> KnownFinding | None:
+    """Return the finding that explains a disagreement at these pixels (height, width), or None."""
+    for finding in known_findings():
+        same = (finding.reference, finding.version, finding.stage) == (reference, version, stage)
+        if same and finding.covers(scene, truth, pixels):
+            return finding
+    return None
+
+
+# Circumstances under which a finding about a reference holds: properties of a scene, pixel by pixel.
+#
+# To add one: a function (scene, the oracle's answers) -> (height, width) and its line in `CIRCUMSTANCES`, whose name a
+# finding gives with a threshold. Its docstring derives why the defect grows with the number.
+
+
+def distance_over_radius(scene: Scene, truth: StageImages) -> np.ndarray:
+    """Return of the sphere that is seen the eye's distance over the radius, both in object space; 0 elsewhere.
+
+    A difference of squares as long as that distance keeps (distance / radius)^2 roundings of the radius' square, and a
+    squeeze is distance in object space.
+    """
+    objects, found = truth[Stage.OBJECT][..., 0], np.zeros(truth[Stage.OBJECT].shape[:2])
+    for index, shape in enumerate(scene.shapes):
+        if isinstance(shape, Sphere):
+            matrix = np.asarray(shape.to_world, dtype=np.float64)
+            eye = np.linalg.solve(matrix[:3, :3], np.asarray(scene.camera.eye) - matrix[:3, 3])
+            found[objects == index] = np.linalg.norm(eye - shape.center) / shape.radius
+    return found
+
+
+def light_nearness(scene: Scene, truth: StageImages) -> np.ndarray:
+    """Return the size of its coordinates over the distance of what is seen from the nearest light, 0 on a miss.
+
+    From 2^22 on the distance is lost in float32's rounding of the coordinates, and may come out as 0.
+    """
+    position, found = truth[Stage.POSITION], np.zeros(truth[Stage.OBJECT].shape[:2])
+    for light in scene.lights:
+        place = np.asarray(light.position, dtype=np.float64)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            near = (np.linalg.norm(place) + length(position)) / length(place - position)
+        found = np.maximum(found, np.nan_to_num(near, nan=0.0))
+    return np.where(truth[Stage.OBJECT][..., 0] >= 0, found, 0.0)
+
+
+def center_over_hit(scene: Scene, truth: StageImages) -> np.ndarray:
+    """Return of the sphere that is seen its centre's distance from the origin and its radius over 1 m and the hit's.
+
+    A hit in float32 is off its surface by 16 u of the former at most, and Mitsuba's feelers start 1500 u of the latter
+    above it, the largest coordinate standing for the distance: from 1500 / 16 on the sphere may block its own light.
+    """
+    objects, found = truth[Stage.OBJECT][..., 0], np.zeros(truth[Stage.OBJECT].shape[:2])
+    for index, shape in enumerate(scene.shapes):
+        if isinstance(shape, Sphere):
+            matrix = np.asarray(shape.to_world, dtype=np.float64)
+            center = matrix[:3, :3] @ shape.center + matrix[:3, 3]
+            size = np.linalg.norm(center) + shape.radius * np.linalg.norm(matrix[:3, :3], 2)
+            found = np.where(objects == index, size / (1 + np.abs(truth[Stage.POSITION]).max(axis=-1)), found)
+    return found
+
+
+CIRCUMSTANCES: dict[str, Callable[[Scene, StageImages], np.ndarray]] = {
+    "center_over_hit": center_over_hit,
+    "distance_over_radius": distance_over_radius,
+    "light_nearness": light_nearness,
+}

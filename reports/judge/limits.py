@@ -1,0 +1,337 @@
+"""Limits: unit roundoff times conditioning times a count of roundings, per stage and pixel.
+
+Two limits for each stage. `continued` bounds the error of the stage alone, given the tracer's own previous stage;
+`end_to_end` adds what the previous stages hand down. Each is linear in the unit roundoff, so that a float32
+reference simply adds its own. The counts are counts of operations on the longest path of a straightforward
+evaluation; a formula that needs more has lost digits that the scene did not ask for. docs/judging.md derives each.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Resolution, Stage, StageImages
+from rayproof.reports.judge.answers import dot, length
+from rayproof.reports.judge.conditioning import Conditioning
+
+RAY = 16  # axes 8 (difference, two normalisations, cross product), combination 4, normalisation 4
+AIM = 2  # eye and target, each rounded as it is read, and once more in the precision of who computes with it
+MATRICES = 8  # a 4x4 product each by the inverse projection and the inverse view (CAM-5)
+HIT = 16  # ray into object space 7, solve 9
+POINT = 4  # product and sum, rounded; origin rounded once
+NORMAL = 16  # point into object space 7, inverse transpose 5, normalisation 4
+BAKING = 4  # two corners rounded once each, seen across the triangle's least height from either side
+CORNERS = 10  # two corners of five roundings each (matrix entry, product, three sums), seen across the least height
+LIGHT = 12  # difference, length 4, two dot products' worth of sums, product of flux, cosine and 1 / (4 pi r^2)
+
+BECAUSE: dict[Stage, str] = {
+    Stage.CAMERA: "16 roundings times the condition of the axes and of 1/near - 1/far",
+    Stage.RAY: f"{RAY} roundings times the condition of the camera's axes, tan(alpha) and pixel coordinates, which are "
+    f"differences with 1, {AIM} times (|eye| + |target|) / |target - eye|; CAM-5 adds |eye| / near",
+    Stage.OBJECT: "integers: away from edges they are equal",
+    Stage.DISTANCE: f"{HIT} roundings of the data along the normal over |n.d| (implicit function theorem), plus "
+    "t times the ray's error times tan(incidence) end to end",
+    Stage.POSITION: f"{POINT} roundings of |eye| + t, plus the errors of distance and ray end to end",
+    Stage.NORMAL: f"{NORMAL} roundings times the model matrix's condition, plus curvature times the position's error",
+    Stage.VISIBILITY: "0 or 1: away from shadow edges and the terminator they are equal",
+    Stage.IRRADIANCE: f"{LIGHT} roundings, the light's direction (|light| + r)/r, plus the change of "
+    "cos/r^2 with position and normal",
+    Stage.EXITANCE: "3 roundings of albedo E, plus albedo times the error of E",
+    Stage.RADIANCE: "4 roundings of M/pi, plus the error of M over pi",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Largest allowed error of each image stage, shape (height, width) or (height, width, 3)."""
+
+    continued: dict[Stage, np.ndarray]
+    end_to_end: dict[Stage, np.ndarray]
+    cosine: np.ndarray  # (height, width, lights): error of dot(N, L); below it a light's side is undecided
+    relative: np.ndarray  # (height, width, lights): error of cos / r^2, of a light straight above
+    position: np.ndarray  # m, end to end
+    aimed: np.ndarray  # m: of it, what the eye's and the target's own rounding adds in every pixel alike
+    lifted: np.ndarray  # m: of it, what is across the surface
+
+
+class Roundoff:
+    """gamma(count) of one precision, times a constant (1 for what is bounded, more for a calibrated reference)."""
+
+    def __init__(self, precision: str, *, scale: float = 1.0, baked: bool = False, placed: bool = False) -> None:
+        self.precision = precision
+        self.scale = scale
+        self.baked = baked  # takes triangles' normals from their baked corners
+        self.placed = placed  # takes squares' and cubes' normals from corners that it placed in world space
+
+    @property
+    def key(self) -> tuple[str, float, bool, bool]:
+        """Return what tells this rounding from another."""
+        return self.precision, self.scale, self.baked, self.placed
+
+    def __call__(self, count: float) -> float:
+        """Return the bound on the relative error of `count` roundings."""
+        return self.scale * gamma(count, precision=self.precision)
+
+
+def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roundoff, *, by_matrices: bool) -> Limits:
+    """Return the limits of one precision, up to the stages that `truth` has.
+
+    `by_matrices` says that the ray came by CAM-5, whose w is a difference of numbers of size far / near.
+    """
+    c = conditioning
+    ray = g(RAY) * c.ray + g(AIM) * c.aim
+    if by_matrices:
+        # The point on the near plane is farther away than near by as much as the ray is off the axis.
+        ray = ray + g(MATRICES) * (1 + float(np.linalg.norm(scene.camera.eye)) / scene.camera.near * c.axial)
+    eye = float(np.linalg.norm(scene.camera.eye))
+    distance = g(HIT) * c.along_ray
+    point = g(POINT) * (eye + c.distance)
+    normal = c.rounded(g(NORMAL))
+    if g.baked:
+        normal = normal + gamma(BAKING, precision="float32") * c.baking
+    if g.placed:
+        normal = normal + g(CORNERS) * c.placing
+    sine = np.sqrt(np.clip(1 - c.cosine**2, 0, 1))
+    all_distance = distance + ray * c.swing * sine
+    all_position = all_distance + ray * c.distance + point
+    all_normal = normal + c.turned(all_position)
+    own = {Stage.RAY: ray, Stage.DISTANCE: distance, Stage.POSITION: point, Stage.NORMAL: normal}
+    whole = {Stage.RAY: ray, Stage.DISTANCE: all_distance, Stage.POSITION: all_position, Stage.NORMAL: all_normal}
+    for each in (own, whole):
+        for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
+            each[stage] = np.where(c.hit, each[stage], 0.0)
+    # Off the surface a hit is by less than along it, where its ray's error moves it: that slide turns no flat surface
+    # away from a light, and what it turns a curved one is in the normal's error.
+    lifted = np.where(c.hit, g(HIT) * (c.surface + c.distance * c.cosine) + point, 0.0)
+    cosine = relative = np.zeros((*c.hit.shape, len(scene.lights)))
+    if Stage.IRRADIANCE in truth:
+        irradiance, relative = _light(scene, truth, g, all_position, all_normal)
+        cosine = _turned(scene, truth, g, lifted, all_position, all_normal)
+        # A triangle's normal is that of object space, and its plane that of the baked corners: between the horizons of
+        # the two a feeler that leaves along the normal meets the triangle itself, whoever traces it.
+        baked = (gamma(BAKING, precision="float32") * c.baking)[..., np.newaxis]
+        cosine, relative = cosine + baked, relative + baked
+        albedo = _albedo(scene, truth)
+        per_radiance = albedo if scene.shading == "simplified" else albedo / math.pi
+        whole[Stage.IRRADIANCE] = irradiance
+        whole[Stage.EXITANCE] = albedo * irradiance + g(3) * truth[Stage.EXITANCE]
+        whole[Stage.RADIANCE] = per_radiance * irradiance + g(7) * truth[Stage.RADIANCE]
+    return Limits(
+        continued=own,
+        end_to_end=whole,
+        cosine=cosine,
+        relative=relative,
+        position=np.where(c.hit, all_position, 0.0),
+        aimed=np.where(c.hit, g(AIM) * c.aim * (c.swing * sine + c.distance), 0.0),
+        lifted=lifted,
+    )
+
+
+def continued_position_limit(scene: Scene, given: StageImages, roundoffs: Sequence[Roundoff]) -> np.ndarray:
+    """Return the limit of the position (height, width) continued from a given distance [m]."""
+    distance = given[Stage.DISTANCE][..., 0]
+    reach = float(np.linalg.norm(scene.camera.eye)) + np.where(np.isfinite(distance), np.abs(distance), 0.0)
+    return sum(g(POINT) for g in roundoffs) * reach
+
+
+def continued_light_limit(scene: Scene, stage: Stage, given: StageImages, value: np.ndarray, g: Roundoff) -> np.ndarray:
+    """Return the limit of irradiance, exitance or radiance continued from `given`, where the oracle says `value`."""
+    if stage is Stage.IRRADIANCE:
+        return _light(scene, given, g, np.float64(0.0), np.float64(0.0))[0]
+    return g(3 if stage is Stage.EXITANCE else 4) * np.abs(value)
+
+
+def _light(
+    scene: Scene, answers: StageImages, g: Roundoff, position_error, normal_error
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the limit of irradiance (height, width, 3) and of each light's cos / r^2 (height, width, lights)."""
+    position = answers[Stage.POSITION]
+    limit, each_relative = np.zeros((*position.shape[:2], 3)), np.zeros((*position.shape[:2], len(scene.lights)))
+    # cos / r^2 changes three times as fast with position as cos does.
+    power = 3 if scene.shading == "inverse_square" else 1
+    for index, light in enumerate(scene.lights):
+        place = np.asarray(light.position, dtype=np.float64)
+        r = length(place - position)
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            relative = g(LIGHT) + g(2) * power * (np.linalg.norm(place) + r) / r
+            relative = relative + power * position_error / r + normal_error
+            each = np.asarray(light.flux) * answers[Stage.VISIBILITY][..., index : index + 1]
+            if scene.shading == "inverse_square":
+                each = each / (4 * math.pi * r[..., np.newaxis] ** 2)
+            each_relative[..., index] = relative
+            limit += np.nan_to_num(each * relative[..., np.newaxis], nan=0.0, posinf=0.0)
+    return limit, each_relative
+
+
+def _turned(
+    scene: Scene,
+    answers: StageImages,
+    g: Roundoff,
+    lifted: np.ndarray,
+    position_error: np.ndarray,
+    normal_error: np.ndarray,
+) -> np.ndarray:
+    """Return the error of each light's cosine (height, width, lights)."""
+    position, normal = answers[Stage.POSITION], answers[Stage.NORMAL]
+    errors = np.zeros((*position.shape[:2], len(scene.lights)))
+    for index, light in enumerate(scene.lights):
+        place = np.asarray(light.position, dtype=np.float64)
+        r = length(place - position)
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            cosine = np.abs(dot(place - position, normal)) / r
+            errors[..., index] = g(LIGHT) + g(2) * (np.linalg.norm(place) + r) / r
+            errors[..., index] += (lifted + cosine * position_error) / r + normal_error
+    return errors
+
+
+def _albedo(scene: Scene, truth: StageImages) -> np.ndarray:
+    """Return the albedo under each pixel, (height, width, 3), 0 on a miss."""
+    table = np.array([shape.albedo for shape in scene.shapes] + [(0.0, 0.0, 0.0)], dtype=np.float64)
+    return table[truth[Stage.OBJECT][..., 0].astype(int)]
+
+
+# Constants for references whose own rounding is unknown: calibrated, labelled as such, frozen with their origin.
+#
+# A reference's limit is the derived one at its own precision times this constant. `analytic` needs none: its formulas
+# are ours to count. A constant here is never widened to make a run pass; it is measured again, and the origin says how.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """A reference's constant and where it comes from."""
+
+    factor: float
+    origin: str
+    baked_normals: bool = False  # takes triangles' normals from the float32 corners in world space
+    placed_corners: bool = False  # takes squares' and cubes' normals from corners in world space, at its own precision
+
+
+DERIVED = Calibration(factor=1.0, origin="derived: float64 with the same counts of roundings")
+# Mitsuba makes a mesh of its cube and two triangles of its rectangle; Radiance, Tachyon and Cycles get polygons.
+# POV-Ray keeps box and polygon in their own space, and Embree's normals are the shapes' own.
+# Over the default suite no stage of Mitsuba 3.9.1 leaves the limits derived for float32: nothing to allow for.
+MITSUBA = "calibrated on Mitsuba 3.9.1: factor 1 at float32; normals from world-space corners"
+# Its geometry is float64 with no more roundings than are counted; what it adds up in float32 it declares itself.
+RADIANCE = "derived: float64 with the same counts of roundings; normals from world-space corners"
+EMBREE = "derived: float32 decides what is hit; the values, continued in float64, are held to its counts"
+POVRAY = "derived: float64 with the same counts of roundings; triangles' normals from baked float32 corners"
+TACHYON = "derived: the scene is read as float32, what follows is float64; normals from float32 corners"
+CYCLES = "calibrated on Cycles of Blender 5.0.1: factor 1 at float32; normals from world-space corners"
+CALIBRATED: dict[str, Calibration] = {
+    "mitsuba_scalar": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True),
+    "mitsuba_llvm": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True),
+    "cycles": Calibration(factor=1.0, origin=CYCLES, baked_normals=True, placed_corners=True),
+    "embree": Calibration(factor=1.0, origin=EMBREE),
+    "povray": Calibration(factor=1.0, origin=POVRAY, baked_normals=True),
+    "radiance": Calibration(factor=1.0, origin=RADIANCE, baked_normals=True, placed_corners=True),
+    "tachyon": Calibration(factor=1.0, origin=TACHYON, baked_normals=True, placed_corners=True),
+}
+
+
+def calibration(reference: str) -> Calibration:
+    """Return a reference's constant; 1 where the limits are derived."""
+    return CALIBRATED.get(reference, DERIVED)
+
+
+# What a coarse output costs: a program whose files resolve less than its arithmetic is judged by its files' steps.
+#
+# A step moves a stage's own value, end to end and continued alike. What a coarse stage hands down counts only where the
+# oracle continues from it: the program itself went on from the number that it had before writing it.
+
+
+VECTORS = (Stage.RAY, Stage.POSITION, Stage.NORMAL)
+# Whole numbers are themselves in any format: a step says nothing about them.
+WHOLE = (Stage.OBJECT, Stage.VISIBILITY)
+# An output of fewer levels than a byte's is no measurement of what it shows.
+COARSEST = 1 / 256
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coarseness:
+    """A party's steps; nothing where it declared none."""
+
+    resolutions: Mapping[Stage, Resolution]
+
+    def step(self, stage: Stage, value: np.ndarray) -> np.ndarray | float:
+        """Return how far the output's step may move `value` (height, width, channels), in the measure of errors.
+
+        Vectors, as a whole, and distances give (height, width); light gives (height, width, channels). What is not
+        finite has no step: a miss is a miss in any format.
+        """
+        one = self.resolutions.get(stage)
+        if one is None or stage in WHOLE:
+            return 0.0
+        if stage in VECTORS:
+            size, steps = length(np.asarray(value)), math.sqrt(3.0)
+        else:
+            size, steps = np.abs(value[..., 0] if stage is Stage.DISTANCE else value), 1.0
+        finite = np.isfinite(size)
+        return np.where(finite, one.relative * np.where(finite, size, 0.0) + steps * one.absolute, 0.0)
+
+    def handed_down(self, scene: Scene, stage: Stage, given: StageImages, c: Conditioning) -> np.ndarray | float:
+        """Return how far the steps of `given` stages may move what the oracle continues from them.
+
+        By the derivatives that the limits use: a ray turned slides its hit, a point moved along a curved surface turns
+        its normal and changes cos / r^2, and so on.
+        """
+        if not self.resolutions:
+            return 0.0
+
+        def moved(before: Stage) -> np.ndarray | float:
+            return self.step(before, given[before]) if before in given else 0.0
+
+        if stage is Stage.DISTANCE:
+            return moved(Stage.RAY) * c.swing
+        if stage is Stage.POSITION:
+            return moved(Stage.RAY) * c.distance + moved(Stage.DISTANCE)
+        if stage is Stage.NORMAL:
+            return c.turned(moved(Stage.POSITION))
+        if stage is Stage.IRRADIANCE:
+            moved_and_turned = (self.step(before, given[before]) for before in (Stage.POSITION, Stage.NORMAL))
+            return irradiance_moved(scene, given, *moved_and_turned)
+        if stage is Stage.EXITANCE:
+            # No albedo is above its own largest: one bound for the image.
+            return max((max(shape.albedo) for shape in scene.shapes), default=0.0) * moved(Stage.IRRADIANCE)
+        if stage is Stage.RADIANCE:
+            return moved(Stage.EXITANCE) * (1.0 if scene.shading == "simplified" else 1 / math.pi)
+        return 0.0
+
+    def because(self, stage: Stage, name: str) -> str:
+        """Return the part of a limit's derivation that is this party's output, or nothing."""
+        one = self.resolutions.get(stage)
+        if one is None or stage in WHOLE:
+            return ""
+        return f"; {name}'s output resolves {one.relative:.3g} of the value plus {one.absolute:.3g}: {one.because}"
+
+    def too_coarse(self, stage: Stage, truth: np.ndarray) -> str | None:
+        """Say why an output says nothing about a stage of which `truth` is the answer, or None."""
+        one = self.resolutions.get(stage)
+        if one is None or stage in WHOLE:
+            return None
+        finite = np.abs(truth[np.isfinite(truth)])
+        largest = float(finite.max(initial=0.0))
+        if largest > 0 and not one.relative + one.absolute / largest <= COARSEST:
+            step = one.relative * largest + one.absolute
+            return f"its output's steps of {step:.3g} ({one.because}) tell nothing of values up to {largest:.3g}"
+        return None
+
+
+def irradiance_moved(
+    scene: Scene, given: StageImages, moved: np.ndarray | float, turned: np.ndarray | float
+) -> np.ndarray:
+    """Return what positions `moved` [m] and normals `turned` [rad] do to irradiance (height, width, 3), where lit."""
+    inverse_square = scene.shading == "inverse_square"
+    total = np.zeros((*given[Stage.POSITION].shape[:2], 3))
+    for index, light in enumerate(scene.lights):
+        r = length(np.asarray(light.position, dtype=np.float64) - given[Stage.POSITION])
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            relative = (3 if inverse_square else 1) * moved / r + turned
+            scale = relative / (4 * math.pi * r**2) if inverse_square else relative
+            arriving = np.asarray(light.flux) * given[Stage.VISIBILITY][..., index : index + 1]
+            moves = arriving * np.asarray(scale)[..., np.newaxis]
+        total += np.nan_to_num(moves, nan=0.0, posinf=0.0)
+    return total

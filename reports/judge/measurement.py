@@ -1,0 +1,366 @@
+"""The ledger of what a check examined: what became of every pixel, or of every entry of the camera, none left out."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, fields
+from enum import IntEnum
+from typing import Any, cast
+
+import numpy as np
+
+from rayproof.cases.scene import Camera
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.answers import all_of, any_of, crossed, dot, largest, length
+from rayproof.reports.results.records import MeasurementRecord
+
+# A limit above this share of the value holds a pixel to so little that it is counted apart.
+WIDE = 0.01
+# Of a case's pixels this share, and at least one pixel, may be held to an interval.
+INTERVALS = 0.001
+# The camera's answer: four matrices, eight corners, and two numbers a pixel each for pixel and NDC.
+MATRIX_ENTRIES, CORNER_ENTRIES, ENTRIES_PER_PIXEL = 4 * 16, 8 * 3, 2 * 2
+
+
+class Kind(IntEnum):
+    """What became of one pixel."""
+
+    STRICT = 0  # away from edges, held to a limit of at most 1 % of the value
+    WIDE = 1  # likewise, but the limit is more than 1 % of the value
+    SIDE = 2  # at an edge, and equal to one of its sides
+    INTERVAL = 3  # at an edge whose sides are too many to list or have no bound: within what they span
+    EPSILON = 4  # excused by nothing but a party's own epsilon, and equal to a side
+    WRONG = 5  # over its limit
+    UNEXAMINED = 6  # held to nothing: never measured, or the limit is not finite
+
+
+@dataclass(frozen=True, kw_only=True)
+class Examined:
+    """How many pixels of each kind a check has.
+
+    Raises:
+        ValueError: the kinds do not add up to the pixels; one was lost or counted twice.
+
+    """
+
+    pixels: int
+    strict: int = 0
+    wide: int = 0
+    side: int = 0
+    interval: int = 0
+    epsilon: int = 0
+    wrong: int = 0
+    unexamined: int = 0
+
+    def __post_init__(self) -> None:
+        """Raise ValueError unless the ledger adds up."""
+        counts = [getattr(self, kind.name.lower()) for kind in Kind]
+        if sum(counts) != self.pixels or min(counts) < 0:
+            raise ValueError(f"{self.pixels} pixels, but the ledger of what was examined has {counts}")
+
+    def __add__(self, other: "Examined") -> "Examined":
+        """Return both ledgers as one."""
+        return Examined(**{each.name: getattr(self, each.name) + getattr(other, each.name) for each in fields(self)})
+
+    def as_json(self) -> dict[str, int]:
+        """Return plain JSON data."""
+        return asdict(self)
+
+
+def counted(kinds: np.ndarray) -> Examined:
+    """Return the ledger of pixels, each a `Kind`; of any shape."""
+    counts = np.bincount(kinds.ravel(), minlength=len(Kind)).tolist()
+    return Examined(pixels=kinds.size, **{kind.name.lower(): counts[kind] for kind in Kind})
+
+
+def unexamined(stage: Stage, camera: Camera) -> Examined:
+    """Return the ledger of a check that ended before anything was measured."""
+    pixels = camera.width * camera.height
+    if stage is Stage.CAMERA:
+        pixels = MATRIX_ENTRIES + CORNER_ENTRIES + ENTRIES_PER_PIXEL * pixels
+    return Examined(pixels=pixels, unexamined=pixels)
+
+
+def most_interval(pixels: int) -> int:
+    """Return how many of a check's pixels may be held to an interval only."""
+    return max(1, int(INTERVALS * pixels))
+
+
+def kinds_of(
+    ratio: np.ndarray,
+    forgiven: np.ndarray,
+    *,
+    wide: np.ndarray,
+    bounded: np.ndarray,
+    edge: np.ndarray,
+    interval: np.ndarray | None,
+    window: np.ndarray | None,
+) -> np.ndarray:
+    """Return each pixel's kind, uint8 (height, width).
+
+    `ratio` is error over limit, `forgiven` the edge pixels that have a side's value; `wide` and `bounded` say of the
+    limit that it is above 1 % of the value and that it is finite; `interval` are the edge pixels of which the sides
+    only span an interval, `window` those that only a party's epsilon leaves undecided.
+    """
+    kinds = np.where(edge, np.uint8(Kind.SIDE), wide.astype(np.uint8))
+    over = ~(ratio <= 1)
+    if over.any():
+        excused = over & forgiven
+        if window is not None:
+            kinds[excused & window] = Kind.EPSILON
+        if interval is not None:
+            kinds[excused & interval] = Kind.INTERVAL
+        kinds[over & ~forgiven] = Kind.WRONG
+    if not bounded.all():
+        kinds[~bounded & ~over] = Kind.UNEXAMINED
+    return kinds
+
+
+# Measuring one image against another: error over limit, pixel by pixel, worst pixel first, nothing dropped.
+
+
+DIRECTIONS = (Stage.RAY, Stage.NORMAL)
+VECTORS = (*DIRECTIONS, Stage.POSITION)
+DIGITS = 5  # of a measured number, in records: an error is known to two or three of them
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """One comparison. Non-finite numbers stay what they are here; `as_json` writes them as strings."""
+
+    worst_ratio: float  # error / limit, inf where the limit is 0 and the error is not
+    worst_inside: float  # the same of interior pixels alone
+    worst_error: float
+    limit: float  # at the worst pixel
+    pixel: tuple[int, int] | None  # column, row
+    ours: tuple[float, ...]
+    theirs: tuple[float, ...]
+    interior: int  # pixels judged strictly that hit something (all pixels for `ray`)
+    over_inside: int  # pixels judged strictly that are over the limit
+    edge: int
+    differ_at_edge: int
+    wrong_at_edge: int  # edge pixels whose value is neither side's
+    in_window: int  # edge pixels that are such only by a party's own epsilon: it says that it does not see there
+    differ_in_window: int
+    hit_miss: int  # interior pixels where one hits and the other misses or hits another object
+    nan: int
+    inf: int
+    flagged: int
+    ulp: float  # the worst pixel's error in units in the last place of the reference, in the candidate's precision
+    kinds: np.ndarray = field(compare=False, repr=False)  # uint8 (height, width): each pixel's `Kind`
+
+    @property
+    def examined(self) -> Examined:
+        """Return the ledger of its pixels."""
+        return counted(self.kinds)
+
+    def as_json(self) -> MeasurementRecord:
+        """Return plain JSON data, numbers by `DIGITS`; inf and nan become the strings "inf" and "nan".
+
+        Of the kinds the check tells.
+        """
+        return cast(
+            "MeasurementRecord",
+            {
+                name: value if type(value) is int else jsonable(shortened(value, 3 if name == "ulp" else DIGITS))
+                for name, value in vars(self).items()
+                if name != "kinds"
+            },
+        )
+
+
+def shortened(value: Any, digits: int = DIGITS) -> Any:
+    """Return a number, or each of several, by the digits that a record keeps; anything else as it is."""
+    if isinstance(value, tuple):
+        return tuple(shortened(each, digits) for each in value)
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+
+
+def jsonable(value: Any) -> Any:
+    """Return `value` with numbers that JSON cannot carry written as strings."""
+    # The usual kinds first: a record holds tens of thousands of numbers.
+    if type(value) is int or (type(value) is float and math.isfinite(value)):
+        return value
+    if isinstance(value, tuple | list):
+        return [item if type(item) is float and math.isfinite(item) else jsonable(item) for item in value]
+    if isinstance(value, float | np.floating):
+        number = float(value)
+        return number if math.isfinite(number) else "nan" if math.isnan(number) else ("inf" if number > 0 else "-inf")
+    return int(value) if isinstance(value, np.integer) else value
+
+
+def error(stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """Return the error per pixel in the stage's own measure; equal infinities are equal, NaN stays NaN.
+
+    Directions: angle [rad] by atan2 (Kahan, 2006), but never less than the vectors' distance, so that a wrong length
+    counts; position: Euclidean distance; both (height, width). The rest: absolute difference, all channels.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        difference = np.asarray(ours - theirs)
+        np.abs(difference, out=difference)
+        if not difference.max(initial=0.0) < np.inf:  # nor is NaN
+            difference = np.where(ours == theirs, 0.0, difference)
+        if stage in DIRECTIONS:
+            distance = length(difference)
+            angle = np.arctan2(crossed(ours, theirs), dot(ours, theirs))
+            return np.where(distance == 0, 0.0, np.maximum(angle, distance))
+        if stage is Stage.POSITION:
+            return length(difference)
+    return difference
+
+
+def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return error / limit per pixel (height, width), the worst channel's, and the `error`; NaN counts as inf.
+
+    `limit` has the error's shape, or that shape without the channels.
+
+    Raises:
+        ValueError: the images differ in shape; nothing is ever broadcast.
+
+    """
+    if ours.shape != theirs.shape:
+        raise ValueError(f"{stage} images differ in shape: {ours.shape} against {theirs.shape}")
+    wrong = error(stage, ours, theirs)
+    ratio = over(wrong, limit)
+    if wrong.ndim < ours.ndim:
+        return ratio, wrong
+    return largest(ratio), wrong
+
+
+def over(wrong: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """Return errors over their limits, 0 without an error and inf for NaN."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = wrong / (limit if limit.ndim == wrong.ndim else limit[..., np.newaxis])
+        if ratio.min(initial=0.0) >= 0:  # nor is NaN
+            return ratio
+    return np.where(ratio >= 0, ratio, np.where(wrong <= 0, 0.0, np.inf))
+
+
+def _worst_channel(wrong: Sequence[float], limit: Sequence[float]) -> float:
+    """Return one pixel's error: that of the channel that is farthest over its limit, 0 where none is off."""
+    times = [_times(*both) for both in zip(wrong, limit, strict=True)]
+    worst = max(times)
+    return wrong[times.index(worst)] if worst > 0 else 0.0
+
+
+def _times(wrong: float, limit: float) -> float:
+    """Return one error over its limit, 0 without an error and inf for NaN."""
+    if wrong <= 0:
+        return 0.0
+    ratio = wrong / limit if limit > 0 else math.inf
+    return math.inf if math.isnan(ratio) else ratio
+
+
+def measure(
+    stage: Stage,
+    ours: np.ndarray,
+    theirs: np.ndarray,
+    limit: np.ndarray,
+    *,
+    edge: np.ndarray,
+    hit: np.ndarray,
+    flagged: np.ndarray,
+    excused: np.ndarray,
+    precision: str,
+    window: np.ndarray | None = None,
+    interval: np.ndarray | None = None,
+    held: tuple[np.ndarray, np.ndarray] | None = None,
+    finite: bool | None = None,
+    compared: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Measurement:
+    """Measure `ours` against `theirs`: interior pixels strictly, edge pixels excused only where `excused` says so.
+
+    `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides;
+    `window` are those that only a party's own epsilon leaves undecided, `interval` those whose sides span no more than
+    an interval. `held` is what `held_to` says, `finite` whether all of `ours` is, and `compared` what `ratios` says, if
+    that is known.
+    """
+    ratio, wrong = compared or ratios(stage, ours, theirs, limit)
+    forgiven, inside = edge & excused, ~edge
+    judged = np.where(forgiven, 0.0, ratio) if forgiven.any() else ratio
+    row, column = divmod(int(judged.argmax()), judged.shape[1])
+    there = judged[row, column]
+    # The worst of all is the worst inside, unless it lies at an edge.
+    worst_inside = float(np.where(edge, 0.0, ratio).max() if edge[row, column] else there)
+    differ = ratio > 1
+    at_edge = differ & edge
+    some = bool(at_edge.any())
+    misses = None
+    if stage is Stage.OBJECT:
+        misses = (ours[..., 0] != theirs[..., 0]) | (ours[..., 1] != theirs[..., 1])
+    elif stage is Stage.DISTANCE:
+        misses = np.isinf(ours[..., 0]) != np.isinf(theirs[..., 0])
+    everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
+    finite = bool(np.isfinite(ours).all()) if finite is None else finite
+    within = None if window is None or stage is Stage.RAY else window & edge
+    own, others = (tuple(map(float, image[row, column])) for image in (ours, theirs))
+    errors, bounds = (np.atleast_1d(image[row, column]).tolist() for image in (wrong, limit))
+    worst_error = _worst_channel(errors, bounds if len(bounds) == len(errors) else bounds * len(errors))
+    wide, bounded = held or held_to(stage, limit, theirs)
+    return Measurement(
+        worst_ratio=float(there),
+        worst_inside=worst_inside,
+        worst_error=worst_error,
+        limit=float(worst_error / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
+        pixel=(column, row),
+        ours=own,
+        theirs=others,
+        interior=int(np.count_nonzero(everywhere & inside)),
+        over_inside=int(np.count_nonzero(differ & inside)) if worst_inside > 1 else 0,
+        edge=int(np.count_nonzero(edge)),
+        differ_at_edge=int(np.count_nonzero(at_edge)) if some else 0,
+        wrong_at_edge=int(np.count_nonzero(at_edge & ~excused)) if some else 0,
+        in_window=int(np.count_nonzero(within)) if within is not None else 0,
+        differ_in_window=int(np.count_nonzero(within & differ)) if within is not None and some else 0,
+        hit_miss=int(np.count_nonzero(misses & inside)) if misses is not None else 0,
+        nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(ours)))),
+        inf=0 if finite else _new_infinities(ours, theirs, forgiven),
+        flagged=int(np.count_nonzero(flagged)),
+        ulp=_ulp(own, others, precision),
+        kinds=kinds_of(
+            ratio,
+            forgiven,
+            wide=wide,
+            bounded=bounded,
+            edge=edge,
+            interval=interval,
+            window=within,
+        ),
+    )
+
+
+def held_to(
+    stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where a limit is more than `WIDE` of the value, and where it is finite at all (height, width).
+
+    `size` is what it is a share of where that is not the value: (height, width).
+    """
+    bounded = all_of(np.isfinite(limit)) if limit.ndim == 3 else np.isfinite(limit)
+    return _wide(stage, limit, theirs, size), bounded
+
+
+def _wide(stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray | None) -> np.ndarray:
+    """Return where a limit is more than `WIDE` of the value, or of `size`, in any channel (height, width)."""
+    if stage in DIRECTIONS:
+        return limit > WIDE  # rad, of a unit vector
+    if size is not None:
+        return limit > WIDE * size
+    if stage is Stage.POSITION:
+        return limit > WIDE * length(theirs)
+    wide = (limit if limit.ndim == theirs.ndim else limit[..., np.newaxis]) > WIDE * np.abs(theirs)
+    return any_of(wide)
+
+
+def _new_infinities(ours: np.ndarray, theirs: np.ndarray, forgiven: np.ndarray) -> int:
+    """Return how many pixels are infinite where the reference is finite."""
+    return int(np.count_nonzero(any_of(np.isinf(ours) & ~np.isinf(theirs)) & ~forgiven))
+
+
+def _ulp(ours: Sequence[float], theirs: Sequence[float], precision: str) -> float:
+    """Return one pixel's error in units in the last place of the reference's largest component."""
+    if not all(map(math.isfinite, (*ours, *theirs))) or not ours:
+        return 0.0 if ours == theirs else math.inf
+    size = max(*map(abs, theirs), float(np.finfo(precision).tiny))
+    # Python's division: next to a black reference the quotient may overflow, which is an answer and no mishap.
+    farthest = max(abs(one - other) for one, other in zip(ours, theirs, strict=True))
+    return farthest / float(np.spacing(np.asarray(size, dtype=precision)))

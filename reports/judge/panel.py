@@ -1,0 +1,394 @@
+"""Who counts as one voice: programs that share code repeat each other, and only different ones are independent."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any, Literal
+
+import numpy as np
+
+from rayproof.cases.stages import Stage, upto
+from rayproof.reference import REFERENCES
+from rayproof.reports.judge.answers import Candidate, Witness, as_candidate, as_witness
+from rayproof.reports.judge.checks import Check, check_camera
+from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.limits import WHOLE
+from rayproof.reports.judge.measurement import jsonable, ratios
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.scene_truth import Ground
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import AdjudicationRecord
+
+SUBJECT = "the one under test"
+
+
+def voice(name: str, tested: Iterable[str]) -> str:
+    """Return the program that speaks through a party: the folder that a reference lives in, or what is under test."""
+    if name in tested:
+        return SUBJECT
+    if name not in REFERENCES:
+        return name
+    return REFERENCES[name].__module__.split(".")[2]
+
+
+# Everybody against everybody: for each stage, every party judged against every other as the baseline.
+#
+# Whose interior and whose limits is always the oracle's ground; whom a row is compared with is its column. What the
+# checks have measured already is taken from them.
+
+
+SHOWN = 4  # digits of a ratio in a table that people read; checks have them all
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One party judged against another."""
+
+    ratio: float  # worst error over limit; edge pixels only if their value is neither side's
+    differing: int  # interior pixels over the limit; of the camera, which has none, 1 if it is over
+
+    @property
+    def agrees(self) -> bool:
+        """Say whether the row is within every limit of its column."""
+        return self.ratio <= 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matrix:
+    """One stage: `cells[row, column]` by names; what cannot be compared, and each with itself, is not there."""
+
+    stage: Stage
+    renderers: tuple[str, ...]
+    cells: Mapping[tuple[str, str], Cell]
+
+    def agree(self, one: str, other: str) -> bool | None:
+        """Say whether two parties agree, either way round; None where they cannot be compared."""
+        both = [self.cells[pair] for pair in ((one, other), (other, one)) if pair in self.cells]
+        return all(cell.agrees for cell in both) if both else None
+
+    def answered(self) -> tuple[str, ...]:
+        """Return who can be compared with anybody here."""
+        return tuple(name for name in self.renderers if any(name in pair for pair in self.cells))
+
+    def as_json(self) -> AdjudicationRecord:
+        """Return plain JSON data: rows are judged, columns are their baselines."""
+
+        def table(value: Callable[[Cell], float | int]) -> list[list[Any]]:
+            return [
+                [jsonable(value(self.cells[row, column])) if (row, column) in self.cells else None for column in names]
+                for row in names
+            ]
+
+        names = self.renderers
+        return {
+            "renderers": list(names),
+            "ratio": table(lambda cell: float(f"{cell.ratio:.{SHOWN}g}")),
+            "differing": table(lambda cell: cell.differing),
+        }
+
+
+def matrices(
+    ground: Ground,
+    candidates: Sequence[Candidate],
+    witnesses: Sequence[Witness],
+    stages: Sequence[Stage],
+    checks: Sequence[Check],
+) -> dict[Stage, Matrix]:
+    """Return each stage's matrix over all parties; a stage of the wrong size must have been taken from its party."""
+    tested = [(candidate, as_witness(candidate)) for candidate in candidates]
+    parties = [*tested, *((as_candidate(witness), witness) for witness in witnesses)]
+    known = {
+        (check.configuration, check.reference, check.stage): check for check in checks if check.end_to_end is not None
+    }
+    names = tuple(candidate.name for candidate, _ in parties)
+    cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
+    able = [{stage for stage in stages if _answers(ground, mine, stage)} for mine, _ in parties]
+    for index, (mine, i_am) in enumerate(parties):
+        for other, (theirs, they_are) in enumerate(parties[index + 1 :], start=index + 1):
+            here = Bench(ground=ground, candidate=mine, witness=they_are)
+            there = Bench(ground=ground, candidate=theirs, witness=i_am)
+            for stage in (stage for stage in stages if stage in able[index] and stage in able[other]):
+                check = known.get((mine.name, theirs.name, stage))
+                forth, home = _cells(here, there, stage, check)
+                cells[stage][mine.name, theirs.name] = forth
+                cells[stage][theirs.name, mine.name] = home
+    return {stage: Matrix(stage=stage, renderers=names, cells=found) for stage, found in cells.items()}
+
+
+def _answers(ground: Ground, party: Candidate, stage: Stage) -> bool:
+    """Say whether a party answers a stage, in the scene's size."""
+    image = (party.answers or {}).get(stage)
+    if image is None or stage in party.unsupported:
+        return False
+    return stage is Stage.CAMERA or (np.ndim(image) == 3 and np.shape(image)[:2] == ground.conditioning.hit.shape)
+
+
+def _cells(here: Bench, there: Bench, stage: Stage, check: Check | None) -> tuple[Cell, Cell]:
+    """Return the cell of `here` and that of `there`, which is the same pair the other way round."""
+    if stage is Stage.CAMERA:
+        ratio = check_camera(here).ratio
+        cell = Cell(ratio=ratio, differing=int(not ratio <= 1))
+        return cell, cell
+    if check is None or check.end_to_end is None:
+        within = _within(here, stage)
+        if within is not None:
+            return within, within
+    measured = check.end_to_end if check is not None and check.end_to_end is not None else here.end_to_end(stage)
+    cell = Cell(ratio=measured.worst_ratio, differing=measured.over_inside)
+    # Only at edges does it matter who is judged: there the judged one must have a side's value.
+    if not measured.differ_at_edge:
+        return cell, cell
+    back = there.end_to_end(stage)
+    return cell, Cell(ratio=back.worst_ratio, differing=back.over_inside)
+
+
+def _within(bench: Bench, stage: Stage) -> Cell | None:
+    """Return the cell of two who agree everywhere, edges or not; None if they differ anywhere."""
+    assert bench.candidate.answers is not None
+    ours, theirs = bench.candidate.answers[stage], bench.witness.answers[stage]
+    if ours is theirs:
+        return Cell(ratio=0.0, differing=0)
+    if stage in WHOLE:
+        return Cell(ratio=0.0, differing=0) if np.array_equal(ours, theirs) else None
+    worst = bench.ground.once(
+        ("within", stage, bench.terms.rounding, *bench.authors(stage)), lambda: _worst(bench, stage, ours, theirs)
+    )
+    return Cell(ratio=worst, differing=0) if worst <= 1 else None
+
+
+def _worst(bench: Bench, stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Return the worst error over limit in the whole image."""
+    found = ratios(stage, ours, theirs, bench.terms.limits.end_to_end[stage])[0]
+    return float(found.max())
+
+
+# Who stands alone: the one voice that differs where all others, two at least, agree among themselves.
+
+
+LEAST_MAJORITY = 2  # voices that agree with each other and not with the one that stands alone
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """What a stage's matrix says of its parties."""
+
+    alone: tuple[str, ...]  # names that speak with the one voice that stands alone; none where nobody does
+    majority: tuple[str, ...]  # who agrees against it
+    why: str
+
+
+def standing(matrix: Matrix, voice: Callable[[str], str]) -> Standing:
+    """Return who stands alone at a stage, or why nobody does."""
+    names = matrix.answered()
+    if not names:
+        return Standing(alone=(), majority=(), why="No two renderers answer this stage.")
+    differ = [pair for pair in combinations(names, 2) if matrix.agree(*pair) is False]
+    if not differ:
+        return Standing(alone=(), majority=names, why=f"All {len(names)} renderers agree.")
+    voices: dict[str, list[str]] = {}
+    for name in names:
+        voices.setdefault(voice(name), []).append(name)
+    found = []
+    for one, members in voices.items():
+        others = [name for name in names if name not in members]
+        guilty = [name for name in members if any(matrix.agree(name, other) is False for other in others)]
+        settled = all(matrix.agree(*pair) for pair in combinations(others, 2))
+        if guilty and settled and len(voices) - 1 >= LEAST_MAJORITY:
+            found.append((one, guilty, others))
+    if len(found) == 1:
+        _, guilty, others = found[0]
+        return Standing(
+            alone=tuple(guilty),
+            majority=tuple(others),
+            why=f"{_and(guilty)} alone: {_and(others)} agree among themselves{_measure(matrix, guilty, others)}.",
+        )
+    pairs = "; ".join(f"{one} and {other} differ" for one, other in differ)
+    if len(voices) == LEAST_MAJORITY:
+        return Standing(alone=(), majority=(), why=f"{pairs}: no third voice to tell who is wrong.")
+    if found:
+        either = _and([name for _, guilty, _ in found for name in guilty])
+        return Standing(alone=(), majority=(), why=f"{pairs}: the others agree with both, {either} may be wrong.")
+    return Standing(alone=(), majority=(), why=f"{pairs}: nobody stands alone.")
+
+
+def _measure(matrix: Matrix, guilty: list[str], others: list[str]) -> str:
+    """Return by how much the ones alone differ, in words."""
+    cells = [matrix.cells[one, other] for one in guilty for other in others if (one, other) in matrix.cells]
+    worst = max((cell.ratio for cell in cells), default=0.0)
+    most = max((cell.differing for cell in cells), default=0)
+    return f" ({most} interior pixels over the limit, {worst:.3g} times it at worst)"
+
+
+def _and(names: list[str]) -> str:
+    """Return names as a list in words."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+# A failure continued from the oracle is put before witnesses, whose answers contradict one of the two.
+#
+# Continued from a candidate's own stages only the oracle answers. Where those stages agree with the oracle's within
+# every limit, though, what it continues from them is its answer to the question that all were asked, to within the
+# limits end to end. So a witness's answer to that question may contradict it, in the very pixels where the candidate
+# fails.
+
+
+Side = Literal["with", "against"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contradictions:
+    """Who may be asked about what the oracle continued."""
+
+    ground: Ground
+    candidates: Mapping[str, Candidate]
+    witnesses: Mapping[str, Witness]
+    checks: Sequence[Check]
+
+    def sides(self, check: Check) -> dict[str, Side]:
+        """Return which witnesses side with the one under test, and which against it, in a failure continued alone.
+
+        Nobody is asked where the failure is one end to end as well, where it lies at edges, or where an earlier stage
+        has failed: what the oracle continued then answers another question.
+        """
+        if not self._continued_alone(check):
+            return {}
+        candidate, stage = self.candidates[check.configuration], check.stage
+        assert candidate.answers is not None
+        bench = Bench(ground=self.ground, candidate=candidate, witness=self.witnesses[ORACLE])
+        value = bench.continued_value(stage)
+        limit, edge = bench.terms.continued(stage, value)
+        ours = candidate.answers[stage]
+        failing = (ratios(stage, ours, value, limit)[0] > 1) & ~edge & ~bench.terms.near
+        failing &= ~bench.terms.classes.edge(stage)
+        if not failing.any():
+            return {}
+        found: dict[str, Side] = {}
+        for name, witness in self.witnesses.items():
+            if name == ORACLE or not witness.independent or stage not in witness.answers:
+                continue
+            # What was continued from the candidate's stages is off by as much as these are.
+            against_it = _differs(self.ground, candidate, witness, stage, value)[failing]
+            from_us = _differs(self.ground, candidate, witness, stage, ours)[failing]
+            if against_it.all() and not from_us.any():
+                found[name] = "with"
+            elif from_us.any() and not against_it.any():
+                found[name] = "against"
+        return found
+
+    def _continued_alone(self, check: Check) -> bool:
+        if check.reference != ORACLE or check.outcome is not Outcome.FAIL or check.stage is Stage.CAMERA:
+            return False
+        whole, alone = check.end_to_end, check.continued
+        if whole is None or alone is None or not whole.worst_ratio <= 1 or alone.worst_ratio <= 1:
+            return False
+        earlier = set(upto(check.stage)[:-1])
+        return not any(
+            other.outcome is Outcome.FAIL
+            for other in self.checks
+            if (other.configuration, other.reference) == (check.configuration, ORACLE) and other.stage in earlier
+        )
+
+
+def _differs(ground: Ground, party: Candidate, witness: Witness, stage: Stage, value: np.ndarray) -> np.ndarray:
+    """Return where a party's value at a stage is over the limit of the two from the witness's, (height, width)."""
+    limits = Bench(ground=ground, candidate=party, witness=witness).terms.limits.end_to_end
+    limit = limits.get(stage, np.zeros(ground.conditioning.hit.shape))
+    theirs = np.asarray(witness.answers[stage], dtype=np.float64)
+    return ~(ratios(stage, np.asarray(value, dtype=np.float64), theirs, limit)[0] <= 1)
+
+
+# Adjudication: when candidate and reference differ, who is wrong? Never the one under test alone by default.
+
+
+def adjudicated(
+    checks: Sequence[Check],
+    panel: Mapping[Stage, Matrix],
+    independent: Mapping[str, bool],
+    voice: Callable[[str], str],
+    contradicted: Callable[[Check], Mapping[str, str]] = lambda _: {},
+) -> list[Check]:
+    """Return the checks; a failure is `reference_suspect` where the panel says that the reference is wrong.
+
+    Every independent voice that can compare both takes a side, at the failure's stage or the next one that it can
+    judge: it sides with the one under test if that passes against it while it differs from the reference, and with
+    the reference the other way round. More voices for the one under test than for the reference make the reference
+    suspect, the oracle like any other; a split panel leaves the failure standing. Of a failure that is one only where
+    continued from the oracle `contradicted` says who sides with whom (`contradictions.py`). Where the oracle is suspect
+    no failure from that stage on stands, against whomever: edges and limits are the suspect oracle's own.
+    """
+    verdicts = {(check.configuration, check.reference, check.stage): check for check in checks}
+    witnesses = [name for name, alone in independent.items() if alone]
+
+    def heard(check: Check) -> Check:
+        if check.outcome is not Outcome.FAIL:
+            return check
+        with_it, against_it = _sides(check, witnesses, verdicts, panel, voice)
+        for name, side in contradicted(check).items():
+            if voice(name) not in (voice(check.reference), SUBJECT):
+                (with_it if side == "with" else against_it)[name] = check.stage.value
+        mine, theirs = ({voice(name) for name in side} for side in (with_it, against_it))
+        outcome, told = check.outcome, check.reason
+        if len(mine) > len(theirs):
+            words = ", ".join(f"{name} ({stage})" for name, stage in with_it.items())
+            outcome = Outcome.REFERENCE_SUSPECT
+            told += f"; {words} agrees with {check.configuration} and differs from {check.reference}"
+        elif mine:
+            both = [", ".join(side) for side in (with_it, against_it)]
+            told += f"; the panel is split: {both[0]} with {check.configuration}, {both[1]} with {check.reference}"
+        return replace(check, outcome=outcome, reason=told, evidence={"with": with_it, "against": against_it})
+
+    return _not_resting_on_a_suspect([heard(check) for check in checks])
+
+
+def _sides(
+    check: Check,
+    witnesses: Sequence[str],
+    verdicts: Mapping[tuple[str, str, Stage], Check],
+    panel: Mapping[Stage, Matrix],
+    voice: Callable[[str], str],
+) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the witnesses that side with the one under test and those that side with its reference, with the stage."""
+    stages = list(Stage)
+    mine: dict[str, str] = {}
+    theirs: dict[str, str] = {}
+    for name in witnesses:
+        if voice(name) in (voice(check.reference), SUBJECT):
+            continue
+        for stage in stages[stages.index(check.stage) :]:
+            own = verdicts.get((check.configuration, name, stage))
+            agree = panel[stage].agree(name, check.reference) if stage in panel else None
+            if own is None or agree is None or (own.end_to_end is None and stage is not Stage.CAMERA):
+                continue
+            if own.outcome is Outcome.PASS and not agree:
+                mine[name] = stage.value
+            elif own.outcome is Outcome.FAIL and agree:
+                theirs[name] = stage.value
+            break
+    return mine, theirs
+
+
+def _not_resting_on_a_suspect(checks: Sequence[Check]) -> list[Check]:
+    """Return the checks; no failure stands at and after the first stage at which the oracle is suspect."""
+    order = list(Stage)
+    doubted: dict[str, int] = {}  # configuration -> the first stage at which the oracle is suspect
+    for check in checks:
+        if check.outcome is Outcome.REFERENCE_SUSPECT and check.reference == ORACLE and check.evidence:
+            place = order.index(check.stage)
+            doubted[check.configuration] = min(place, doubted.get(check.configuration, place))
+
+    def rests(check: Check) -> bool:
+        first = doubted.get(check.configuration)
+        return check.outcome is Outcome.FAIL and first is not None and order.index(check.stage) >= first
+
+    return [
+        replace(
+            check,
+            outcome=Outcome.REFERENCE_SUSPECT,
+            reason=f"{check.reason}; edges and limits are {ORACLE}'s, which is suspect from "
+            f"{order[doubted[check.configuration]]} on",
+            suspected=ORACLE,
+        )
+        if rests(check)
+        else check
+        for check in checks
+    ]
