@@ -8,7 +8,7 @@ from rayproof.reports.run.journal import Journal
 from tests.harness.guards import BrokenHarnessError
 
 KEY, OTHER = "0" * 64, "1" * 64
-RECORD: CaseRecord = {"name": "guard/journal", "family": "guard", "verdict": "pass"}
+RECORD: CaseRecord = {"name": "guard/journal", "family": "guard", "verdict": "pass", "checks": []}
 
 
 def guard_journal() -> None:
