@@ -19,7 +19,6 @@ def test_results_are_there_before_anybody_waits_for_a_picture(tmp_path: Path, mo
         return 0, None
 
     monkeypatch.setattr(suite, "draw_stills", waiting)
-    monkeypatch.setattr(suite, "stand_guards", lambda: None)
     monkeypatch.setattr(suite, "render_and_judge", lambda *_: ([], True, None))
     suite.run(
         RunRequest(
