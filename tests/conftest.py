@@ -44,7 +44,7 @@ LONGEST = (
     "reports/publish/test_accessibility.py",
     "examples/test_notebooks.py",
     "reports/studies/stability/test_targets.py",
-    "reports/diagnosis/test_measuring.py",
+    "harness/audit/test_diagnosing.py",
     "reports/diagnosis/test_mistakes.py",
     "examples/test_renderers.py",
     "reports/run/test_interrupting.py",

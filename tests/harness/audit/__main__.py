@@ -81,7 +81,7 @@ def _diagnosed(*, jobs: int, quick: bool, only: str, json: Path | None, pairs: i
     from subprocess import CalledProcessError
 
     from rayproof.reports.commands.output import say, show_table, write_json
-    from rayproof.reports.diagnosis.measuring import measure
+    from tests.harness.audit.diagnosing import measure
 
     if min(pairs, faults) < 0:
         raise UsageError(f"--pairs and --faults must not be negative, got {pairs} and {faults}")

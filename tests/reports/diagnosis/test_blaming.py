@@ -7,7 +7,6 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis import measuring
 from rayproof.reports.diagnosis.blaming import Blamed, by_stages, narrowed, put
 from rayproof.reports.diagnosis.diagnosing import narrow
 from rayproof.reports.diagnosis.saying import entries
@@ -19,14 +18,15 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import of_what_is_supported
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import candidate
+from tests.harness.audit import diagnosing
 
 ORACLE = Analytic()
-needs_compiler = pytest.mark.skipif(measuring.compiler() is None, reason="there is no C++ compiler")
+needs_compiler = pytest.mark.skipif(diagnosing.compiler() is None, reason="there is no C++ compiler")
 
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return measuring.built(tmp_path_factory.mktemp("mistaken"))
+    return diagnosing.built(tmp_path_factory.mktemp("mistaken"))
 
 
 def shown(

@@ -9,12 +9,13 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis import MISTAKES, measuring, stage_by_stage
+from rayproof.reports.diagnosis import MISTAKES, stage_by_stage
 from rayproof.reports.diagnosis import search as searching
 from rayproof.reports.diagnosis.damage import damages
 from rayproof.reports.diagnosis.hypotheses import Hypothesis
 from rayproof.reports.diagnosis.mistakes.acne import scattered
 from rayproof.reports.diagnosis.trial import Evidence, trial
+from tests.harness.audit import diagnosing
 
 CASES = (
     "primitives/plane",
@@ -26,23 +27,23 @@ CASES = (
 )
 
 ORACLE = Analytic()
-pytestmark = pytest.mark.skipif(measuring.compiler() is None, reason="there is no C++ compiler")
+pytestmark = pytest.mark.skipif(diagnosing.compiler() is None, reason="there is no C++ compiler")
 
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return measuring.built(tmp_path_factory.mktemp("mistaken"))
+    return diagnosing.built(tmp_path_factory.mktemp("mistaken"))
 
 
-def switched(program: Path, mistake: str) -> measuring.Renderer:
-    (found,) = (one for one in measuring.switched(program) if one.name == mistake)
+def switched(program: Path, mistake: str) -> diagnosing.Renderer:
+    (found,) = (one for one in diagnosing.switched(program) if one.name == mistake)
     return found
 
 
 @pytest.mark.process
 @pytest.mark.parametrize("mistake", ["no_pi", "normal_by_model", "gamma_2_2", "linear_fov", "srgb_albedo"])
 def test_a_mistake_is_named_by_all_stages_and_by_radiance_alone(program: Path, mistake: str, tmp_path: Path) -> None:
-    for one in measuring.outcomes(switched(program, mistake), tmp_path, CASES):
+    for one in diagnosing.outcomes(switched(program, mistake), tmp_path, CASES):
         assert one.failing
         assert one.right, one
 
@@ -50,7 +51,7 @@ def test_a_mistake_is_named_by_all_stages_and_by_radiance_alone(program: Path, m
 @pytest.mark.process
 @pytest.mark.parametrize("mistake", ["", "ambient"])
 def test_of_what_nobody_knows_nothing_is_named(program: Path, mistake: str, tmp_path: Path) -> None:
-    for one in measuring.outcomes(switched(program, mistake), tmp_path, CASES):
+    for one in diagnosing.outcomes(switched(program, mistake), tmp_path, CASES):
         assert bool(one.failing) == bool(mistake)
         assert one.named == ()
 
@@ -67,11 +68,13 @@ DAMAGED_CASES = (*CASES, "primitives/sphere", "random_scenes/seed_1", "shadows/b
 def test_an_image_that_is_stored_wrongly_is_told_so_and_no_formula_is_named(
     program: Path, damage: str, tmp_path: Path
 ) -> None:
-    for written, evidence in measuring.evidence_of(switched(program, damage), tmp_path, DAMAGED_CASES).items():
+    for written, evidence in diagnosing.evidence_of(switched(program, damage), tmp_path, DAMAGED_CASES).items():
         named = {name for one in searching.search(evidence).found for name in one.hypothesis.mistakes}
 
         assert named & switched(program, damage).accepted[0], (damage, written, named)
-        if not (damage.startswith("radiance_") and written == measuring.ALONE):  # one image with that of a wrong camera
+        if not (
+            damage.startswith("radiance_") and written == diagnosing.ALONE
+        ):  # one image with that of a wrong camera
             assert {item for name in named for item in MISTAKES[name].items} == {"IMG-1"}, (damage, written, named)
 
 
@@ -84,7 +87,7 @@ def test_no_other_mistake_is_taken_for_an_image_that_is_stored_wrongly(
     program: Path, mistake: str, tmp_path: Path
 ) -> None:
     cases = (*DAMAGED_CASES, "clipping/sphere_depth", "walls/far", "nearest/spheres")
-    for evidence in measuring.evidence_of(switched(program, mistake), tmp_path, cases).values():
+    for evidence in diagnosing.evidence_of(switched(program, mistake), tmp_path, cases).values():
         failing = [one for one in evidence if one.failed]
         some = [one for one in evidence if not one.failed]
         clock = searching.Clock(60)
@@ -94,27 +97,27 @@ def test_no_other_mistake_is_taken_for_an_image_that_is_stored_wrongly(
 
 
 def test_a_name_for_a_program_that_has_no_hypothesis_is_a_wrong_name() -> None:
-    def said(mistake: str, *, kind: str, named: tuple[str, ...], right: bool) -> measuring.Outcome:
-        return measuring.Outcome(
-            programs=kind, mistake=mistake, written=measuring.ALONE, failing=3, named=named, right=right, seconds=1.0
+    def said(mistake: str, *, kind: str, named: tuple[str, ...], right: bool) -> diagnosing.Outcome:
+        return diagnosing.Outcome(
+            programs=kind, mistake=mistake, written=diagnosing.ALONE, failing=3, named=named, right=right, seconds=1.0
         )
 
     found = [
-        said("fog", kind=measuring.KNOWN_NONE, named=("no_pi",), right=False),
-        said("no_pi", kind=measuring.KNOWN_ONE, named=("no_pi", "factor_of_radiance_physical"), right=True),
-        said("srgb", kind=measuring.KNOWN_ONE, named=(), right=False),
+        said("fog", kind=diagnosing.KNOWN_NONE, named=("no_pi",), right=False),
+        said("no_pi", kind=diagnosing.KNOWN_ONE, named=("no_pi", "factor_of_radiance_physical"), right=True),
+        said("srgb", kind=diagnosing.KNOWN_ONE, named=(), right=False),
     ]
 
-    rows = {(row["programs"], row["written"]): row for row in measuring.table(found)}
+    rows = {(row["programs"], row["written"]): row for row in diagnosing.table(found)}
 
     assert [one.mistake for one in found if one.wrong] == ["fog"]
-    known = rows["a mistake that has a hypothesis", measuring.ALONE]
+    known = rows["a mistake that has a hypothesis", diagnosing.ALONE]
     assert (known["of"], known["right"], known["class_of_at_most_2"], known["does_not_know"]) == (2, 1, 1, 1)
 
 
 @pytest.mark.process
 def test_a_pair_is_named_only_by_both(program: Path) -> None:
-    pair = measuring.drawn_pairs(program, 1, seed=3)[0]
+    pair = diagnosing.drawn_pairs(program, 1, seed=3)[0]
     (one,), (two,) = (sorted(names) for names in (pair.accepted[0] - pair.accepted[1], pair.accepted[1]))
 
     assert [alone.mistakes for alone in pair.alone()] == [(pair.mistakes[0],), (pair.mistakes[1],)]
@@ -126,11 +129,11 @@ def test_a_pair_is_named_only_by_both(program: Path) -> None:
 def test_both_of_two_mistakes_are_named_by_all_stages_and_neither_alone(program: Path, tmp_path: Path) -> None:
     first, second = switched(program, "no_pi"), switched(program, "normal_by_model")
     both = replace(
-        first, mistakes=(first.name, second.name), accepted=first.accepted + second.accepted, kind=measuring.TWO
+        first, mistakes=(first.name, second.name), accepted=first.accepted + second.accepted, kind=diagnosing.TWO
     )
 
-    for one in measuring.outcomes(both, tmp_path, CASES):
-        assert one.right == (one.written == measuring.STAGED), one
+    for one in diagnosing.outcomes(both, tmp_path, CASES):
+        assert one.right == (one.written == diagnosing.STAGED), one
         assert all("+" in name for name in one.named)
 
 
@@ -138,14 +141,14 @@ def test_both_of_two_mistakes_are_named_by_all_stages_and_neither_alone(program:
 def test_a_switch_that_another_hides_is_no_pair(program: Path, tmp_path: Path) -> None:
     of = {name: switched(program, name) for name in ("no_cosine", "cosine_squared", "no_pi")}
 
-    def both(one: str, two: str) -> measuring.Renderer:
+    def both(one: str, two: str) -> diagnosing.Renderer:
         first, second = of[one], of[two]
         return replace(first, mistakes=(one, two), accepted=first.accepted + second.accepted)
 
     case = ("primitives/plane",)
-    assert all(measuring.shows_more(both("no_cosine", "no_pi"), tmp_path, case).values())
+    assert all(diagnosing.shows_more(both("no_cosine", "no_pi"), tmp_path, case).values())
     hidden = replace(both("no_cosine", "no_pi"), mistakes=("no_pi", "no_pi"))
-    assert not any(measuring.shows_more(hidden, tmp_path, case).values())
+    assert not any(diagnosing.shows_more(hidden, tmp_path, case).values())
 
 
 @pytest.mark.process
@@ -156,7 +159,7 @@ def test_a_switch_that_another_hides_is_no_pair(program: Path, tmp_path: Path) -
 def test_what_rounding_alone_decides_under_a_mistake_does_not_contradict_it(
     program: Path, mistake: str, case: str, tmp_path: Path
 ) -> None:
-    (one,) = measuring.evidence_of(switched(program, mistake), tmp_path, (case,))[measuring.STAGED]
+    (one,) = diagnosing.evidence_of(switched(program, mistake), tmp_path, (case,))[diagnosing.STAGED]
     (way,) = MISTAKES[mistake].ways
 
     tally = trial(one, way)
@@ -181,19 +184,21 @@ def test_what_rounding_alone_decides_under_a_mistake_does_not_contradict_it(
 def test_a_fault_of_the_tracer_is_named_by_all_stages(
     fault: str, named: str, cases: tuple[str, ...], tmp_path: Path
 ) -> None:
-    planted = measuring.Renderer(
-        kind=measuring.PLANTED, mistakes=(fault,), accepted=(frozenset({named}),), program=None
+    planted = diagnosing.Renderer(
+        kind=diagnosing.PLANTED, mistakes=(fault,), accepted=(frozenset({named}),), program=None
     )
 
-    found = measuring.outcomes(planted, tmp_path, cases)
+    found = diagnosing.outcomes(planted, tmp_path, cases)
 
-    assert [(one.written, one.right) for one in found if one.written == measuring.STAGED] == [(measuring.STAGED, True)]
+    assert [(one.written, one.right) for one in found if one.written == diagnosing.STAGED] == [
+        (diagnosing.STAGED, True)
+    ]
 
 
 def test_of_the_tracers_own_fault_what_its_precisions_decide_does_not_contradict_it(tmp_path: Path) -> None:
     fault = "position/fault_left_in_object_space"
-    tracer = measuring.Renderer(kind=measuring.PLANTED, mistakes=(fault,), accepted=(), program=None)
-    (one,) = measuring.evidence_of(tracer, tmp_path, ("flux_conservation/south",))[measuring.STAGED]
+    tracer = diagnosing.Renderer(kind=diagnosing.PLANTED, mistakes=(fault,), accepted=(), program=None)
+    (one,) = diagnosing.evidence_of(tracer, tmp_path, ("flux_conservation/south",))[diagnosing.STAGED]
 
     tallies = [trial(one, way) for way in MISTAKES["position_in_object_space"].ways]
 
@@ -210,7 +215,7 @@ def test_a_failing_case_that_says_nothing_under_the_right_mistake_does_not_take_
     for module in (searching, stage_by_stage):
         monkeypatch.setattr(module, "singles", lambda _: [asked])
 
-    for evidence in measuring.evidence_of(switched(program, "far_ignored"), tmp_path, names).values():
+    for evidence in diagnosing.evidence_of(switched(program, "far_ignored"), tmp_path, names).values():
         flat = next(one for one in evidence if one.case == "parallel_rays/flat")
         tally = trial(flat, way)
 
