@@ -11,7 +11,7 @@ LEAVING = re.compile(r"\[([^\]]+)\]\(\.\./([^)#]+)[^)]*\)")
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Add the terms, which `rayproof help` prints too."""
+    """Add the terms, which `rayproof list terms` prints too."""
     files.append(File.generated(config, "terms.md", abs_src_path=str(TERMS)))
     return files
 

@@ -19,65 +19,68 @@ HELP = """A conformance harness for ray tracers: every stage checked against clo
 Exit codes: 0 all pass or warn, 1 some fail, 2 bad usage or input, 3 something could not be measured, 130 interrupted.
 """
 
+_IN = "rayproof.reports.commands"
+# Group -> an example, and the commands: name -> the function, and what it does. A command of two words is one of the
+# first word's.
+GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
+    "test": (
+        'run primitives shadows --subject "exec:./mine {scene} {output}"',
+        {
+            "run": (f"{_IN}.run:run", "Judge the tracer or another renderer on cases or scene files; write a report."),
+            "laws": (f"{_IN}.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
+            "gate": (f"{_IN}.gate:gate", "Accept what fails as known, shrink such a file, hold a run against it."),
+        },
+    ),
+    "look": (
+        "probe primitives/sphere 48 36",
+        {
+            "report": (f"{_IN}.report:app", "Publish a run again, compare two runs, show their history or two images."),
+            "list": (
+                f"{_IN}.list:catalogue",
+                "List cases, formulas, references, metrics, laws, mistakes, ladders, terms or a schema.",
+            ),
+            "show": (f"{_IN}.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
+            "probe": (f"{_IN}.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
+        },
+    ),
+    "study": (
+        "compare sphere/textbook sphere/haines",
+        {
+            "compare": (f"{_IN}.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
+            "stability": (f"{_IN}.stability:stability", "Measure formulas on ladders of ill-conditioned inputs."),
+            "tradeoff": (f"{_IN}.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
+        },
+    ),
+    "begin": (
+        "new adapter mine.py",
+        {"new": (f"{_IN}.new:app", "Write a starter: a formula, an adapter for your renderer, a workflow for CI.")},
+    ),
+    "scenes": (
+        "render primitives/sphere sphere.exr --stages distance,radiance",
+        {
+            "render": (f"{_IN}.scenes:render", "Render a scene file with the tracer alone."),
+            "import": (f"{_IN}.scenes:import_scene", "Turn another program's scene into a scene file."),
+            "export": (f"{_IN}.scenes:export_scene", "Write a scene as Mitsuba 3 XML."),
+        },
+    ),
+    "upkeep": ("cache verify", {"cache": (f"{_IN}.cache:cache", "List, verify or clear what earlier runs kept.")}),
+}
 COMMANDS: dict[str, tuple[str, str]] = {
-    "run": (
-        "rayproof.reports.commands.run:run",
-        "Judge the tracer or another renderer on cases or scene files; write a report.",
-    ),
-    "laws": ("rayproof.reports.commands.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
-    "expect": (
-        "rayproof.reports.commands.expect:expect",
-        "Accept what fails as known, shrink such a file, hold a run against it.",
-    ),
-    "new": (
-        "rayproof.reports.commands.new:new",
-        "Write a starter for a formula of your own, with its slot's contract in it.",
-    ),
-    "report": ("rayproof.reports.commands.report:report", "Publish a results folder again, without rendering."),
-    "view": ("rayproof.reports.commands.view:view", "Show any two images in the report's viewer."),
-    "list": (
-        "rayproof.reports.commands.list:catalogue",
-        "List cases, formulas, references, metrics, laws or mistakes.",
-    ),
-    "show": ("rayproof.reports.commands.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
-    "probe": ("rayproof.reports.commands.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
-    "call": (
-        "rayproof.reports.commands.call:call",
-        "Call a program under test once, and keep all that it was handed and said.",
-    ),
-    "stability": (
-        "rayproof.reports.commands.stability:stability",
-        "Measure formulas on ladders of ill-conditioned inputs.",
-    ),
-    "oracle": (
-        "rayproof.reports.commands.oracle:oracle",
-        "Enclose every stage of some pixels between certified bounds.",
-    ),
-    "render": ("rayproof.reports.commands.render:render", "Render a scene file with the tracer alone."),
-    "import": ("rayproof.reports.commands.exchange:import_scene", "Turn another program's scene into a scene file."),
-    "export": ("rayproof.reports.commands.exchange:export_scene", "Write a scene as Mitsuba 3 XML."),
-    "compare": (
-        "rayproof.reports.commands.compare:compare",
-        "Compare two formulas, configurations or runs: errors and time.",
-    ),
-    "tradeoff": (
-        "rayproof.reports.commands.tradeoff:tradeoff",
-        "Draw error against run time: formulas, precisions, samples.",
-    ),
-    "history": (
-        "rayproof.reports.commands.history:history",
-        "Show error and time of each case over the runs that were kept.",
-    ),
-    "adapt": ("rayproof.reports.commands.adapt:adapt", "Write a starter for putting your own renderer under test."),
-    "ci": ("rayproof.reports.commands.ci:ci", "Write a workflow that runs rayproof on a CI service."),
-    "cache": ("rayproof.reports.commands.cache:cache", "List, verify or clear what earlier runs kept."),
-    "help": ("rayproof.reports.commands.help:explain", "Say what a word means that rayproof uses."),
-    "schema": ("rayproof.reports.commands.schema:schema", "Print the JSON Schema of scene files."),
+    name: command for _, commands in GROUPS.values() for name, command in commands.items()
 }
 
 # Commands of the version before, and what takes their place; the next version forgets them.
 GONE: dict[str, str] = {
-    "merge": "run --merge DIR... --out ALL",
+    "merge": "rayproof run --merge DIR... --out ALL",
+    "expect": "rayproof gate",
+    "history": "rayproof report history",
+    "view": "rayproof report view",
+    "call": "rayproof probe --keep FOLDER",
+    "oracle": "rayproof probe --certified",
+    "help": "rayproof list terms",
+    "schema": "rayproof list schema",
+    "adapt": "rayproof new adapter",
+    "ci": "rayproof new workflow",
     "audit": "python -m tests.harness.audit, in a checkout of rayproof",
     "bench": "python -m tests.benchmarks.bench, in a checkout of rayproof",
     "paths": "python -m tests.harness.paths, in a checkout of rayproof",
@@ -146,11 +149,15 @@ def main(arguments: Sequence[str] | None = None, program: "App | None" = None) -
 def _overview() -> int:
     """Print what commands there are: at once, without what reads their arguments."""
     wide = max(map(len, COMMANDS))
-    lines = [f"  {name:<{wide}}  {said}" for name, (_, said) in COMMANDS.items()]
+    lines: list[str] = []
+    for group, (example, commands) in GROUPS.items():
+        lines += [f"{group.capitalize()}, for example: {called()} {example}"]
+        lines += [f"  {name:<{wide}}  {help_line}" for name, (_, help_line) in commands.items()]
+        lines += [""]
     about, codes = HELP.strip().split("\n\n")
-    end = f"{called()} COMMAND --help says what a command takes, {called()} help TERM what a word means.\n"
+    end = f"{called()} COMMAND --help shows what a command takes, {called()} list terms TERM what a word means.\n"
     try:
-        sys.stdout.write("\n".join([f"Usage: {called()} COMMAND", "", about, "", *lines, "", codes, end]))
+        sys.stdout.write("\n".join([f"Usage: {called()} COMMAND", "", about, "", *lines, codes, end]))
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read it has gone, and Python would say so when it ends
         sys.stdout = None

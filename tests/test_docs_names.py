@@ -93,8 +93,9 @@ def known_options() -> frozenset[str]:
     options = {"--help", "--version", "--upgrade"}  # the last one is pip's
     app = application()
     for name in COMMANDS:
-        for argument in app[name].assemble_argument_collection():
-            options.update(argument.names)
+        if app[name].default_command is not None:
+            for argument in app[name].assemble_argument_collection():
+                options.update(argument.names)
         for inner in app[name]:
             if not inner.startswith("-"):
                 for argument in app[name][inner].assemble_argument_collection():
@@ -108,6 +109,13 @@ def known_options() -> frozenset[str]:
         if file.is_file() and file.suffix not in (".png", ".ply"):
             options.update(re.findall(r"--[a-z][\w-]+", file.read_text(errors="ignore")))
     return frozenset(options)
+
+
+def test_there_are_at_most_18_commands_and_30_options_of_run() -> None:
+    run = application()["run"].assemble_argument_collection()
+
+    assert len(COMMANDS) <= 18
+    assert sum(argument.name.startswith("--") for argument in run) <= 30
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -131,12 +131,12 @@ def test_the_gate_of_a_foreign_project_goes_red_in_each_of_its_ways(project: tup
         return subprocess.run([*cli, *arguments], cwd=folder, env=environment, capture_output=True).returncode
 
     def shut_by(file: str) -> tuple[int, set[str]]:
-        code = rayproof("expect", "check", "broken", "--file", file, "--json", "gate.json")
+        code = rayproof("gate", "check", "broken", "--file", file, "--json", "gate.json")
         told = json.loads((folder / "gate.json").read_text())
         return code, {name for name in ("regressions", "tighten", "stale", "expired") if told[name]}
 
     assert rayproof("run", "primitives/plane", "--formula", "exitance/fault_albedo_squared", "--out", "broken") == 1
-    assert rayproof("expect", "accept", "broken", "--file", "known.json", "--reason", "It squares the albedo.") == 0
+    assert rayproof("gate", "accept", "broken", "--file", "known.json", "--reason", "It squares the albedo.") == 0
     known = json.loads((folder / "known.json").read_text())
     first, *others = known["expected"]
     changed = {

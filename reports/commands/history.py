@@ -1,4 +1,4 @@
-"""`rayproof history`: error and time of each case over the runs that were kept, with the steps in both."""
+"""`rayproof report history`: error and time of each case over the runs that were kept, with the steps in both."""
 
 import os
 from pathlib import Path
@@ -60,7 +60,7 @@ class SeriesEntry(TypedDict):
 
 
 class HistoryDocument(TypedDict):
-    """What `rayproof history --json` writes."""
+    """What `rayproof report history --json` writes."""
 
     runs: list[RunEntry]
     cases: list[SeriesEntry]

@@ -1,27 +1,38 @@
-"""`rayproof list`: what there is - cases, formulas, references, metrics, laws, mistakes - with what each is for."""
+"""`rayproof list`: the cases, formulas and everything else that has a name, the terms, and the JSON Schemas."""
 
+import json as json_format
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from rayproof import ROOT
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
 Cell = str | int | list[str]  # of the table; yes or no is a bool
 Row = dict[str, Cell]  # column -> cell
+TERMS = ROOT / "reports" / "terms.md"
+ENTRY = re.compile(r"^\*\*(.+?)\*\* - (.+)$", re.MULTILINE)
 
 
 def catalogue(
-    kind: Literal["cases", "formulas", "references", "metrics", "laws", "mistakes"],
-    *,
+    kind: Literal["cases", "formulas", "references", "metrics", "laws", "mistakes", "ladders", "terms", "schema"],
+    *names: str,
     json: Path | None = None,
     pages: Path | None = None,
 ) -> int:
-    """List cases, formulas, references, metrics, laws, or the mistakes that a run with failures is searched for.
+    """List cases, formulas, references, metrics, laws, ladders, or the mistakes that explain a run with failures.
+
+    `rayproof list terms end to end` explains a word, and `rayproof list schema results` prints a JSON Schema.
 
     Parameters
     ----------
     kind
         What to list.
+    names
+        With terms: the word to explain; by default all words are listed. With schema: `scene` for scene files, which is
+        the default, or `results` for results.json.
     json
         Also write the list to this file.
     pages
@@ -36,9 +47,15 @@ def catalogue(
             writable_folder(pages)
             say(f"{_write_pages(pages)} pictures and mistakes.md are in {pages}")
         return 0
+    if kind == "terms":
+        return show_terms(" ".join(names).strip(), json)
+    if kind == "schema":
+        return show_schema(names, json)
+    if names:
+        raise UsageError(f"{names[0]}: only terms and schema take a name; `list {kind}` lists all")
     kinds = {
         "cases": cases, "formulas": formulas, "references": references, "metrics": metrics, "laws": laws,
-        "mistakes": mistakes,
+        "mistakes": mistakes, "ladders": ladders,
     }  # fmt: skip
     rows = kinds[kind]()
     write_json(json, {kind: rows})
@@ -163,6 +180,57 @@ def mistakes() -> list[Row]:
     ]
 
 
+def ladders() -> list[Row]:
+    """Describe every ladder on which `rayproof stability` measures formulas."""
+    from rayproof.cases.ladders import all_ladders
+
+    return [
+        {
+            "name": ladder.name,
+            "slots": list(ladder.slots),
+            "what is swept": ladder.parameter,
+            "first to break": ladder.first_to_break,
+            "survivor": ladder.survivor,
+        }
+        for ladder in all_ladders()
+    ]
+
+
 def first_line(thing: object) -> str:
     """Return the first line of a docstring."""
     return (thing.__doc__ or "").strip().split("\n")[0]
+
+
+def show_terms(wanted: str, json: Path | None) -> int:
+    """Explain the word that is wanted, or list all of them."""
+    terms = dict(ENTRY.findall(TERMS.read_text(encoding="utf-8")))
+    if not wanted:
+        write_json(json, {"terms": terms})
+        say(", ".join(terms))
+        return 0
+    known = {name.casefold(): name for name in terms}
+    name = known.get(wanted.casefold().replace("_", " ").replace("-", " ")) or known.get(wanted.casefold().rstrip("s"))
+    if name is None:
+        from difflib import get_close_matches
+
+        near = get_close_matches(wanted.casefold(), known, n=3)
+        hint = f"did you mean {', '.join(near)}?" if near else "`rayproof list terms` lists the words"
+        raise UsageError(f"no term is called {wanted!r}; {hint}")
+    write_json(json, {"terms": {name: terms[name]}})
+    say(f"{name}: {terms[name].replace('`', '')}")
+    return 0
+
+
+def show_schema(names: Sequence[str], json: Path | None) -> int:
+    """Print the JSON Schema of scene files or of results.json, or write it to a file."""
+    if names in ((), ("scene",)):
+        from rayproof.cases.scene_schema import schema
+    elif names == ("results",):
+        from rayproof.reports.results.records import schema
+    else:
+        raise UsageError(f"the schemas are scene and results, got {' '.join(names)}")
+    if json is None:
+        for line in json_format.dumps(schema(), indent=2).splitlines():
+            say(line)
+    write_json(json, schema())
+    return 0

@@ -1,12 +1,16 @@
-"""`rayproof new`: a starter for a formula of one's own, made from its slot's contract and default."""
+"""`rayproof new`: starters for a formula, for an adapter of a renderer, and for a workflow of a CI service."""
 
 import ast
 import inspect
 import re
+import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
+from cyclopts import App, Parameter
+
+from rayproof import ROOT
 from rayproof.reports.called import called
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
@@ -14,14 +18,31 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line, writab
 if TYPE_CHECKING:
     from rayproof.tracer.formulas import Formula
 
+STARTERS = ROOT / "reports" / "subjects" / "starters"
+# The program, what belongs beside it, how it is built, and how it is called.
+LANGUAGES = {
+    "python": ("adapter.py", (), None, "python3 {file}"),
+    "c++": ("adapter.cpp", ("rayproof.hpp",), "c++ -O2 -std=c++17 -o adapter {file}", "./adapter"),
+}
+WORKFLOWS = ROOT / "reports" / "workflows"
+# Service -> the file that is filled in, where that service looks for it.
+SERVICES = {
+    "github": ("github.yml", Path(".github/workflows/rayproof.yml")),
+    "gitlab": ("gitlab.yml", Path(".gitlab-ci.yml")),
+    "jenkins": ("jenkins.groovy", Path("Jenkinsfile")),
+}
+REPORT = "rayproof-report"
+LINE = re.compile(r"[\x00-\x1f\x7f']")  # what would end the line or the string that a word stands in
 
-def new(what: Literal["formula"], slot: str, file: Path) -> int:
+app = App(name="new")
+
+
+@app.command
+def formula(slot: str, file: Path) -> int:
     """Write a starter for a formula of one's own: the slot's contract, and its default to be changed.
 
     Parameters
     ----------
-    what
-        What to write: formula.
     slot
         The slot that it is for, such as sphere; `rayproof list formulas` names them.
     file
@@ -105,3 +126,96 @@ def _only(node: ast.stmt, words: set[str]) -> ast.stmt | None:
     if isinstance(node, ast.Import):
         return ast.Import(names=names)
     return ast.ImportFrom(module=node.module, names=names, level=node.level)
+
+
+@app.command
+def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> int:
+    """Write a starter adapter: a small program that speaks the protocol, to put your renderer into.
+
+    Parameters
+    ----------
+    file
+        The file to write, such as adapter.py or adapter.cpp; it must not exist.
+    language
+        Its language. Default: by the file's ending, Python if that says nothing.
+
+    """
+    chosen = language or ("c++" if file.suffix in (".cpp", ".cc", ".cxx") else "python")
+    program, beside, build, call = LANGUAGES[chosen]
+    names = {program: file} | {name: file.parent / name for name in beside}
+    with told_in_one_line():
+        writable_folder(file.parent)
+    for target in names.values():
+        if target.exists():
+            raise UsageError(f"{target}: exists already, and is not overwritten")
+    for name, target in names.items():
+        text = (STARTERS / name).read_text(encoding="utf-8").replace("@FILE@", file.name)
+        with told_in_one_line():
+            target.write_text(text, encoding="utf-8")
+    say(f"wrote {', '.join(map(str, names.values()))}: it works as it stands, for spheres. Next:")
+    steps = [f"cd {file.parent}"] if str(file.parent) != "." else []
+    steps += [build.format(file=file.name)] if build else []
+    command = f'"exec:{call.format(file=file.name)} {{scene}} {{output}}"'
+    steps += [f"{called()} run primitives/sphere nearest --subject {command} --out report"]
+    for step in steps:
+        say(f"    {step}")
+    say("then put your renderer where YOUR RENDERER stands, declare what it can, and run without naming cases.")
+    say("The protocol: docs/protocol.md; the scene's format: docs/scene.md and `rayproof list schema`.")
+    return 0
+
+
+@app.command
+def workflow(
+    service: Literal["github", "gitlab", "jenkins"],
+    *selectors: str,
+    source: Annotated[str, Parameter(name="--from")],
+    subject: str | None = None,
+    expect: Path | None = None,
+    least_coverage: float | None = None,
+    out: Path | None = None,
+) -> int:
+    """Write a workflow that runs rayproof in continuous integration.
+
+    It installs rayproof, runs it, gates it by a file of known failures if there is one, and keeps the report.
+
+    Parameters
+    ----------
+    service
+        Whose workflow: github, gitlab or jenkins.
+    selectors
+        Families, cases, patterns or scene files to run. Default: the default suite.
+    source
+        What pip is to install, since rayproof is on no package registry: the path of a wheel in your project, or
+        git+https://HOST/PROJECT@COMMIT.
+    subject
+        Who is under test, as `rayproof run --subject` takes it. Default: the tracer.
+    expect
+        The file of known failures that `rayproof gate accept` wrote: anything else, or less, fails the job.
+    least_coverage
+        The share [%] of the checks that must be measured; with fewer the job fails.
+    out
+        The file to write. Default: where the service looks for it.
+
+    """
+    for word in (*selectors, source, subject or "", str(expect or "")):
+        if LINE.search(word):
+            raise UsageError(f"{word!r}: a quote or a control character cannot stand in a workflow")
+    name, usual = SERVICES[service]
+    file = out or usual
+    command = ["rayproof", "run", *selectors, "--out", REPORT]
+    command += ["--subject", subject] if subject is not None else []
+    command += ["--expect", str(expect)] if expect is not None else []
+    command += ["--least-coverage", f"{least_coverage:g}"] if least_coverage is not None else []
+    filled = (WORKFLOWS / name).read_text(encoding="utf-8")
+    # Double quotes: the services' own files quote by single ones, and YAML takes a shell's line for a string.
+    words = [shlex.quote(word).replace("'", '"') for word in command]
+    for mark, text in (("@INSTALL@", f'"{source}"'), ("@RUN@", " ".join(words)), ("@OUT@", REPORT)):
+        filled = filled.replace(mark, text)
+    with told_in_one_line():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        writable_folder(file.parent)
+        if file.exists():
+            raise UsageError(f"{file}: exists already, and is not overwritten; --out names another file")
+        file.write_text(filled, encoding="utf-8")
+    say(f"wrote {file}; it runs: {' '.join(words)}")
+    return 0

@@ -1,8 +1,10 @@
-"""`rayproof report`: publish a results folder again, or two with what changed between them; nothing is rendered."""
+"""`rayproof report`: a run published again, two runs with what changed, or any two images; nothing is rendered."""
 
 import errno
 from importlib.util import find_spec
 from pathlib import Path
+
+from cyclopts import App
 
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
@@ -11,8 +13,11 @@ from rayproof.reports.results.records import ComparisonRowRecord, RunRecord
 NOT_MEASURED = 3
 FEW = 12  # names in a line
 MOST = 40  # rows of a table in the terminal; the page and the JSON have all
+app = App(name="report")
+app.command("rayproof.reports.commands.history:history", help="Show error and time of each case over the kept runs.")
 
 
+@app.default
 def report(
     folder: Path,
     other: Path | None = None,
@@ -26,7 +31,9 @@ def report(
     parquet: Path | None = None,
     json: Path | None = None,
 ) -> int:
-    """Publish a results folder again, without rendering, or say what changed between two.
+    """Publish a results folder again, without rendering, or show what changed between two.
+
+    For example: rayproof report before after --out changes
 
     Parameters
     ----------
@@ -187,3 +194,29 @@ def _cells(row: ComparisonRowRecord) -> list[str]:
     pixels = row.get("pixels")
     time = "-" if quotient is None else f"{before:.3g} -> {after:.3g}"
     return [row["case"], verdict, change, "-" if pixels is None else str(pixels), time]
+
+
+@app.command
+def view(*images: Path, out: Path = Path("view.html")) -> int:
+    """Write a page that shows images side by side, swiped, flickering, through each other, and their differences.
+
+    Other files are opened in it, or dropped into it.
+
+    Parameters
+    ----------
+    images
+        EXR, PFM or PNG files; of an EXR every layer. None: a page to drop files into.
+    out
+        The file to write, ending in .html.
+
+    """
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(f"--out must end in .html, got {out}")
+    from rayproof.reports.publish.page.image_page import read_image, write_page
+
+    with told_in_one_line():
+        read = [(str(path), read_image(path)) for path in images]
+        writable_folder(out.parent)
+        write_page(out, read)
+    say(f"{out}: {', '.join(map(str, images)) or 'nothing yet; drop files into it'}")
+    return 0

@@ -115,9 +115,9 @@ def run(
     dry_run
         Do nothing; print the plan and about how much time, memory and disk it takes.
     history
-        Keep errors and times in this SQLite file, and say what became worse; `rayproof history` shows it.
+        Keep errors and times in this SQLite file, and say what became worse; `rayproof report history` shows it.
     expect
-        A file of checks that are known to fail, as `rayproof expect accept` writes it. The exit code is 0 if all that
+        A file of checks that are known to fail, as `rayproof gate accept` writes it. The exit code is 0 if all that
         fails is expected, and 1 if anything else fails, or something fails less or no longer.
     against
         The folder of an earlier run, or a history file (--history). The exit code is 1 if anything became worse than

@@ -1,8 +1,8 @@
 """The records of a run, one class a level: what results.json holds, what may be missing, which values are valid.
 
 They are dictionaries with declared keys, since JSON is what they are written to and read from. msgspec checks documents
-against them (`problem`) and derives the JSON Schema that `rayproof schema results` prints. docs/results.md says what
-each key means. Keys that a class does not name are allowed, and kept.
+against them (`problem`) and derives the JSON Schema that `rayproof list schema results` prints. docs/results.md says
+what each key means. Keys that a class does not name are allowed, and kept.
 """
 
 import re

@@ -27,7 +27,7 @@ class RunRequest:
     json: Path | None  # where to copy results.json
     subject: Subject = THE_TRACER  # who is under test
     cached: bool = True  # take references' renders from the cache
-    history: Path | None = None  # where to keep what was found, for `rayproof history`
+    history: Path | None = None  # where to keep what was found, for `rayproof report history`
     demanded: "Demanded | None" = None  # what is known to fail, and how much must be measured
     diagnose: bool = True  # say which known mistake explains the failures
     shard: tuple[int, int] | None = None  # the number of a part of the plan, and of how many

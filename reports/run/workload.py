@@ -123,7 +123,7 @@ def render_and_judge(
     if gone is not None:
         return found, interrupted, f"{gone}; {len(found)} of {len(planned)} cases are finished, go on with --resume"
     if calls.hopeless is not None:
-        said = f"the first {FIRST} calls fail alike: {calls.hopeless}; `{called()} call` makes one of them by hand"
+        said = f"the first {FIRST} calls fail alike: {calls.hopeless}; `{called()} probe --keep FOLDER` makes one"
         return found, interrupted, said
     return found, interrupted, None
 

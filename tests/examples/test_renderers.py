@@ -220,7 +220,7 @@ def test_the_starter_and_the_example_share_their_header() -> None:
 
 @pytest.mark.process
 def test_the_starter_in_cpp_passes_on_spheres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["adapt", str(tmp_path / "mine.cpp")]) == 0
+    assert main(["new", "adapter", str(tmp_path / "mine.cpp")]) == 0
     assert "c++ -O2 -std=c++17 -o adapter mine.cpp" in capsys.readouterr().out
 
     passes_on_spheres(built(tmp_path, tmp_path / "mine.cpp"))

@@ -16,7 +16,7 @@ def test_a_hint_names_the_launcher_of_a_checkout(
 ) -> None:
     monkeypatch.setenv(called.VARIABLE, "./rayproof")
 
-    ended = rayproof("adapt", tmp_path / "mine.py")
+    ended = rayproof("new", "adapter", tmp_path / "mine.py")
 
     assert "    ./rayproof run primitives/sphere" in ended.out
 

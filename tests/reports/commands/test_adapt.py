@@ -1,4 +1,4 @@
-"""`rayproof adapt` writes a program that works as it stands, and overwrites nothing."""
+"""`rayproof new adapter` writes a program that works as it stands, and overwrites nothing."""
 
 import sys
 from dataclasses import replace
@@ -15,7 +15,7 @@ from tests.reports.commands.conftest import Rayproof
 
 @pytest.mark.process
 def test_the_starter_in_python_passes_on_spheres(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("adapt", tmp_path / "mine.py")
+    ended = rayproof("new", "adapter", tmp_path / "mine.py")
 
     assert ended.code == 0
     assert 'rayproof run primitives/sphere nearest --subject "exec:python3 mine.py {scene} {output}"' in ended.out
@@ -30,7 +30,7 @@ def test_the_starter_in_python_passes_on_spheres(rayproof: Rayproof, tmp_path: P
 def test_what_exists_is_left_alone(rayproof: Rayproof, tmp_path: Path) -> None:
     (tmp_path / "rayproof.hpp").write_text("mine")
 
-    ended = rayproof("adapt", tmp_path / "new.cpp")
+    ended = rayproof("new", "adapter", tmp_path / "new.cpp")
 
     assert ended.code == 2
     assert ended.error == f"rayproof: {tmp_path / 'rayproof.hpp'}: exists already, and is not overwritten\n"
@@ -38,9 +38,9 @@ def test_what_exists_is_left_alone(rayproof: Rayproof, tmp_path: Path) -> None:
 
 
 def test_the_language_is_the_endings_unless_it_is_said(rayproof: Rayproof, tmp_path: Path) -> None:
-    assert rayproof("adapt", tmp_path / "a" / "renderer", "--language", "c++").code == 0
-    assert rayproof("adapt", tmp_path / "b" / "renderer").code == 0
+    assert rayproof("new", "adapter", tmp_path / "a" / "renderer", "--language", "c++").code == 0
+    assert rayproof("new", "adapter", tmp_path / "b" / "renderer").code == 0
 
     assert "#include" in (tmp_path / "a" / "renderer").read_text()
     assert "import json" in (tmp_path / "b" / "renderer").read_text()
-    assert rayproof("adapt", tmp_path / "c", "--language", "fortran").code == 2
+    assert rayproof("new", "adapter", tmp_path / "c", "--language", "fortran").code == 2

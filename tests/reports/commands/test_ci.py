@@ -1,4 +1,4 @@
-"""`rayproof ci`: what a service would run works, and gates; what cannot stand in its file is refused."""
+"""`rayproof new workflow`: what a service would run works, and gates; what cannot stand in its file is refused."""
 
 import os
 import re
@@ -10,7 +10,7 @@ from textwrap import dedent
 
 import pytest
 
-from rayproof.reports.commands.ci import REPORT, SERVICES
+from rayproof.reports.commands.new import REPORT, SERVICES
 from tests.reports.commands.conftest import Rayproof, rayproof
 
 __all__ = ["rayproof"]
@@ -33,7 +33,7 @@ def test_what_a_service_would_run_fails_by_its_exit_code_and_leaves_a_report(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     wrong = "float32/sphere=fault_far_root"
-    ended = rayproof("ci", service, "primitives/plane", "--from", "wheels/rayproof.whl")
+    ended = rayproof("new", "workflow", service, "primitives/plane", "--from", "wheels/rayproof.whl")
     assert (ended.code, ended.error) == (0, "")
     text = SERVICES[service][1].read_text()
     lines = shell_lines(service, text)
@@ -69,8 +69,8 @@ def test_the_subject_and_the_gate_are_in_the_command(rayproof: Rayproof, tmp_pat
     file = tmp_path / "job.yml"
 
     ended = rayproof(
-        "ci", "gitlab", "--from", "git+https://127.0.0.1/rayproof@abc", "--subject", SUBJECT, "--expect", "known.json",
-        "--least-coverage", 62.5, "--out", file,
+        "new", "workflow", "gitlab", "--from", "git+https://127.0.0.1/rayproof@abc", "--subject", SUBJECT, "--expect",
+        "known.json", "--least-coverage", 62.5, "--out", file,
     )  # fmt: skip
 
     assert ended.code == 0
@@ -80,14 +80,14 @@ def test_the_subject_and_the_gate_are_in_the_command(rayproof: Rayproof, tmp_pat
         "rayproof", "run", "--out", REPORT, "--subject", SUBJECT, "--expect", "known.json",
         "--least-coverage", "62.5",
     ]  # fmt: skip
-    again = rayproof("ci", "gitlab", "--from", "x.whl", "--out", file)
+    again = rayproof("new", "workflow", "gitlab", "--from", "x.whl", "--out", file)
     assert (again.code, again.error.count("\n")) == (2, 1)
     assert "is not overwritten" in again.error
 
 
 @pytest.mark.parametrize("word", ["a\nb", "it's", "\x1b[31m"])
 def test_what_would_end_a_line_or_a_string_is_refused(rayproof: Rayproof, tmp_path: Path, word: str) -> None:
-    ended = rayproof("ci", "jenkins", "--from", word, "--out", tmp_path / "Jenkinsfile")
+    ended = rayproof("new", "workflow", "jenkins", "--from", word, "--out", tmp_path / "Jenkinsfile")
 
     assert (ended.code, ended.error.count("\n")) == (2, 1)
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""`rayproof run --expect` and `rayproof expect`: a known failure passes the gate, and every output names it."""
+"""`rayproof run --expect` and `rayproof gate`: a known failure passes the gate, and every output names it."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ FAULTY = ["--configuration", "float32/lambert=fault_missing"]
 def test_a_known_failure_is_accepted_let_through_and_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     known, out = tmp_path / "known.json", tmp_path / "report"
     assert main(["run", CASE, *FAULTY, "--out", str(out)]) == 1
-    accept = ["expect", "accept", str(out), "--file", str(known)]
+    accept = ["gate", "accept", str(out), "--file", str(known)]
     assert main(accept) == 2
     assert "--reason" in capsys.readouterr().err
     assert main([*accept, "--reason", "The cosine is left out on purpose."]) == 0
@@ -41,13 +41,13 @@ def test_a_known_failure_is_accepted_let_through_and_named(tmp_path: Path, capsy
     for base in (tmp_path / "right", tmp_path / "h.sqlite"):
         assert main(["run", CASE, *FAULTY, "--out", str(out), "--expect", str(known), "--against", str(base)]) == 1
         assert load_results(out)["gate"]["worse"]
-    check = ["expect", "check", str(out), "--file", str(known)]
+    check = ["gate", "check", str(out), "--file", str(known)]
     assert main(check) == 0
     assert main([*check, "--least-coverage", "99"]) == (0 if load_results(out)["checks"]["unsupported"] == 0 else 1)
     # One expectation fewer, and what is not in the file any more is a regression.
     content = json.loads(known.read_text())
     known.write_text(json.dumps(content | {"expected": content["expected"][1:]}))
-    assert main(["expect", "check", str(out), "--file", str(known)]) == 1
+    assert main(["gate", "check", str(out), "--file", str(known)]) == 1
     assert "no entry is about it" in capsys.readouterr().out
 
 

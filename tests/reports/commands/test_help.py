@@ -1,8 +1,8 @@
-"""`rayproof help`: every term that the page has, and none that it has not."""
+"""`rayproof list terms`: every term that the page has, and none that it has not."""
 
 import pytest
 
-from rayproof.reports.commands.help import ENTRY, TERMS
+from rayproof.reports.commands.list import ENTRY, TERMS
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.commands.conftest import Rayproof, rayproof
 
@@ -17,7 +17,7 @@ def test_every_entry_of_the_page_is_a_term_and_says_something() -> None:
 
 @pytest.mark.parametrize("word", ["end to end", "end-to-end", "Edges", "K u", "reference_suspect"])
 def test_a_term_is_told_in_one_line(rayproof: Rayproof, word: str) -> None:
-    told = rayproof("help", *word.split())
+    told = rayproof("list", "terms", *word.split())
 
     assert (told.code, told.error) == (0, "")
     assert told.out.count("\n") == 1
@@ -25,8 +25,8 @@ def test_a_term_is_told_in_one_line(rayproof: Rayproof, word: str) -> None:
 
 
 def test_all_are_listed_and_an_unknown_one_is_refused_with_one_that_is_near(rayproof: Rayproof) -> None:
-    assert rayproof("help").out.strip().split(", ") == WORDS
-    refused = rayproof("help", "limt")
+    assert rayproof("list", "terms").out.strip().split(", ") == WORDS
+    refused = rayproof("list", "terms", "limt")
     assert (refused.code, refused.error) == (2, "rayproof: no term is called 'limt'; did you mean limit?\n")
 
 

@@ -1,4 +1,4 @@
-"""`rayproof oracle` encloses what every other renderer should have answered, and says what it cannot decide."""
+"""`rayproof probe --certified` encloses what every other renderer should have answered."""
 
 import json
 from pathlib import Path
@@ -16,9 +16,8 @@ def test_a_rectangle_of_a_scene_file(rayproof: Rayproof, tmp_path: Path) -> None
     scene = select(["primitives/sphere"])[0].scene
     save_scene(scene, tmp_path / "scene.json")
 
-    ended = rayproof(
-        "oracle", tmp_path / "scene.json", "--pixels", "40,30,43,32", "--json", tmp_path / "out" / "o.json"
-    )
+    file = tmp_path / "out" / "o.json"
+    ended = rayproof("probe", tmp_path / "scene.json", "--certified", "--pixels", "40,30,43,32", "--json", file)
 
     assert ended.code == 0
     assert "undecided: none" in ended.out
@@ -38,9 +37,8 @@ def test_a_rectangle_of_a_scene_file(rayproof: Rayproof, tmp_path: Path) -> None
 
 
 def test_one_pixel_is_shown_and_stages_can_be_chosen(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof(
-        "oracle", "primitives/cube", "--pixels", "0,0,0,0", "--stages", "distance,object", "--json", tmp_path / "o.json"
-    )
+    asked = ("--stages", "distance,object", "--json", tmp_path / "o.json")
+    ended = rayproof("probe", "primitives/cube", "0", "0", "--certified", *asked)
 
     assert ended.code == 0
     assert "distance.V" in ended.out
@@ -59,7 +57,7 @@ WRONG = {
 
 @pytest.mark.parametrize(("pixels", "named"), WRONG.values(), ids=WRONG.keys())
 def test_wrong_pixels_end_with_2_and_one_line(rayproof: Rayproof, pixels: str, named: str) -> None:
-    ended = rayproof("oracle", "primitives/sphere", f"--pixels={pixels}")
+    ended = rayproof("probe", "primitives/sphere", "--certified", f"--pixels={pixels}")
 
     assert ended.code == 2
     assert ended.out == ""
@@ -68,9 +66,9 @@ def test_wrong_pixels_end_with_2_and_one_line(rayproof: Rayproof, pixels: str, n
 
 
 def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rayproof.reports.commands.oracle.MOST_PIXELS", 10)
+    monkeypatch.setattr("rayproof.reports.commands.probe.MOST_PIXELS", 10)
 
-    ended = rayproof("oracle", "primitives/sphere")
+    ended = rayproof("probe", "primitives/sphere", "--certified")
 
     assert ended.code == 2
     assert "at most 10 pixels" in ended.error

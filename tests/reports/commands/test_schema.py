@@ -1,4 +1,4 @@
-"""`rayproof schema` prints a JSON Schema, the same as the library's."""
+"""`rayproof list schema` prints a JSON Schema, the same as the library's."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ SCHEMAS = [pytest.param((), scene_schema.schema, id="scene"), pytest.param(("res
 
 @pytest.mark.parametrize(("what", "schema"), SCHEMAS)
 def test_the_printed_schema_is_valid_json_and_a_valid_schema(rayproof: Rayproof, what, schema) -> None:
-    ended = rayproof("schema", *what)
+    ended = rayproof("list", "schema", *what)
 
     assert ended.code == 0
     printed = json.loads(ended.out)
@@ -26,7 +26,7 @@ def test_the_printed_schema_is_valid_json_and_a_valid_schema(rayproof: Rayproof,
 
 @pytest.mark.parametrize(("what", "schema"), SCHEMAS)
 def test_the_schema_goes_to_a_file_if_asked(rayproof: Rayproof, tmp_path: Path, what, schema) -> None:
-    ended = rayproof("schema", *what, "--json", tmp_path / "schema.json")
+    ended = rayproof("list", "schema", *what, "--json", tmp_path / "schema.json")
 
     assert ended.out == ""
     assert json.loads((tmp_path / "schema.json").read_text()) == schema()

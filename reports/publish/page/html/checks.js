@@ -190,7 +190,7 @@
     // The page is beside the folder that it links, unless it is one file.
     const call = data.call && !document.querySelector("script[data-path]") ? e("p", {}, "The program's ",
       e("a", { href: data.call.split("/").map(encodeURIComponent).join("/") }, "call"), ": command, exit code and standard error; scene and meshes lie beside it. ",
-      data.reproduce ? ["Make it again: ", e("code", {}, String(data.reproduce).replace(/^rayproof run /, "rayproof call "))] : null) : null;
+      data.reproduce ? ["Make it again: ", e("code", {}, `${String(data.reproduce).replace(/^rayproof run /, "rayproof probe ")} --keep call`)] : null) : null;
     return rows.length || notes.length ? e("details", { class: "panel" },
       e("summary", {}, `Renders (${rows.length})`), call, e("ul", {}, rows, notes)) : null;
   };

@@ -25,7 +25,7 @@
 
   async function exr(name, buffer) {
     const view = new DataView(buffer), bytes = new Uint8Array(buffer);
-    if (view.getUint32(4, true) & 0x1a00) throw new Error(`${name}: tiled, deep and multi-part EXR files are not read here; rayproof view reads what OpenEXR does`);
+    if (view.getUint32(4, true) & 0x1a00) throw new Error(`${name}: tiled, deep and multi-part EXR files are not read here; rayproof report view reads what OpenEXR does`);
     let at = 8;
     const text = () => { const end = bytes.indexOf(0, at), found = new TextDecoder().decode(bytes.subarray(at, end)); at = end + 1; return found; };
     const header = {};
@@ -36,7 +36,7 @@
       at += 4 + size;
     }
     const compression = bytes[header.compression];
-    if (![0, ZIPS, ZIP].includes(compression)) throw new Error(`${name}: its compression is not read here; rayproof view reads what OpenEXR does`);
+    if (![0, ZIPS, ZIP].includes(compression)) throw new Error(`${name}: its compression is not read here; rayproof report view reads what OpenEXR does`);
     const [left, top, right, bottom] = [0, 4, 8, 12].map((offset) => view.getInt32(header.dataWindow + offset, true));
     const width = right - left + 1, height = bottom - top + 1, rows = compression === ZIP ? 16 : 1;
     const listed = [];
@@ -80,7 +80,7 @@
     return { name, width, height, channels };
   }
 
-  // By the sRGB curve to linear light, as `rayproof view` reads a PNG.
+  // By the sRGB curve to linear light, as `rayproof report view` reads a PNG.
   const linear = (code) => { const value = code / 255; return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4; };
 
   async function picture(name, file) {

@@ -52,7 +52,7 @@ def test_every_bit_is_read(tmp_path: Path) -> None:
 def test_what_is_no_image_ends_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes) -> None:
     (tmp_path / "a.exr").write_bytes(content)
 
-    assert main(["view", str(tmp_path / "a.exr"), "--out", str(tmp_path / "v.html")]) == 2
+    assert main(["report", "view", str(tmp_path / "a.exr"), "--out", str(tmp_path / "v.html")]) == 2
 
     said = capsys.readouterr().err
     assert said.count("\n") == 1
@@ -70,7 +70,7 @@ DROP = """bytes => {
 @pytest.mark.browser
 def test_the_page_shows_the_floats_and_takes_others_that_are_dropped(browser: Any, tmp_path: Path) -> None:
     first, second = exr(tmp_path / "a.exr", OpenEXR.ZIP_COMPRESSION), pfm(tmp_path / "b.pfm")
-    assert main(["view", str(first), str(second), "--out", str(tmp_path / "view.html")]) == 0
+    assert main(["report", "view", str(first), str(second), "--out", str(tmp_path / "view.html")]) == 0
     page = browser.new_page()
     complaints: list[str] = []
     page.on("console", lambda message: complaints.append(message.text))

@@ -203,7 +203,7 @@ def test_the_command_shows_and_writes_it(tmp_path: Path, capsys: pytest.CaptureF
     path, file = tmp_path / "h.sqlite", tmp_path / "h.json"
     kept(path, [results(0.2), results(0.2), results(0.5)])
 
-    assert main(["history", "shadows", "--history", str(path), "--json", str(file)]) == 0
+    assert main(["report", "history", "shadows", "--history", str(path), "--json", str(file)]) == 0
 
     told = capsys.readouterr().out
     assert "worse than its history: shadows/one: worst error / limit 0.5" in " ".join(told.split())
@@ -220,6 +220,6 @@ def test_what_is_not_there_is_one_line_and_2(
     monkeypatch.setenv("RAYPROOF_HISTORY", str(tmp_path / "h.sqlite"))
     append(tmp_path / "h.sqlite", results(), "")
 
-    assert main(["history", *arguments]) == 2
+    assert main(["report", "history", *arguments]) == 2
 
     assert capsys.readouterr().err.count("\n") == 1

@@ -1,4 +1,4 @@
-"""`rayproof expect`: what is known to fail, for the gate of a CI job."""
+"""`rayproof gate`: what is known to fail, for the gate of a CI job."""
 
 from collections.abc import Callable
 from datetime import date
@@ -12,7 +12,7 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 SHUT = 1  # exit code of `check` where the gate stays shut
 
 
-def expect(
+def gate(
     what: Literal["accept", "prune", "check"],
     folder: Path,
     *,
