@@ -55,7 +55,7 @@ def judge(
     return Judgement(
         verdict=judged.outcome.value,
         stage=stage_name(judged.stage),
-        item=judged.item,
+        blamed_items=judged.blamed,
         reason=judged.reason,
         checks=table(
             ("reference", "stage", "verdict", "ratio", "reason"), [check.as_json() for check in judged.checks]

@@ -9,11 +9,11 @@ from rayproof.reports.judge.oracle import ORACLE
 
 def limit_of(scene: Scene, stage: Stage, precision: str) -> np.ndarray:
     """Return how far an image may be off against the closed forms, as `CaseResult.limit` describes it."""
+    from rayproof.cases.case import ITEMS_OF_OTHERS
     from rayproof.reference.analytic import Analytic
     from rayproof.reports.judge.answers import Candidate, Witness
     from rayproof.reports.judge.oracle import stages_of
     from rayproof.reports.judge.scene_truth import Terms, ground
-    from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
     base = ground(scene, stages_of(scene), Analytic())
     ours = Candidate(name="ours", precision=precision, items=ITEMS_OF_OTHERS, shadow_epsilon=0.0, answers=base.truth)

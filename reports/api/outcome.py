@@ -284,7 +284,7 @@ class Judgement(_NoTruth):
 
     verdict: str
     stage: str | None  # the first wrong one
-    item: str | None  # of the specification
+    blamed_items: tuple[str, ...]  # of the specification, as of a case of a run: what the checks cannot tell apart
     reason: str
     checks: Table
     limits: Mapping[str, np.ndarray] = field(repr=False)  # stage -> float64, as `CaseResult.limit` describes it
@@ -298,7 +298,7 @@ class Judgement(_NoTruth):
     def __str__(self) -> str:
         """Return how many checks there were, then the verdict and the reason."""
         where = f" at {self.stage}" if self.stage else ""
-        item = f" ({self.item})" if self.item else ""
+        item = f" ({', '.join(self.blamed_items)})" if self.blamed_items else ""
         why = f": {self.reason}" if self.reason else ""
         against = ", ".join(self.references)
         done = sum(row["verdict"] != Outcome.UNSUPPORTED.value for row in self.checks)

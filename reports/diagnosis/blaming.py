@@ -17,13 +17,12 @@ from rayproof.reports.diagnosis.answering import Unanswerable, changed
 from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.hypotheses import bound
 from rayproof.reports.diagnosis.trial import ALLOWED, Evidence
-from rayproof.reports.judge.verdict import candidates
+from rayproof.reports.judge import verdict
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
 
 PASSING = 4  # passing cases that are asked, those of the most shapes, lights and matrices
 LEAST_PARAMETER = 0.01  # relative: an exponent or a factor that is off by less would be called a rounding
-GOOD = frozenset({Outcome.PASS.value, Outcome.WARN.value})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,12 +35,15 @@ class Blamed:
 
 def passing(case: CaseRecord, configuration: str) -> frozenset[Stage]:
     """Return the stages at which every check of a configuration passes."""
-    verdicts: dict[str, set[str]] = {}
-    for check in case.get("checks", []):
-        if check.get("configuration") == configuration:
-            verdicts.setdefault(str(check.get("stage")), set()).add(str(check.get("verdict")))
-    quiet = GOOD | {Outcome.UNDECIDED.value}
-    return frozenset(stage for stage in Stage if (told := verdicts.get(stage.value, set())) & GOOD and told <= quiet)
+    return verdict.passing(_verdicts(case, configuration))
+
+
+def _verdicts(case: CaseRecord, configuration: str) -> list[tuple[str, str]]:
+    return [
+        (str(check.get("stage")), str(check.get("verdict")))
+        for check in case.get("checks", [])
+        if check.get("configuration") == configuration
+    ]
 
 
 def guilty(case: CaseRecord) -> str | None:
@@ -64,12 +66,9 @@ def by_stages(case: CaseRecord, *, ran: bool) -> Blamed | None:
     configuration = guilty(case)
     if case.get("verdict") != Outcome.FAIL.value or configuration is None:
         return None
-    stage = Stage(case["stage"])
-    found = candidates(stage, passing(case, configuration), case.get("shapes", ()))
-    if ran:
-        own = set(case.get("ran", {}).get(configuration, found))
-        found = tuple(item for item in found if item in own) or found
-    return Blamed(items=found)
+    own = case.get("ran", {}).get(configuration, ()) if ran else ()
+    verdicts = _verdicts(case, configuration)
+    return Blamed(items=verdict.items_to_blame(Stage(case["stage"]), verdicts, case.get("shapes", ()), own))
 
 
 Check = tuple[str, Stage]  # a case and a stage that passes there

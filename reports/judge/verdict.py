@@ -1,15 +1,12 @@
-"""From a case's checks and closed forms to its verdict, the stage to blame and the specification item behind it."""
+"""From a case's checks and closed forms to its verdict, the stage to blame and the specification's items behind it."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from rayproof.cases.case import ITEMS, Case
-from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
+from rayproof.cases.case import ITEMS, ITEMS_OF_OTHERS, Case
+from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Candidate
-from rayproof.reports.judge.box_filter import configuration_of
 from rayproof.reports.judge.checks import Check, accounted
 from rayproof.reports.judge.panel import Matrix
 from rayproof.reports.judge.scene_truth import Ground
@@ -26,7 +23,7 @@ class Judged:
     expectations: list[ExpectationRecord]
     outcome: Outcome
     stage: Stage | None = None
-    item: str | None = None
+    blamed: tuple[str, ...] = ()  # the specification's items that the checks cannot tell apart
     reason: str = ""
     planned: int
     panel: Mapping[Stage, Matrix] = field(default_factory=dict)  # everybody against everybody
@@ -36,7 +33,7 @@ class Judged:
         """Return it with a worse outcome for a reason of its own; a verdict that is as bad or worse stays."""
         if outcome is self.outcome or worst([self.outcome, outcome]) is not outcome:
             return self
-        return replace(self, outcome=outcome, reason=reason, stage=None, item=None)
+        return replace(self, outcome=outcome, reason=reason, stage=None, blamed=())
 
 
 def sum_up(
@@ -49,7 +46,7 @@ def sum_up(
 ) -> Judged:
     """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame.
 
-    Without `candidates` no item is blamed.
+    Without `candidates` no items are blamed.
     """
     checks = accounted(checks, case.scene, tuned=case.tuned)
     outcome = case_outcome(checks, expectations)
@@ -67,13 +64,15 @@ def sum_up(
         broken = next(one for one in expectations if one["verdict"] == outcome.value)
         reason = f"{broken['configuration']}: {broken['measured']} instead of {broken['expected']}: {broken['because']}"
         return replace(judged, stage=Stage(broken["stage"]), reason=reason)
-    item = None
+    blamed: tuple[str, ...] = ()
     if candidates is not None and outcome is Outcome.FAIL:
-        same = [one for one in checks if one.configuration == guilty.configuration and one.alone]
-        phantom = any(one.stage is Stage.DISTANCE for one in same)
-        item = _item(case, guilty, candidates[configuration_of(guilty.configuration)], phantom=phantom)
+        named = next(one.configuration for one in checks if one.outcome is outcome and one.stage is guilty.stage)
+        verdicts = [(one.stage.value, one.outcome.value) for one in checks if one.configuration == named]
+        own = candidates[named].items if named in candidates else ITEMS_OF_OTHERS
+        shapes = [type(shape).__name__ for shape in case.scene.shapes]
+        blamed = items_to_blame(guilty.stage, verdicts, shapes, () if own == ITEMS_OF_OTHERS else own)
     reason = f"{guilty.configuration} against {guilty.reference}, {guilty.stage}: {guilty.reason}"
-    return replace(judged, stage=guilty.stage, item=item, reason=reason)
+    return replace(judged, stage=guilty.stage, blamed=blamed, reason=reason)
 
 
 def case_outcome(checks: Sequence[Check], expectations: Sequence[ExpectationRecord]) -> Outcome:
@@ -90,37 +89,6 @@ def case_outcome(checks: Sequence[Check], expectations: Sequence[ExpectationReco
     return found
 
 
-def _item(case: Case, check: Check, candidate: Candidate, *, phantom: bool) -> str:
-    """Return the specification item behind a failed check."""
-    ours = theirs = -1
-    measured = check.continued if check.alone else check.end_to_end
-    known = candidate.answers is not None and Stage.OBJECT in candidate.answers
-    if measured is not None and measured.pixel is not None and known:
-        assert candidate.answers is not None
-        column, row = measured.pixel
-        ours = _shape(case.scene, candidate.answers[Stage.OBJECT][row, column, 0])
-        theirs = _shape(case.scene, measured.theirs[0]) if check.stage is Stage.OBJECT else ours
-    turned = False
-    if check.stage is Stage.NORMAL and measured is not None and ours >= 0:
-        turned = misplaced(case.scene.shapes[ours], measured.ours, measured.theirs)
-    return item(
-        check.stage,
-        case.scene,
-        candidate.items,
-        ours=ours,
-        theirs=theirs,
-        alone=check.alone,
-        part=check.part,
-        phantom=phantom,
-        misplaced=turned,
-    )
-
-
-def _shape(scene: Scene, number: float) -> int:
-    """Return the index of the shape that a pixel's object names; -1 where it misses, or names none (NaN, say)."""
-    return int(number) if 0 <= number < len(scene.shapes) else -1
-
-
 # From a stage that failed to the specification item whose formula is to blame.
 
 
@@ -132,8 +100,6 @@ HITS: dict[type[Shape], tuple[str, ...]] = {
     Mesh: ("HIT-5", "HIT-6"),
     Square: ("HIT-7", "HIT-8"),
 }
-# rad: a normal that is wrong for another reason comes this near to one of two by chance in one case of a million.
-CLOSE = 1e-3
 NORMALS: dict[type[Shape], str] = {Sphere: "NRM-1", Cube: "NRM-2"}
 MATRICES = ("XF-1", "XF-2")
 _HITS = ("HIT-1", "HIT-2", "HIT-3", "HIT-4", "HIT-5", "HIT-6", "HIT-7", "HIT-8", "HIT-9")
@@ -151,6 +117,7 @@ COMPUTED: dict[Stage, tuple[str, ...]] = {
     Stage.EXITANCE: ("RAD-4",),
     Stage.RADIANCE: ("NRM-3", "RAD-4"),
 }
+GOOD = frozenset({Outcome.PASS.value, Outcome.WARN.value})
 # Kinds of shapes without which an item is not asked for.
 OF_SHAPES: dict[str, tuple[type[Shape], ...]] = {
     **{name: tuple(kind for kind, names in HITS.items() if name in names) for names in HITS.values() for name in names},
@@ -173,71 +140,24 @@ def candidates(stage: Stage, passing: Collection[Stage], shapes: Collection[str]
     return tuple(name for name in ITEMS if name in named and (name not in kinds or kinds[name] & set(shapes)))
 
 
-def item(
-    stage: Stage,
-    scene: Scene,
-    items: Collection[str],
-    *,
-    ours: int,
-    theirs: int,
-    alone: bool,
-    part: str | None = None,
-    phantom: bool = False,
-    misplaced: bool = False,
-) -> str:
-    """Return the item to blame for `stage`, among the `items` that the configuration's formulas cover.
+def passing(checks: Iterable[tuple[str, str]]) -> frozenset[Stage]:
+    """Return the stages at which every check passes, of one configuration's stages with their verdicts."""
+    verdicts: dict[str, set[str]] = {}
+    for stage, verdict in checks:
+        verdicts.setdefault(stage, set()).add(verdict)
+    quiet = {*GOOD, Outcome.UNDECIDED.value}
+    return frozenset(stage for stage in Stage if (seen := verdicts.get(stage.value, set())) & GOOD and seen <= quiet)
 
-    `ours` and `theirs` are the shape indices at the worst pixel (-1: none). `alone` says that the stage is wrong even
-    given the tracer's own previous stages; `part` is the camera stage's worst item; `phantom` says that distances are
-    wrong by themselves, so that something was hit where it is not; `misplaced` that a normal was brought into the world
-    by the wrong matrix.
+
+def items_to_blame(
+    stage: Stage, checks: Iterable[tuple[str, str]], shapes: Collection[str], own: Collection[str]
+) -> tuple[str, ...]:
+    """Return the items that may be to blame where a configuration's `checks` fail first at `stage`.
+
+    `own` are the items that its formulas cover, as far as they are known.
     """
-    if stage is Stage.CAMERA:
-        return part or "CAM-1"
-    if stage is Stage.RAY:
-        return _first(("CAM-5", "CAM-4"), items)
-    if stage in (Stage.OBJECT, Stage.DISTANCE):
-        # Two hits of which the farther was taken: choosing is to blame, not the shapes' own tests.
-        if stage is Stage.OBJECT and ours >= 0 and theirs >= 0 and ours != theirs and not phantom:
-            return "HIT-9"
-        index = theirs if theirs >= 0 and not (phantom and ours >= 0) else ours
-        if index < 0:
-            return "HIT-9"
-        if stage is Stage.DISTANCE and not alone:
-            return _first(("CAM-5", "CAM-4"), items)
-        return _first(tuple(reversed(HITS[type(scene.shapes[index])])), items)
-    if stage is Stage.POSITION:
-        return "XF-2"
-    if stage is Stage.NORMAL:
-        index = ours if ours >= 0 else theirs
-        local = NORMALS.get(type(scene.shapes[index])) if index >= 0 and not misplaced else None
-        return local or "NRM-3"
-    if stage is Stage.VISIBILITY:
-        return _first(("LIT-2", "LIT-3", "LIT-4"), items, otherwise="LIT-1")
-    if stage is Stage.IRRADIANCE:
-        return "RAD-3" if scene.shading == "simplified" else "RAD-2"
-    return "RAD-4"
-
-
-def misplaced(shape: Shape, ours: Sequence[float], theirs: Sequence[float]) -> bool:
-    """Say whether a wrong normal is the right one of object space, turned by the model matrix itself or not at all."""
-    matrix = np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
-    wrong, right = np.asarray(ours, dtype=np.float64), np.asarray(theirs, dtype=np.float64)
-    usable = all(len(one) == 3 and np.isfinite(one).all() and np.any(one) for one in (wrong, right))
-    if not usable or _angle(wrong, right) <= CLOSE:
-        return False
-    local = matrix.T @ right
-    return min(_angle(wrong, matrix @ local), _angle(wrong, local)) <= CLOSE
-
-
-def _angle(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the angle [rad] between two lines: a normal may have been turned towards the viewer."""
-    return float(np.arctan2(np.linalg.norm(np.cross(one, other)), abs(np.dot(one, other))))
-
-
-def _first(wanted: tuple[str, ...], items: Collection[str], otherwise: str | None = None) -> str:
-    """Return the first of `wanted` that the configuration covers."""
-    return next((name for name in wanted if name in items), otherwise or wanted[-1])
+    found = candidates(stage, passing(checks), shapes)
+    return tuple(item for item in found if item in own) or found
 
 
 # A subject that supports some stages only is judged on these: what it says it cannot is no pass and no failure.
@@ -254,9 +174,9 @@ def of_what_is_supported(judged: Judged, candidates: Sequence[Candidate]) -> Jud
     lost = next((one for one in left if one.outcome is Outcome.UNSUPPORTED), None)
     if lost is not None:  # a stage that was neither given nor declared
         why = f"{lost.configuration} against {lost.reference}, {lost.stage}: {lost.reason}"
-        return replace(judged, outcome=Outcome.MISSING, stage=lost.stage, item=None, reason=why)
+        return replace(judged, outcome=Outcome.MISSING, stage=lost.stage, blamed=(), reason=why)
     if left or judged.expectations:
         outcome = case_outcome(left, judged.expectations)
         why = next((one.reason for one in left if one.outcome is outcome), "")
-        return replace(judged, outcome=outcome, stage=None, item=None, reason=why)
+        return replace(judged, outcome=outcome, stage=None, blamed=(), reason=why)
     return judged

@@ -6,15 +6,11 @@ the references that share no code with it; what it says it cannot do is `unsuppo
 
 from dataclasses import dataclass, field
 
-from rayproof.cases.case import ITEMS
 from rayproof.reports.subjects.capabilities import Capabilities
 from rayproof.reports.subjects.surroundings import Surroundings
 
 TRACER = "tracer"
 PROGRAM = "exec"  # the name of a stranger's program in checks, images and the report
-# Nobody knows which formula another renderer uses where the specification has two: the first one is held to account.
-SECOND_WAYS = frozenset({"CAM-5", "HIT-6", "HIT-8", "LIT-2", "LIT-3", "LIT-4", "LIT-5"})
-ITEMS_OF_OTHERS = frozenset(ITEMS) - SECOND_WAYS
 
 
 @dataclass(frozen=True, kw_only=True)

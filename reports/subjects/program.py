@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
 from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.subjects import ITEMS_OF_OTHERS, Subject
+from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.calls import Ended, call
 from rayproof.reports.subjects.capabilities import Capabilities, capabilities_from
 from rayproof.reports.subjects.image_reading import FLOAT, Taken, take_back

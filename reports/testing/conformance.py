@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rayproof.cases.case import Case
+from rayproof.cases.case import ITEMS_OF_OTHERS, Case
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
@@ -20,7 +20,6 @@ from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.llvm import choose_packaged_llvm
 from rayproof.reports.run.messages import ReferenceTask
 from rayproof.reports.run.tasks.reference_task import heard
-from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
 if TYPE_CHECKING:
     from rayproof.tracer.configuration import Configuration
@@ -93,7 +92,7 @@ class Conformance:
             pytest.skip(f"{self.case.name}: {judged.reason or 'nothing that it answers can be measured here'}")
         if judged.outcome not in (Outcome.PASS, Outcome.WARN):
             where = f" at {judged.stage}" if judged.stage else ""
-            item = f" ({judged.item})" if judged.item else ""
+            item = f" ({', '.join(judged.blamed)})" if judged.blamed else ""
             raise AssertionError(f"{self.case.name}: {judged.outcome}{where}{item}: {judged.reason}")
         return judged
 

@@ -77,7 +77,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "family": case.family,
         "verdict": judged.outcome.value,
         "stage": judged.stage.value if judged.stage else None,
-        "item": judged.item,
+        "item": judged.blamed[0] if len(judged.blamed) == 1 else None,
         "reason": judged.reason,
         "stresses": case.stresses,
         "covers": list(case.covers),

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
 from rayproof.reports.judge.answers import Candidate, Witness
@@ -11,7 +12,6 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.run import reference_cache as cache
 from rayproof.reports.run.messages import ReferenceTask
 from rayproof.reports.run.reference_cache import Question, Rendered
-from rayproof.reports.subjects import ITEMS_OF_OTHERS
 
 
 def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness:

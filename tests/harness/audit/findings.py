@@ -96,13 +96,13 @@ def blamed_stage(fault: PlantedFault, stages: Sequence[Stage]) -> str | None:
 
 
 def _items(fault: PlantedFault, killers: Sequence[Sighting]) -> BlamedItems:
-    """Return the specification items that cases blame, the most frequent first, and whether they are the fault's own.
+    """Return the items that cases leave to blame, the most frequent first, and whether they hold the fault's own.
 
-    They are if every case that blames the fault's own stage names one of its items; None of a fault that declares none.
+    They are if every case that blames the fault's own stage leaves one of its items; None where it declares none.
     A case that shows no more than what else the fault spoils may well name another.
     """
-    named = Counter(one.item for one in killers if one.item is not None)
-    own = [one.item in fault.covers for one in killers if one.stage is fault.stage]
+    named = Counter(item for one in killers for item in one.items)
+    own = [not {*fault.covers}.isdisjoint(one.items) for one in killers if one.stage is fault.stage]
     return {
         "blamed_items": [item for item, _ in named.most_common()],
         "items_right": bool(own) and all(own) if fault.covers else None,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Candidate, Witness
@@ -23,7 +24,6 @@ from rayproof.reports.judge.measurement import Kind, ratios
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.scene_truth import Ground, ground
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.subjects import ITEMS_OF_OTHERS
 from tests.harness.audit.oracle import PatientOracle
 from tests.harness.audit.orders import LiarOrder, LiarReport
 

@@ -75,7 +75,7 @@ class Sighting:
     case: str
     outcome: Outcome
     stage: Stage | None
-    item: str | None
+    items: tuple[str, ...]  # that may be to blame
     blamed: str | None  # "tracer", or the references under suspicion
     reason: str
     looks: dict[str, Look] = field(default_factory=dict)

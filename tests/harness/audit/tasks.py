@@ -97,7 +97,7 @@ def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness]
             case=case.name,
             outcome=Outcome.FAIL,
             stage=Stage(str(differing["stage"])),
-            item=None,
+            items=(),
             blamed="tracer",
             reason=sentence(differing),
         )
@@ -129,7 +129,7 @@ def _fallen(fault: PlantedFault, case: Case, error: Exception) -> Sighting:
     """Return the sighting of a fault that could not be judged."""
     reason = f"{type(error).__name__}: {error}".splitlines()[0]
     return Sighting(
-        fault=fault.name, case=case.name, outcome=Outcome.ERROR, stage=None, item=None, blamed=None, reason=reason
+        fault=fault.name, case=case.name, outcome=Outcome.ERROR, stage=None, items=(), blamed=None, reason=reason
     )
 
 
@@ -148,7 +148,7 @@ def _sighting(name: str, case: Case, judged: Any, looks: dict[str, Look] | None 
         case=case.name,
         outcome=judged.outcome,
         stage=stage if judged.outcome in BAD else None,
-        item=judged.item,
+        items=judged.blamed,
         blamed=blamed,
         reason=judged.reason,
         looks=looks or {},

@@ -21,7 +21,7 @@ def sighting(outcome: Outcome = Outcome.FAIL, stage: Stage | None = Stage.OBJECT
         "case": "family/case",
         "outcome": outcome,
         "stage": stage,
-        "item": None,
+        "items": (),
         "blamed": "tracer" if outcome is Outcome.FAIL else None,
         "reason": "",
         "looks": dict.fromkeys(("analytic", "mitsuba_scalar", "mitsuba_llvm"), usual),
@@ -96,12 +96,12 @@ def test_a_reference_fault_blamed_on_the_tracer_is_wrong_unless_a_guard_comes_fi
     assert findings.by_cases(fault, seen, "the oracle is broken")["blamed_right"]
 
 
-def test_items_are_right_if_every_case_that_blames_the_stage_names_one_of_the_faults_own() -> None:
+def test_items_are_right_if_every_case_that_blames_the_stage_leaves_one_of_the_faults_own() -> None:
     fault = PlantedFault(name="slot/fault_x", where="tracer", stage=Stage.OBJECT, covers=("HIT-1",))
     right, wrong, elsewhere = (
-        sighting(item="HIT-1"),
-        sighting(item="HIT-9"),
-        sighting(item="NRM-1", stage=Stage.DISTANCE),
+        sighting(items=("HIT-1", "HIT-2")),
+        sighting(items=("HIT-9",)),
+        sighting(items=("NRM-1",), stage=Stage.DISTANCE),
     )
     cases = {"right": [right, elsewhere], "wrong": [right, right, wrong], "never": [elsewhere]}
 
@@ -113,7 +113,7 @@ def test_items_are_right_if_every_case_that_blames_the_stage_names_one_of_the_fa
         "wrong": False,
         "never": False,
     }
-    assert entries["wrong"]["blamed_items"] == ["HIT-1", "HIT-9"]
+    assert entries["wrong"]["blamed_items"] == ["HIT-1", "HIT-2", "HIT-9"]
     assert (result["items_declared"], result["items_right"]) == (3, 1)
     assert findings.by_cases(FAULT, [right])["items_right"] is None
 

@@ -48,7 +48,7 @@ def test_a_fault_of_the_tracer_is_killed_by_each_reference_alone_and_blamed_on_i
     assert entry["killed"]
     assert entry["blamed_right"]
     assert entry["blamed_stage"] == fault.stage
-    assert report.sightings[0].item is not None
+    assert report.sightings[0].items
     # Embree sees no sphere, and neither it nor a camera-less program every stage; who sees must kill.
     seeing = [one for one in entry["references"].values() if one["sees"]]
     assert len(seeing) >= 3

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rayproof.cases.case import Case
+from rayproof.cases.case import ITEMS_OF_OTHERS, Case
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
@@ -26,7 +26,7 @@ CASE = Case(
     least_interior=500,
     most_edge=0.05,
 )
-ITEMS = frozenset({"CAM-1", "CAM-2", "CAM-3", "CAM-4", "HIT-1", "HIT-4", "HIT-9", "NRM-1", "NRM-3", "LIT-1", "RAD-2"})
+ITEMS = ITEMS_OF_OTHERS
 ORACLE = Analytic()
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.judge.case import judge_case
@@ -13,7 +14,6 @@ from rayproof.reports.judge.edge_values import Sides, excused_anyhow
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome, concerning
 from rayproof.reports.run.record.totals import of
-from rayproof.reports.subjects import ITEMS_OF_OTHERS
 from tests.reports.judge.scenes import CASE, ORACLE, rounded, truth, witness
 
 CANNOT = "It has nothing of the kind."
