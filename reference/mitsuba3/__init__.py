@@ -3,3 +3,177 @@
 The published wheels compute in float32, so Mitsuba is evidence against blunders, not a source of digits. Facts about
 it were checked in the source of version 3.9.1 and are repeated by the tests.
 """
+
+from collections.abc import Collection
+from functools import cache, lru_cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from rayproof.cases.scene import Plane, Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reference.mitsuba3 import program
+from rayproof.reference.mitsuba3.scene import (
+    SHADOW_EPSILON,
+    box,
+    disc_reach,
+    distances_from,
+    finite_shapes,
+    load_scene,
+    offsets,
+)
+
+HIGHEST = 64  # a scene with more shapes has kernels of its own
+
+
+@cache
+def hold_a_high_number(mi: Any) -> Any:
+    """Return the last of HIGHEST shapes, kept so that scenes of few shapes and of many share kernels.
+
+    Dr.Jit numbers all living objects, the lowest free number first, so the shapes of scenes take the numbers of the
+    others. Into a kernel that calls two of their methods it writes where the second one's table begins, and the first
+    one's has a place for every number up to the highest.
+    """
+    return [mi.load_dict({"type": "disk"}) for _ in range(HIGHEST)][-1]
+
+
+class _Mitsuba:
+    """What both variants share; `variant` tells them apart."""
+
+    precision = "float32"
+    in_bands = True
+    light_epsilon = SHADOW_EPSILON
+    variant: ClassVar[str]
+
+    def version(self) -> str:
+        """Return program, version and variant."""
+        return program.program_version(self.variant)
+
+    def unsupported(self, scene: Scene, stage: Stage) -> str | None:
+        """Return a sentence that says why it cannot answer here, or None if it can."""
+        return program.unavailable(self.variant) or refusal(scene, stage)
+
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
+        """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
+
+        Stages up to exitance come from single rays through the pixel centres, radiance from Mitsuba's integrator.
+        """
+        mi, camera, tracing = program.switch_to(self.variant), scene.camera, program.TRACING[self.variant]
+        near, far = camera.near, camera.far
+        traced = set(stages) - {Stage.RADIANCE} if samples == 1 else set()
+        found: StageImages = {}
+        world = None
+        if traced or scene.clip != "depth":
+            world = load_scene(mi, scene, near=near, far=far)
+            hits = tracing.trace(world, camera, program.own_interval(scene))
+            found = program.stage_answers(scene, world, hits, tracing.feel, traced)
+            if Stage.CAMERA in traced:
+                found[Stage.CAMERA] = program.camera_answer(world, camera, tracing.ends)
+            if scene.clip != "depth":
+                near, far = program.clip_planes_beyond(camera, hits)
+        if Stage.RADIANCE in stages:
+            # Never two at once: where its tables lie would be other code than for one alone.
+            cropped = camera.rows is not None
+            if samples > 1 or (near, far) != (camera.near, camera.far) or cropped:
+                world = None
+            world = world or load_scene(mi, scene, near=near, far=far, samples=samples, cropped=cropped)
+            found[Stage.RADIANCE] = program.radiance_image(world, scene, tracing.integrator(world), samples)
+        return found
+
+    def epsilon(self, scene: Scene) -> float:
+        """Return how far [m] above the surface feelers start at most, over all that the camera sees."""
+        return float(self.epsilon_per_pixel(scene).max())
+
+    def epsilon_per_pixel(self, scene: Scene) -> np.ndarray:
+        """Return how far [m] above the surface the pixel's feelers start, (height, width), 0 on a miss.
+
+        It grows with the distance from the origin, so a plane's far end says nothing about its near one.
+        """
+        return self.epsilon_at(self.render(scene, [Stage.OBJECT, Stage.POSITION]))
+
+    def epsilon_at(self, seen: StageImages) -> np.ndarray:
+        """Return the same from answers that have object and position already."""
+        return np.where(seen[Stage.OBJECT][..., 0] >= 0, offsets(seen[Stage.POSITION]), 0.0)
+
+    def notes(self, scene: Scene) -> list[str]:
+        """Return in sentences where Mitsuba's answer is to another question than the one asked."""
+        found = []
+        planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
+        if planes:
+            covers = (
+                "all but the last millionth of a radian below the horizon"
+                if scene.clip == "none"
+                else "everything up to the far plane and every light"
+            )
+            radius = f"{disc_reach(scene):.4g} m"
+            found.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {radius}, covering {covers}.")
+        if scene.lights:
+            found.append(f"Blockers nearer to a light than {SHADOW_EPSILON:.1e} of a feeler's length do not count.")
+        return found
+
+
+class MitsubaScalar(_Mitsuba):
+    """Mitsuba without a compiler: Embree and C++ in float32, sharing neither code nor Dr.Jit's compiler with us."""
+
+    variant = "scalar_rgb"
+
+
+class MitsubaLlvm(_Mitsuba):
+    """Mitsuba through Dr.Jit and LLVM: the compiler is also the tracer's, so its word is no witness on its own."""
+
+    variant = "llvm_ad_rgb"
+
+    def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
+        """Answer `stages` as the other variant does, with kernels that scenes share."""
+        hold_a_high_number(program.switch_to(self.variant))
+        return super().render(scene, stages, samples=samples)
+
+
+LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
+# Embree ignores geometry with coordinates above 1.8e18, and the determinant of a disc's matrix must fit float32.
+LARGEST = 1e15  # m
+# Feelers that start higher above a shape than this fraction of its size no longer test its shadow.
+COARSEST_OFFSET = 0.01
+
+
+def refusal(scene: Scene, stage: Stage) -> str | None:
+    """Return why Mitsuba cannot answer `stage` of `scene`, or None if it can."""
+    return _size(scene) or (_light(scene, stage) if stage in LIT else None)
+
+
+@lru_cache(maxsize=4)
+def _size(scene: Scene) -> str | None:
+    boxes = [corner for _, shape in finite_shapes(scene) for corner in box(shape)]
+    points = np.array([scene.camera.eye, *(light.position for light in scene.lights), *boxes])
+    largest = max(float(np.abs(points).max()), disc_reach(scene))
+    return f"Mitsuba's float32 does not reach {largest:g} m." if largest > LARGEST else None
+
+
+def _light(scene: Scene, stage: Stage) -> str | None:
+    for index, shape in finite_shapes(scene):
+        low, high = box(shape)
+        size, offset = float((high - low).max()), float(offsets(np.stack([low, high])).max())
+        if scene.lights and offset > COARSEST_OFFSET * size:
+            return f"Mitsuba's feelers start {offset:g} m above shapes[{index}], which measures only {size:g} m."
+    if stage is Stage.VISIBILITY:
+        return None
+    if scene.shading == "simplified":
+        return "Mitsuba has no light without the inverse square law."
+    return _image(scene) if stage is Stage.RADIANCE else None
+
+
+def _image(scene: Scene) -> str | None:
+    for index, shape in enumerate(scene.shapes):
+        if max(shape.albedo) > 1:
+            return f"Mitsuba refuses an albedo above 1, shapes[{index}] has {shape.albedo}."
+    if scene.clip == "shell" and not _inside_shell(scene):
+        return "Mitsuba's camera clips at planes, not at spheres around the eye."
+    return None
+
+
+def _inside_shell(scene: Scene) -> bool:
+    """Return whether every shape surely lies between the two spheres, so that they clip nothing."""
+    finite = finite_shapes(scene)
+    bounds = [distances_from(scene.camera.eye, shape) for _, shape in finite]
+    camera = scene.camera
+    return len(finite) == len(scene.shapes) and all(camera.near < n and f < camera.far for n, f in bounds)

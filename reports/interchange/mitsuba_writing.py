@@ -15,8 +15,7 @@ from trimesh.exchange.ply import export_ply
 
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Rgb, Scene, SceneError, Shape, Sphere, Square, Triangle
-from rayproof.reference.mitsuba3.planes import disc_to_world
-from rayproof.reference.mitsuba3.shapes import needs_instance, split
+from rayproof.reference.mitsuba3.scene import disc_to_world, needs_instance, split_scale
 from rayproof.reports.interchange import EXPORTERS
 from rayproof.reports.interchange.mitsuba_scene import PLANE
 from rayproof.reports.results.atomic import replacing, write_text
@@ -109,7 +108,7 @@ def _shape(root: Element, shape: Shape, index: int, scene: Scene, path: Path, dr
         _transform(element, disc_to_world(shape, scene))
     elif needs_instance(shape):
         group = SubElement(root, "shape", type="shapegroup", id=f"group-{index}")
-        within, around = split(shape)
+        within, around = split_scale(shape)
         element = _primitive(group, shape, within)
         instance = SubElement(root, "shape", type="instance")
         SubElement(instance, "ref", id=f"group-{index}")

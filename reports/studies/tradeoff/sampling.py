@@ -10,10 +10,9 @@ from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reference.mitsuba3 import variants
-from rayproof.reference.mitsuba3.images import radiance
-from rayproof.reference.mitsuba3.references import MitsubaLlvm, MitsubaScalar
-from rayproof.reference.mitsuba3.worlds import build
+from rayproof.reference.mitsuba3 import MitsubaLlvm, MitsubaScalar, program
+from rayproof.reference.mitsuba3.program import radiance_image
+from rayproof.reference.mitsuba3.scene import load_scene
 from rayproof.reports.studies.compare.timing import enlarged, launch
 from rayproof.reports.studies.tradeoff.clocks import Launch, kernel_seconds, wall_seconds
 from rayproof.reports.studies.tradeoff.entry import Entry
@@ -109,11 +108,11 @@ def _traced(scene: Scene, configuration: Configuration, per_side: int) -> float:
 def _mitsuba(variant: str, scene: Scene, per_side: int, clock: str) -> Launch:
     """Return a launch of Mitsuba's own renderer on a scene that it has loaded already."""
     camera = scene.camera
-    world = build(variants.load(variant), scene, near=camera.near, far=camera.far, samples=per_side)
+    world = load_scene(program.switch_to(variant), scene, near=camera.near, far=camera.far, samples=per_side)
 
     def once() -> float:
-        variants.load(variant)
+        program.switch_to(variant)
         seconds = kernel_seconds if clock == "kernels" else wall_seconds
-        return seconds(lambda: radiance(world, scene, world.loaded.integrator(), per_side))
+        return seconds(lambda: radiance_image(world, scene, world.loaded.integrator(), per_side))
 
     return once

@@ -3,13 +3,13 @@ from typing import Any
 import pytest
 
 from rayproof.reference import REFERENCES
-from rayproof.reference.mitsuba3 import variants
+from rayproof.reference.mitsuba3 import program
 
 
 @pytest.fixture(params=["mitsuba_scalar", "mitsuba_llvm"])
 def mitsuba(request):
     reference: Any = REFERENCES[request.param]()
-    missing = variants.unavailable(reference.variant)
+    missing = program.unavailable(reference.variant)
     if missing:
         pytest.skip(missing)
     return reference

@@ -6,7 +6,7 @@ import pytest
 from rayproof.cases.scene import Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.mitsuba3.epsilons import RAY_EPSILON, SHADOW_EPSILON, offsets
+from rayproof.reference.mitsuba3.scene import RAY_EPSILON, SHADOW_EPSILON, offsets
 from tests.reference.mitsuba3.geometry import WHITE, answer, looking_down
 
 LIGHT = PointLight(position=(1, 1, 3), flux=(10.0, 20.0, 30.0))

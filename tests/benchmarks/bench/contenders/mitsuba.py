@@ -9,9 +9,8 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import Mesh, Scene
-from rayproof.reference.mitsuba3.shapes import entries
-from rayproof.reference.mitsuba3.variants import load, unavailable
-from rayproof.reference.mitsuba3.worlds import intensity, sensor
+from rayproof.reference.mitsuba3.program import switch_to, unavailable
+from rayproof.reference.mitsuba3.scene import entries, intensity, sensor
 from tests.benchmarks.bench import Prepared
 from tests.benchmarks.bench.kernels import kernels
 
@@ -20,7 +19,7 @@ from tests.benchmarks.bench.kernels import kernels
 @lru_cache(maxsize=2)
 def loaded(variant: str, scene: Scene) -> tuple[Any, float]:
     """Return Mitsuba's scene, direct integrator and one box-filtered sample a pixel, and the seconds of loading."""
-    mi = load(variant)
+    mi = switch_to(variant)
     start = time.perf_counter()
     camera = scene.camera
     meshes = {index: shape for index, shape in enumerate(scene.shapes) if isinstance(shape, Mesh)}
@@ -77,7 +76,7 @@ class _Direct:
 
     def prepare(self, scene: Scene) -> Prepared:
         """Load the scene."""
-        mi = load(self.variant)
+        mi = switch_to(self.variant)
         world, seconds = loaded(self.variant, scene)
         is_jit = self.variant.startswith("llvm")
         last: list[Any] = [None]
@@ -96,7 +95,7 @@ class _Direct:
             does=f"mi.render, direct, 1 sample a pixel, {self.variant}",
             kernels=(lambda: kernels(run)) if is_jit else None,
             # Global to the process, and another contender may have changed it.
-            ready=lambda: load(self.variant),
+            ready=lambda: switch_to(self.variant),
         )
 
 
@@ -136,7 +135,7 @@ class _Minimal:
 
     def prepare(self, scene: Scene) -> Prepared:
         """Load the scene."""
-        mi = load(VARIANT)
+        mi = switch_to(VARIANT)
         world, seconds = loaded(VARIANT, scene)
         draw = _kernel(mi, world, scene)
         if self.frozen:

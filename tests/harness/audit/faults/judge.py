@@ -11,7 +11,7 @@ import numpy as np
 from rayproof.cases.rounding import gamma
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reference.mitsuba3.references import _Mitsuba
+from rayproof.reference.mitsuba3 import _Mitsuba
 from rayproof.reports.judge import (
     admissible,
     answers,

@@ -12,7 +12,8 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import camera_frame, feelers, light, nearest, surfaces
 from rayproof.reference.embree import facets
 from rayproof.reference.embree.tracing import World
-from rayproof.reference.mitsuba3 import shapes, stages, worlds
+from rayproof.reference.mitsuba3 import program
+from rayproof.reference.mitsuba3 import scene as mitsuba_scene
 from rayproof.reference.radiance import cameras, materials
 from rayproof.reference.radiance.tracing import World as RadianceWorld
 from tests.harness.audit.faults import FAULTS, altered, replaced
@@ -286,7 +287,7 @@ def mitsuba_flux_factor() -> Iterator[None]:
 
     Mitsuba is handed the flux over 2 pi as intensity.
     """
-    right = worlds.intensity
+    right = mitsuba_scene.intensity
 
     def wrong(light: Any) -> list[float]:
         return [2 * channel for channel in right(light)]
@@ -298,7 +299,7 @@ def mitsuba_flux_factor() -> Iterator[None]:
 @contextmanager
 def _sensor_with(change: Callable[[dict[str, Any]], dict[str, Any]]) -> Iterator[None]:
     """Change some entries of the dictionary that describes Mitsuba's camera to Mitsuba."""
-    right = worlds.sensor
+    right = mitsuba_scene.sensor
 
     def wrong(*arguments: Any, **options: Any) -> Any:
         sensor = right(*arguments, **options)
@@ -399,7 +400,7 @@ def mitsuba_light_not_moved() -> Iterator[None]:
     def wrong(world: Any, light: Any) -> None:
         return None
 
-    with altered(worlds.World, "place", wrong):
+    with altered(mitsuba_scene.MitsubaScene, "place", wrong):
         yield
 
 
@@ -422,7 +423,7 @@ def mitsuba_near_plane() -> Iterator[None]:
 
     Mitsuba's distances are measured from the near plane.
     """
-    right = stages.answers
+    right = program.stage_answers
 
     def wrong(scene: Any, *rest: Any) -> Any:
         found = right(scene, *rest)
@@ -459,7 +460,7 @@ def mitsuba_no_instances() -> Iterator[None]:
 
     Mitsuba is handed mirrored and stretched shapes as they are, which it draws wrong.
     """
-    right = shapes.needs_instance
+    right = mitsuba_scene.needs_instance
 
     def wrong(shape: Any) -> bool:
         return False
@@ -487,7 +488,7 @@ def mitsuba_normal_mirrored() -> Iterator[None]:
 
     Mitsuba's normals are read inwards.
     """
-    right = stages._shading_normals
+    right = program._shading_normals
 
     def wrong(scene: Any, hits: Any) -> Any:
         return -right(scene, hits)
