@@ -85,7 +85,24 @@ class Bench:
         if left.any():
             for around in faces_near(self.terms, left):
                 good |= find(stage, self.candidate.answers, around.sides, limit, objects, continued=continued)
+            for terms, around in self._clipped_elsewhere(left):
+                own = terms.limits.continued if continued else terms.limits.end_to_end
+                wider = np.maximum(limit, own.get(stage, 0.0))
+                good |= find(stage, self.candidate.answers, around, wider, objects, continued=continued)
         return Held(good=good, interval=none)
+
+    def _clipped_elsewhere(self, where: np.ndarray) -> tuple[tuple[Terms, Sides], ...]:
+        """Return what pixels see, and the terms, if clipping stands to either side of what rounding decides there."""
+        clipped = self.terms.classes.clipped
+        where = where & (clipped > 0)
+        if not where.any():
+            return ()
+        stages, reach = (Stage.RAY, *GEOMETRY), np.zeros(where.shape)
+        found = []
+        for base in self.ground.clipped_elsewhere(2 * float(clipped.max())):
+            around = sides(base.oracle, base.scene, stages, where, reach)
+            found.append((replace(self.terms, ground=base), around))
+        return tuple(found)
 
     def _lit(self, stage: Stage, where: np.ndarray) -> Held:
         """Return which pixels of `where` have a value of light that some object and some choice of lights gives."""
@@ -96,11 +113,11 @@ class Bench:
         # Away from outlines one surface is seen, and its place is known as well as the limits say.
         parts = [(rows, columns, [truth[one][rows, columns][:, np.newaxis] for one in kinds])]
 
-        def judge(rows: np.ndarray, columns: np.ndarray, samples: list[np.ndarray]) -> None:
+        def judge(rows: np.ndarray, columns: np.ndarray, samples: list[np.ndarray], terms: Terms = self.terms) -> None:
             rays, objects, positions, normals = samples
             seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals)
             values = self._ours(stage)[rows, columns]
-            found = held(self.ground.scene, stage, values, seen, self.terms.lights(stage, rows, columns, values))
+            found = held(self.ground.scene, stage, values, seen, terms.lights(stage, rows, columns, values))
             np.logical_or.at(good, (rows, columns), found.good)
             np.logical_or.at(interval, (rows, columns), found.interval)
 
@@ -119,6 +136,8 @@ class Bench:
         if black.any():
             wrong = black & ~may_be_dark(self.terms, stage, black)
             good, interval = good & ~wrong, interval & ~wrong
+        for terms, around in self._clipped_elsewhere(where & ~good):
+            judge(around.rows, around.columns, [around.answers[one] for one in kinds], terms)
         return Held(good=good, interval=interval)
 
     def _black(self, stage: Stage) -> np.ndarray:

@@ -371,6 +371,35 @@ class Unrounded:
         return tuple(found)
 
     @cached_property
+    def at_clip(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far [m] along the ray a surface is from a clip plane, and how far off it may seem there.
+
+        Both (height, width), the second [m per roundoff]. The surface faces as the plane does: one that leans more
+        against it crosses it nearby, where it has an outline. Along a coordinate axis its depth is one coordinate of
+        its points less the eye's, each carried with two roundings, then the difference, the quotient for t, that for
+        the plane, the speed of depth and the plane's own depth with one each: what is 0 rounds nothing. Along another
+        axis the surface is off as everywhere, its distance by its own roundings, and its depth by as many: axis and ray
+        are normalised (6 and 7), and their product has three terms.
+        """
+        camera, edges, rays = self.scene.camera, self.edges, self.truth[Stage.RAY]
+        gap, error = np.full(edges.at_clip.shape, np.inf), np.zeros(edges.at_clip.shape)
+        if self.scene.clip != "depth":
+            return gap, error
+        eye, along = np.asarray(camera.eye, dtype=np.float64), off_axis(camera, rays)
+        forward = np.subtract(camera.target, camera.eye, dtype=np.float64)
+        for index in np.unique(edges.at_clip[edges.at_clip >= 0]):
+            here = edges.at_clip == index
+            t = edges.clip_depth[here]
+            points = eye + t[:, np.newaxis] * rays[here]
+            gap[here] = np.minimum(np.abs(t - camera.near / along[here]), np.abs(t - camera.far / along[here]))
+            if np.count_nonzero(forward) == 1:
+                coordinates = (np.abs(points) + np.abs(eye))[:, forward != 0][:, 0]
+                error[here] = 2 * coordinates / along[here] + 5 * t
+            else:
+                error[here] = 16 * (surface_error(self.scene.shapes[int(index)], eye, points) / along[here] + 2 * t)
+        return gap, error
+
+    @cached_property
     def at_eye(self) -> tuple[float, ...]:
         """Return how far off [m per roundoff] each shape may seem at the eye; below 0 where clipping hides that."""
         if self.scene.clip != "none":

@@ -27,6 +27,8 @@ class Classes:
     light: np.ndarray  # (height, width, lights)
     reach: np.ndarray  # (height, width) px
     depth: np.ndarray  # (height, width) m: surfaces no farther apart than this along the ray are not told apart
+    # (height, width) m: how far an end of clipping may seem moved, where that decides what is seen; elsewhere 0
+    clipped: np.ndarray
     flagged: np.ndarray  # (height, width): a light lies on the surface here, within rounding
     # (height, width): of these the object, or some light, is undecided by no distance in the image (surfaces that
     # coincide, or hold the eye or a light; a light at the horizon), so that who has one side's value has it by chance.
@@ -65,6 +67,7 @@ class Unlit:
     object_tied: np.ndarray  # (height, width)
     reach: np.ndarray  # (height, width) px
     depth: np.ndarray  # (height, width) m
+    clipped: np.ndarray  # (height, width) m
     flagged: np.ndarray  # (height, width)
     lights: tuple["_Lit", ...]  # none where no light is asked about
     ends: tuple[np.ndarray, ...]  # (height, width) m for each of the edges' light ends: how far off it may seem
@@ -115,7 +118,9 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
             )
         lights.append(lit)
         flagged |= c.hit & (lamp.distance <= 4 * limits.position)
-    tied = edges.gap <= depth
+    gap, error = about.at_clip
+    clipped = np.where(gap <= g(1) * error, g(1) * error, 0.0)
+    tied = (edges.gap <= depth) | (clipped > 0)
     # Without clipping a surface that holds the eye is before it or behind it, and seen in every pixel or in none.
     if any(gap <= g(HIT) * error for gap, error in zip(edges.eye_gaps, about.at_eye, strict=True)):
         tied = np.ones_like(tied)
@@ -124,6 +129,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
         object_tied=tied,
         reach=reach,
         depth=depth,
+        clipped=clipped,
         flagged=flagged,
         lights=tuple(lights),
         ends=tuple(g(HIT) * error for error in about.ends),
@@ -179,6 +185,7 @@ def classify(
         light=light,
         reach=before.reach,
         depth=before.depth,
+        clipped=before.clipped,
         flagged=before.flagged,
         notes=tuple(notes),
     )

@@ -33,6 +33,8 @@ class Edges(Protocol):
     terminator: np.ndarray  # (height, width, lights)
     gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface
     behind: np.ndarray  # (height, width): that surface's shape, -1 without one
+    clip_depth: np.ndarray  # (height, width) m: where the ray meets the surface nearest to an end of clipping
+    at_clip: np.ndarray  # (height, width): that surface's shape, -1 without one
     light_ends: Sequence[LightEnd]
     eye_gaps: np.ndarray  # (shapes,) m, of each shape: how far its surface is from the eye at least
 

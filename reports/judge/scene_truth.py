@@ -111,6 +111,16 @@ class Ground:
         stages = tuple(self.truth)
         return self.once(("beyond", distance), lambda: ground(scene, stages, self.oracle, known={}))
 
+    def clipped_elsewhere(self, moved: float) -> tuple["Ground", ...]:
+        """Return the grounds of what is seen if both ends of clipping stand so much [m] farther apart, or closer."""
+        return self.once(
+            ("clipped elsewhere", moved),
+            lambda: tuple(
+                ground(scene, tuple(self.truth), self.oracle, known={})
+                for scene in _clipped_elsewhere(self.scene, moved)
+            ),
+        )
+
     def outlined(self, classes: Classes, edge_epsilon: float) -> Classes:
         """Return the classes for parties whose outlines may lie so much [m] farther out."""
         return farther(classes, self.edges, self.conditioning, edge_epsilon)
@@ -136,6 +146,15 @@ def _added(mine: Limits, theirs: Limits) -> Limits:
         aimed=mine.aimed + theirs.aimed,
         lifted=mine.lifted + theirs.lifted,
     )
+
+
+def _clipped_elsewhere(scene: Scene, moved: float) -> tuple[Scene, Scene]:
+    """Return the scene with both ends of clipping moved [m] apart, and with both moved towards each other."""
+    camera = scene.camera
+    moved = min(moved, camera.near / 2, (camera.far - camera.near) / 4)
+    wide = replace(camera, near=camera.near - moved, far=camera.far + moved)
+    narrow = replace(camera, near=camera.near + moved, far=camera.far - moved)
+    return replace(scene, camera=wide), replace(scene, camera=narrow)
 
 
 def _seen_beyond(scene: Scene, distance: float) -> Scene:

@@ -22,6 +22,7 @@ from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, St
 # Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
+OF_PIXELS = ("silhouette", "shadow", "terminator", "gap", "behind", "clip_depth", "at_clip", "eye_gaps")
 OF_ENDS = ("pixels", "depth", "chord")  # arrays of a light's end
 
 
@@ -154,9 +155,7 @@ class KeepingOracle:
         edges = self._oracle.edges(scene)
         seconds = time.perf_counter() - start
         ends = [(int(end.light), int(end.shape), int(end.face), float(end.gap)) for end in edges.light_ends]
-        arrays = {
-            name: getattr(edges, name) for name in ("silhouette", "shadow", "terminator", "gap", "behind", "eye_gaps")
-        }
+        arrays = {name: getattr(edges, name) for name in OF_PIXELS}
         arrays |= {
             f"end {name} {index}": getattr(end, name) for index, end in enumerate(edges.light_ends) for name in OF_ENDS
         }

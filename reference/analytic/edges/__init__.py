@@ -13,7 +13,7 @@ from rayproof.reference.analytic.edges.borders import borders_of
 from rayproof.reference.analytic.edges.crossings import crossing_distances
 from rayproof.reference.analytic.edges.hits import Hits, hits_of
 from rayproof.reference.analytic.edges.lights_on_surfaces import LightEnd, gaps_to, light_ends
-from rayproof.reference.analytic.edges.meetings import meetings_of, next_depths, undecided_depths
+from rayproof.reference.analytic.edges.meetings import clip_depths, meetings_of, next_depths, undecided_depths
 from rayproof.reference.analytic.edges.occlusion import Screens
 from rayproof.reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
 from rayproof.reference.analytic.edges.shadows import shadow_distances, terminator_distances
@@ -43,6 +43,8 @@ class Edges:
     terminator: np.ndarray  # (height, width, lights): dot(N, L) changes sign
     gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface; inf without one
     behind: np.ndarray  # (height, width): that surface's shape, -1 without one
+    clip_depth: np.ndarray  # (height, width) m: where the ray meets the surface nearest to an end of clipping; or inf
+    at_clip: np.ndarray  # (height, width): that surface's shape, -1 without one
     light_ends: tuple[LightEnd, ...]
     eye_gaps: np.ndarray  # (shapes,) m, of each shape: a lower bound of its surface's distance from the eye
 
@@ -61,12 +63,15 @@ def edges_of(scene: Scene) -> Edges:
     gap, behind = next_depths(hits, meetings)
     # Surfaces that coincide make no outline: what is seen is one of the two, and nothing of the neighbourhood.
     gap = np.where(undecided_depths(hits, gap), 0, gap)
+    clip_depth, at_clip = clip_depths(hits, meetings)
     return Edges(
         silhouette=_lowered(silhouette.reshape(size)),
         shadow=_lowered(shadow),
         terminator=_lowered(terminator),
         gap=gap.reshape(size),
         behind=behind.reshape(size),
+        clip_depth=clip_depth.reshape(size),
+        at_clip=at_clip.reshape(size),
         light_ends=light_ends(hits),
         eye_gaps=np.array([gaps_to(surface_of(shape), hits.view.eye).min(initial=np.inf) for shape in scene.shapes]),
     )

@@ -8,6 +8,7 @@ from rayproof.cases.scene import Mesh, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.edges.hits import Hits
 from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.nearest import clip_interval
 from rayproof.reference.analytic.planes import Flat
 from rayproof.reference.analytic.polygons import Polygons
 from rayproof.reference.analytic.surfaces import surface_of
@@ -75,6 +76,25 @@ def next_depths(hits: Hits, meetings: list[Meeting]) -> tuple[np.ndarray, np.nda
         np.minimum.at(gaps, rays, apart)
         shapes[rays[apart == gaps[rays]]] = meeting.shape
     return gaps, shapes
+
+
+def clip_depths(hits: Hits, meetings: list[Meeting]) -> tuple[np.ndarray, np.ndarray]:
+    """Return where [m] along the ray the surface nearest to an end of clipping is met (N,), and its shape (N,).
+
+    Infinite, and -1, where nothing is clipped or met. A surface counts on both sides of the end.
+    """
+    gaps, depths, shapes = *np.full((2, len(hits.directions)), np.inf), np.full(len(hits.directions), -1)
+    if hits.scene.clip == "none":
+        return depths, shapes
+    ends = clip_interval(hits.scene, hits.rows[Stage.RAY])
+    for meeting in meetings:
+        met = (meeting.distances > 0) & np.isfinite(meeting.distances)
+        rays = meeting.rays[met]
+        apart = np.min([np.abs(meeting.distances[met] - end[rays]) for end in ends], axis=0)
+        np.minimum.at(gaps, rays, apart)
+        nearest = apart == gaps[rays]
+        depths[rays[nearest]], shapes[rays[nearest]] = meeting.distances[met][nearest], meeting.shape
+    return depths, shapes
 
 
 def undecided_depths(hits: Hits, gaps: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES, select
 from rayproof.cases.random_scenes import random_case
-from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere
+from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
@@ -249,3 +249,41 @@ def test_a_chord_just_before_a_light_on_a_ball_hides_it_only_where_it_is_deeper_
     visible[row, column, 0] = 1
     result = judged(case, answered(case, truth, Stage.VISIBILITY, visible), truth)
     assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.VISIBILITY)
+
+
+def wall_at(end: str, moved: float) -> Case:
+    """Return a case of a wall that faces the camera, so much (relative) behind an end of clipping, before another."""
+    depth = 3.7 * (1 + moved)
+    ends = {"near": 0.1, "far": 50.0} | {end: 3.7}
+    camera = Camera(eye=(0.3, 0.1, depth), target=(0.3, 0.1, 0.0), up=(0, 1, 0), fovy=40.0, width=24, height=16, **ends)
+    wall = Square(albedo=(0.5, 0.4, 0.3), to_world=((1, 0, 0, -1.1), (0, 1, 0, 0.2), (0, 0, 1, 0), (0, 0, 0, 1)))
+    before = replace(wall, to_world=((0.5, 0, 0, 0.7), (0, 0.5, 0, 0.1), (0, 0, 1, 0.2), (0, 0, 0, 1)))
+    behind = replace(wall, to_world=((40, 0, 0, 0.3), (0, 40, 0, 0.1), (0, 0, 1, -3.0), (0, 0, 0, 1)))
+    light = PointLight(position=(1.5, -1.0, 4.0), flux=(100.0, 80.0, 60.0))
+    scene = Scene(camera=camera, shapes=(wall, before, behind), lights=(light,))
+    return Case(
+        name="test/ball", scene=scene, stresses="A wall at an end.", covers=("CAM-4",), least_interior=5, most_edge=0.9
+    )
+
+
+@pytest.mark.parametrize("end", ["near", "far"])
+@pytest.mark.parametrize("moved", [2.0**-36, 0.0, -(2.0**-36)])
+def test_a_wall_within_rounding_of_an_end_of_clipping_may_be_seen_or_not(end, moved):
+    case, seen, hidden = (wall_at(end, each) for each in (moved, 1e-12, -1e-12))
+    odd = (np.indices((16, 24)).sum(axis=0) % 2 == 0)[..., np.newaxis]
+    truth, one, other = truth_of(case), truth_of(seen), truth_of(hidden)
+    mixed = truth | {stage: np.where(odd, one[stage], other[stage]) for stage in one if stage is not Stage.CAMERA}
+
+    assert judged(case, rounded(mixed), truth).outcome is Outcome.PASS
+    spoilt = dict(mixed)
+    spoilt[Stage.DISTANCE] = np.where(np.isfinite(mixed[Stage.DISTANCE]), 1.001, 1.0) * mixed[Stage.DISTANCE]
+    assert judged(case, rounded(spoilt), truth).outcome is not Outcome.PASS
+
+
+@pytest.mark.parametrize(("end", "moved"), [("near", 1e-5), ("near", -1e-5), ("far", 1e-5), ("far", -1e-5)])
+def test_a_wall_farther_than_rounding_from_an_end_of_clipping_is_seen_or_not(end, moved):
+    case = wall_at(end, moved)
+    truth, wrong = truth_of(case), truth_of(wall_at(end, -moved))
+
+    assert judged(case, rounded(truth), truth).outcome is Outcome.PASS
+    assert judged(case, rounded(truth | {Stage.OBJECT: wrong[Stage.OBJECT]}), truth).outcome is not Outcome.PASS
