@@ -38,8 +38,7 @@ class Analytic:
             ValueError: samples < 1, or samples > 1 for a stage other than radiance.
 
         """
-        from rayproof.reference.analytic.camera_frame import pixel_centers
-        from rayproof.reference.analytic.camera_stage import camera_answer
+        from rayproof.reference.analytic.camera import camera_answer, pixel_centers
 
         if samples < 1 or (samples > 1 and set(stages) != {Stage.RADIANCE}):
             raise ValueError(f"samples must be 1, or more for radiance alone, got {samples} for {sorted(stages)}")
@@ -95,7 +94,7 @@ class Analytic:
             ValueError: the camera stage, which continues from nothing and is no image.
 
         """
-        from rayproof.reference.analytic.camera_frame import pixel_centers
+        from rayproof.reference.analytic.camera import pixel_centers
         from rayproof.reference.analytic.stages import NEXT, rays
 
         camera = scene.camera

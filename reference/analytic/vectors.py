@@ -4,6 +4,8 @@ Sums run from the first component to the last, as NumPy's do: the same bits. The
 (`reports.judge.answers`): a bug that both shared would hide itself.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 # Where a point was computed: its height over a surface that it lies on is lost in so many roundings of the coordinates
@@ -32,3 +34,60 @@ def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 def length(vectors: np.ndarray) -> np.ndarray:
     """Return Euclidean lengths (...) of vectors of any dimension."""
     return np.sqrt(dot(vectors, vectors))
+
+
+# Where feelers end: points that lie on the surface that was hit, and perhaps on others that coincide with it.
+#
+# The open segment from a point to a light meets no surface that holds the point (LIT-1): its root is 1, an end. Float64
+# makes that root a rounding more or less, so that such surfaces are told by the point's height over them.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ends:
+    """Points (N, 3) [m] on surfaces, and the size (N, 3) [m] of the coordinates that they were computed from."""
+
+    points: np.ndarray
+    sizes: np.ndarray
+
+    def __getitem__(self, rays: np.ndarray) -> "Ends":
+        """Return some of the points."""
+        return Ends(points=self.points[rays], sizes=self.sizes[rays])
+
+    def lie_in(self, normals: np.ndarray, anchors: np.ndarray) -> np.ndarray:
+        """Return whether each point lies, within rounding, in its plane by normal (N, 3) and anchor (N or 1, 3)."""
+        heights = np.abs(dot(self.points - anchors, normals))
+        return heights <= ON_SURFACE * dot(np.abs(normals), self.sizes + np.abs(anchors))
+
+
+def ends_of(eye: np.ndarray, positions: np.ndarray) -> Ends:
+    """Return hit points (N, 3) [m] seen from the eye."""
+    return Ends(points=positions, sizes=np.abs(eye) + np.abs(positions))
+
+
+# Infinite planes: the signed height over the plane changes linearly along a line.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flat:
+    """World points x with normal . (x - point) = 0."""
+
+    point: np.ndarray  # (3,) m
+    normal: np.ndarray  # (3,) unit
+
+    def crossing(self, apex: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Return t of apex + t directions on the plane; not finite if parallel; shape (N,)."""
+        with np.errstate(all="ignore"):
+            return (self.normal @ (self.point - apex)) / (directions @ self.normal)
+
+    def first(
+        self, apex: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the crossing if it lies in the open interval (low, high), else inf, and the face, always 0."""
+        root = self.crossing(apex, directions)
+        return np.where((root > low) & (root < high), root, np.inf), np.zeros(len(root))
+
+    def blocks(self, apex: np.ndarray, segments: np.ndarray, ends: Ends) -> np.ndarray:
+        """Return which segments from the apex meet the plane strictly between their ends, shape (N,)."""
+        root = self.crossing(apex, segments)
+        lies_in_it = ends.lie_in(np.broadcast_to(self.normal, segments.shape), self.point)
+        return (root > 0) & (root < 1) & ~lies_in_it

@@ -9,12 +9,12 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
-from rayproof.reference.certified.bundles.walk import walked
-from rayproof.reference.certified.camera_stage import camera_answer
+from rayproof.reference.certified.bundles import walked
+from rayproof.reference.certified.camera import camera_answer
 from rayproof.reference.certified.fields import START, precision
-from rayproof.reference.certified.filters.suspects import everything, surfaces_of, suspects
+from rayproof.reference.certified.filters import everything, surfaces_of, suspects
 from rayproof.reference.certified.light_paths import Suspects
-from rayproof.reference.certified.stage_of_image import continued
+from rayproof.reference.certified.stages import continued
 from rayproof.reference.certified.truths import NARROW, NARROW_PAIR, Truth, enclosed, split, truths
 
 MOST_SURFACES = 200  # triangles and other shapes in a whole image; `at` and `enclose` take more

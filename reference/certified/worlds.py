@@ -6,14 +6,10 @@ from typing import Any
 from flint import fmpq
 
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Sphere, Square, Triangle
-from rayproof.reference.certified.camera_frame import View, view_of
-from rayproof.reference.certified.cubes import SeenCube
-from rayproof.reference.certified.exact_numbers import Tower
+from rayproof.reference.certified.camera import View, view_of
 from rayproof.reference.certified.fields import Balls, Field, Number, Vector, exact
-from rayproof.reference.certified.flat_shapes import SeenPlane, SeenTriangle
-from rayproof.reference.certified.placements import rational
-from rayproof.reference.certified.spheres import SeenSphere
-from rayproof.reference.certified.vectors import Rational, numbers
+from rayproof.reference.certified.numbers import Rational, Tower, numbers
+from rayproof.reference.certified.shapes import SeenCube, SeenPlane, SeenSphere, SeenTriangle, rational
 
 Seen = SeenSphere | SeenCube | SeenPlane | SeenTriangle
 Surface = tuple[int, int]  # shape, face

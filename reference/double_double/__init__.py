@@ -8,8 +8,8 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reference.double_double.backends import fast_math_off, types, unavailable
-from rayproof.reference.double_double.camera_stage import camera_answer
+from rayproof.reference.double_double.arithmetic import fast_math_off, types, unavailable
+from rayproof.reference.double_double.stages import camera_answer
 
 LANES = 2**20  # rays in one launch
 MOST_TRIANGLES = 20_000  # every ray is held against every triangle
@@ -107,7 +107,7 @@ class DoubleDouble:
             raise ValueError("the camera stage continues from nothing; ask render")
         if stage is Stage.RAY:
             return self.render(scene, [stage])[stage]
-        from rayproof.reference.double_double.launches import step
+        from rayproof.reference.double_double.stages import step
 
         flat = {
             name: np.asarray(image, dtype=np.float64).reshape(camera.height * camera.width, np.shape(image)[-1])
@@ -121,7 +121,7 @@ class DoubleDouble:
     def _answers(self, scene: Scene, stages: Collection[Stage], points: np.ndarray, *, pairs: bool) -> PairAnswers:
         if Stage.CAMERA in stages or not stages:
             raise ValueError("image stages are answered at image points, the camera stage is none")
-        from rayproof.reference.double_double.launches import launch
+        from rayproof.reference.double_double.stages import launch
         from rayproof.reference.double_double.worlds import World
 
         chosen = [stage for stage in IMAGE_STAGES if stage in stages]

@@ -1,18 +1,33 @@
 """Each stage from the stages before it, whoever computed those: pairs in, pairs out, one lane per ray."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import drjit as dr
+import numpy as np
 
-from rayproof.cases.stages import Stage
-from rayproof.reference.double_double.balls import Ball
-from rayproof.reference.double_double.branches import only_where
-from rayproof.reference.double_double.pair_arithmetic import Bool, Pair, inverse_sqrt, select
-from rayproof.reference.double_double.questions import Questions
-from rayproof.reference.double_double.surfaces import Crossing, Seen, Span
-from rayproof.reference.double_double.vectors import Vector, dot, minus, plus, scaled, terms, unit
-from rayproof.reference.double_double.worlds import EYE, World
+from rayproof.cases.scene import Camera, Scene
+from rayproof.cases.stages import Stage, exr_channels
+from rayproof.reference.double_double.arithmetic import (
+    Bool,
+    Pair,
+    Questions,
+    cross,
+    fractions,
+    inverse_sqrt,
+    only_where,
+    root,
+    select,
+    tangent,
+)
+from rayproof.reference.double_double.arithmetic import dot as dot_camera_stage
+from rayproof.reference.double_double.arithmetic import minus as minus_camera_stage
+from rayproof.reference.double_double.shapes import Crossing, Seen, Span
+from rayproof.reference.double_double.vectors import Vector, plus, scaled, terms, unit
+from rayproof.reference.double_double.vectors import dot_vectors as dot
+from rayproof.reference.double_double.vectors import minus_vectors as minus
+from rayproof.reference.double_double.worlds import EYE, Ball, World
 
 Rows = dict[Stage, list[Any]]  # per channel a Pair; of OBJECT two Int32, of VISIBILITY Bools
 
@@ -175,3 +190,113 @@ NEXT: dict[Stage, Callable[[World, Rows, Questions], list[Any]]] = {
     Stage.EXITANCE: exitance,
     Stage.RADIANCE: radiance,
 }
+
+
+# The camera stage from exact fractions, each number rounded once (CAM-1 to CAM-3).
+
+
+def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
+    """Return the dictionary of `cases.stages` for `Stage.CAMERA`."""
+    eye = fractions(camera.eye)
+    forward = minus_camera_stage(fractions(camera.target), eye)
+    right = cross(forward, fractions(camera.up))
+    F = [part / root(dot_camera_stage(forward, forward)) for part in forward]
+    R = [part / root(dot_camera_stage(right, right)) for part in right]
+    U = list(cross(R, F))
+    tall = tangent(Fraction(camera.fovy) / 2)
+    wide = tall * camera.width / camera.height
+    near, far = Fraction(camera.near), Fraction(camera.far)
+    slope = far / (far - near)
+    columns = [Fraction(2 * column + 1, camera.width) - 1 for column in range(camera.width)]
+    rows = [1 - Fraction(2 * row + 1, camera.height) for row in range(camera.height)]
+    down, across = np.mgrid[: camera.height, : camera.width]
+    return {
+        "view": _floats([*([*axis, -dot_camera_stage(axis, eye)] for axis in (R, U, F)), [0, 0, 0, 1]]),
+        "view_inverse": _floats([*([R[k], U[k], F[k], eye[k]] for k in range(3)), [0, 0, 0, 1]]),
+        "projection": _floats([[1 / wide, 0, 0, 0], [0, 1 / tall, 0, 0], [0, 0, slope, -near * slope], [0, 0, 1, 0]]),
+        "projection_inverse": _floats(
+            [[wide, 0, 0, 0], [0, tall, 0, 0], [0, 0, 0, 1], [0, 0, -1 / (near * slope), 1 / near]]
+        ),
+        "frustum_corners": _floats(
+            [
+                [eye[k] + depth * (F[k] + sx * wide * R[k] + sy * tall * U[k]) for k in range(3)]
+                for depth in (near, far)
+                for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+            ]
+        ),
+        "ndc": np.stack(np.meshgrid([float(x) for x in columns], [float(y) for y in rows]), axis=-1),
+        "pixel": np.stack([across + 0.5, down + 0.5], axis=-1),
+    }
+
+
+def _floats(values: list[Any]) -> np.ndarray:
+    return np.array([[float(value) for value in row] for row in values])
+
+
+# From arrays to Dr.Jit and back, all stages of many rays in one kernel.
+
+
+Rounded = dict[Stage, np.ndarray]
+
+
+def launch(
+    world: World, stages: Sequence[Stage], points: np.ndarray, *, pairs: bool
+) -> tuple[Rounded, Rounded, np.ndarray]:
+    """Return stages at image points (N, 2) [px] in high and, with `pairs`, low parts, and the margins (N,)."""
+    types = world.types
+    ask = Questions(types.Float64)
+    columns = np.ascontiguousarray(points.T)
+    rows: Rows = {Stage.RAY: rays(world, types.Float64(columns[0]), types.Float64(columns[1]))}
+    if stages[-1] is not Stage.RAY:
+        *rows[Stage.OBJECT], nearest = NEXT[Stage.OBJECT](world, rows, ask)
+        rows[Stage.DISTANCE] = [nearest]
+        order = list(NEXT)
+        for stage in order[2 : order.index(stages[-1]) + 1]:
+            rows[stage] = NEXT[stage](world, rows, ask)
+    return _fetch(world, {stage: rows[stage] for stage in stages}, ask, len(points), pairs=pairs)
+
+
+def step(scene: Scene, types: Any, stage: Stage, given: Mapping[Stage, np.ndarray]) -> np.ndarray:
+    """Return one stage (N, channels) from the given rows of the stages before it."""
+    world, ask = World(scene, types), Questions(types.Float64)
+    rows: Rows = {}
+    for name, values in given.items():
+        columns = [types.Float64(np.ascontiguousarray(column)) for column in values.T]
+        if name is Stage.OBJECT:
+            rows[name] = [types.Int32(column) for column in columns]
+        elif name is Stage.VISIBILITY:
+            rows[name] = [column > 0 for column in columns]
+        else:
+            rows[name] = [Pair(column, dr.zeros(types.Float64, len(values))) for column in columns]
+    channels = len(exr_channels(stage, lights=len(scene.lights)))
+    found = {stage: NEXT[stage](world, rows, ask)[:channels]}
+    answer = _fetch(world, found, ask, len(next(iter(given.values()))), pairs=False)[0][stage]
+    if stage in {Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE, Stage.NORMAL}:
+        return np.where(given[Stage.OBJECT][:, :1] >= 0, answer, 0.0)
+    return answer
+
+
+def _fetch(world: World, rows: Rows, ask: Questions, count: int, *, pairs: bool) -> tuple[Rounded, Rounded, np.ndarray]:
+    float64 = world.types.Float64
+    high = {stage: [float64(_high(value)) for value in values] for stage, values in rows.items()}
+    low = {stage: [float64(_low(value)) for value in values] for stage, values in rows.items()} if pairs else {}
+    margin = ask.least if pairs else float64(dr.nan)
+    dr.eval(high, low, margin)
+
+    def table(values: Sequence[Any]) -> np.ndarray:
+        rows = [np.broadcast_to(np.asarray(value), count) for value in values]
+        return np.stack(rows).T if rows else np.empty((count, 0))
+
+    return (
+        {stage: table(values) for stage, values in high.items()},
+        {stage: table(values) for stage, values in low.items()},
+        table([margin])[:, 0],
+    )
+
+
+def _high(value: Any) -> Any:
+    return value.high if isinstance(value, Pair) else value
+
+
+def _low(value: Any) -> Any:
+    return value.low if isinstance(value, Pair) else 0

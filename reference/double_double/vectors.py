@@ -1,18 +1,31 @@
 """Vectors of three pairs, and constant matrices whose zeros cost nothing."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import drjit as dr
 
-from rayproof.reference.double_double.constants import pair
-from rayproof.reference.double_double.pair_arithmetic import Float, Pair, inner, inverse_sqrt
+from rayproof.cases.scene import Shape, Sphere
+from rayproof.reference.double_double.arithmetic import (
+    Float,
+    Pair,
+    Rational,
+    cross,
+    dot,
+    fractions,
+    inner,
+    inverse_sqrt,
+    minus,
+    pair,
+)
 
 Vector = tuple[Pair, Pair, Pair]
 
 
-def dot(a: Vector, b: Vector) -> Pair:
+def dot_vectors(a: Vector, b: Vector) -> Pair:
     """Return the inner product."""
     return inner(list(zip(a, b, strict=True)))
 
@@ -29,7 +42,7 @@ def _length(a: Vector) -> Float:
     return dr.abs(a[0].high) + dr.abs(a[1].high) + dr.abs(a[2].high)
 
 
-def cross(a: Vector, b: Vector) -> Vector:
+def cross_vectors(a: Vector, b: Vector) -> Vector:
     """Return the vector product."""
     x, y, z = (inner([(a[i], b[j]), (-a[j], b[i])]) for i, j in ((1, 2), (2, 0), (0, 1)))
     return (x, y, z)
@@ -40,7 +53,7 @@ def plus(a: Vector, b: Vector) -> Vector:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-def minus(a: Vector, b: Vector) -> Vector:
+def minus_vectors(a: Vector, b: Vector) -> Vector:
     """Return a - b."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
@@ -52,7 +65,7 @@ def scaled(a: Vector, factor: Pair) -> Vector:
 
 def unit(a: Vector) -> Vector:
     """Return a scaled to unit length."""
-    return scaled(a, inverse_sqrt(dot(a, a)))
+    return scaled(a, inverse_sqrt(dot_vectors(a, a)))
 
 
 def constant(values: Sequence[Fraction], float64: Any) -> Vector:
@@ -81,3 +94,35 @@ class Matrix:
             return vector[row[0][0]]
         products = [(self.one if value is None else value, vector[axis]) for axis, value in row]
         return inner(products) if products else self.zero
+
+
+# Where shapes are, in exact fractions: the inverse of a matrix of floats is rational.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placement:
+    """object point = inverse times (world point - offset)."""
+
+    inverse: tuple[Rational, Rational, Rational]
+    offset: Rational
+
+    def local(self, point: Rational) -> Rational:
+        """Return a world point [m] in object space."""
+        x, y, z = (dot(row, minus(point, self.offset)) for row in self.inverse)
+        return (x, y, z)
+
+
+@lru_cache(maxsize=256)
+def placement_of(shape: Shape) -> Placement:
+    """Return the exact inverse placement; a sphere's leads to the unit sphere."""
+    rows = [[Fraction(float(value)) for value in row] for row in shape.to_world[:3]]
+    offset = [row[3] for row in rows]
+    if isinstance(shape, Sphere):
+        center = fractions(shape.center)
+        offset = [move + dot(row[:3], center) for row, move in zip(rows, offset, strict=True)]
+        rows = [[value * Fraction(shape.radius) for value in row] for row in rows]
+    x, y, z = ([row[axis] for row in rows] for axis in range(3))
+    cofactors = (cross(y, z), cross(z, x), cross(x, y))
+    volume = dot(x, cofactors[0])
+    first, second, third = ((row[0] / volume, row[1] / volume, row[2] / volume) for row in cofactors)
+    return Placement(inverse=(first, second, third), offset=(offset[0], offset[1], offset[2]))

@@ -1,11 +1,68 @@
-"""Radiance's rtrace as a reference: rays in, what they meet and the radiance along them out, in doubles."""
+"""What rtrace cannot answer, in sentences."""
 
 from collections.abc import Collection
+from functools import lru_cache
 
 from rayproof.cases.rounding import gamma
-from rayproof.cases.scene import Plane, Scene
-from rayproof.cases.stages import Resolution, Stage, StageImages
-from rayproof.reference.radiance import programs
+from rayproof.cases.scene import Plane, Scene, Sphere, is_similarity
+from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, StageImages
+from rayproof.reference.radiance import program
+from rayproof.reference.radiance.scene import FTINY, box, extent, height, reach, scale
+
+# Among the images; the ray itself needs no shape.
+HIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.OBJECT) :]
+LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
+# What rtrace overlooks at a ray's start may be at most this fraction of a shape.
+COARSEST = 0.01
+# Coordinates beyond lose their unit's power of two or overflow where they are squared.
+LARGEST, SMALLEST = 1e140, 1e-140
+
+
+def refusal(scene: Scene, stage: Stage) -> str | None:
+    """Return why Radiance cannot answer `stage` of `scene`, or None if it can."""
+    if stage is Stage.CAMERA:
+        return "rtrace has no camera: it is handed rays."
+    size = extent(scene)
+    if not SMALLEST < size < LARGEST:
+        return f"Squares of lengths of {size:g} m leave the range of rtrace's numbers."
+    if stage in HIT:
+        reason = _shapes(scene)
+        if reason is not None:
+            return reason
+    if stage in LIT and stage is not Stage.VISIBILITY and scene.shading == "simplified":
+        return "Radiance has no light without the inverse square law."
+    return _horizon(scene) if stage in LIT else None
+
+
+def _horizon(scene: Scene) -> str | None:
+    """Return why nothing is said of light where a plane is seen so far off that a light stands too low over it."""
+    planes = [(index, shape) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
+    for index, plane in planes:
+        for number, light in enumerate(scene.lights):
+            above = abs(height(plane, light.position)[0])
+            if 0 < above <= 2 * FTINY * reach(scene):
+                return (
+                    f"rtrace takes cosines below 1e-6 for 0; light {number} has such on far parts of shapes[{index}]."
+                )
+    return None
+
+
+@lru_cache(maxsize=4)
+def _shapes(scene: Scene) -> str | None:
+    least = FTINY / COARSEST / scale(scene)
+    for index, shape in enumerate(scene.shapes):
+        if isinstance(shape, Sphere) and not is_similarity(shape.to_world):
+            return f"Radiance has no ellipsoids, and shapes[{index}] is one."
+        if isinstance(shape, Plane):
+            continue
+        low, high = box(shape)
+        if float((high - low).max()) < least:
+            return f"rtrace resolves {least:g} m in a scene of this size, and shapes[{index}] is smaller."
+    return None
+
+
+# Radiance's rtrace as a reference: rays in, what they meet and the radiance along them out, in doubles.
+
 
 # Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, the product of
 # cosine and solid angle, that with the material, and that with the light. White, by which irradiance is read off, is
@@ -28,26 +85,23 @@ class Radiance:
     @staticmethod
     def missing() -> str | None:
         """Return why it cannot run here and how to install it, or None."""
-        return programs.missing()
+        return program.missing()
 
     def version(self) -> str:
         """Return program and version, for the report."""
-        return programs.version()
+        return program.version()
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
-        from rayproof.reference.radiance.refusals import refusal
-
-        return programs.missing() or refusal(scene, stage)
+        return program.missing() or refusal(scene, stage)
 
     def settings(self, scene: Scene) -> dict[str, str]:
         """Return what its answer depends on besides the scene."""
-        from rayproof.reference.radiance.extents import scale
-        from rayproof.reference.radiance.materials import LIGHT_RADIUS
+        from rayproof.reference.radiance.scene import LIGHT_RADIUS, scale
 
         units = scale(scene)
         return {
-            "rtrace": " ".join(programs.OPTIONS),
+            "rtrace": " ".join(program.OPTIONS),
             "unit": f"{1 / units:g} m",
             "light": f"illum, sphere of radius {LIGHT_RADIUS / units:g} m, one at a time",
         }
@@ -70,20 +124,19 @@ class Radiance:
         absolutely in rtrace 6.0a, relatively in later ones (common/face.c, `inface`). Either is below this at sides of
         more than a 500 000th of the scene.
         """
-        from rayproof.reference.radiance.extents import FTINY, extent
+        from rayproof.reference.radiance.scene import FTINY, extent
 
         return FTINY * extent(scene)
 
     def edge_epsilon(self, scene: Scene) -> float:
         """Return how far [m] beyond a polygon's edge a point may count as inside, for the same reason."""
-        from rayproof.reference.radiance.extents import FTINY, extent
+        from rayproof.reference.radiance.scene import FTINY, extent
 
         return FTINY * extent(scene)
 
     def notes(self, scene: Scene) -> list[str]:
         """Return in sentences where rtrace's answer is to another question than the one asked."""
-        from rayproof.reference.radiance.extents import reach, scale
-        from rayproof.reference.radiance.materials import LIGHT_RADIUS
+        from rayproof.reference.radiance.scene import LIGHT_RADIUS, reach, scale
 
         found = []
         planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
@@ -101,8 +154,7 @@ class Radiance:
             RuntimeError: a program ended with an error, or with fewer numbers than it was asked for.
 
         """
-        from rayproof.reference.radiance.stages import image, single
-        from rayproof.reference.radiance.tracing import World
+        from rayproof.reference.radiance.program import World, image, single
 
         with World(scene) as world:
             found = single(scene, world, stages) if samples == 1 and set(stages) - {Stage.RADIANCE} else {}

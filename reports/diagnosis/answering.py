@@ -128,7 +128,7 @@ def _apart(one: StageImages, other: StageImages) -> np.ndarray:
 
 def equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
     """Return the pixels (height, width) whose ray meets a second shape no farther than the first, within rounding."""
-    from rayproof.reference.analytic.nearest import clip_interval
+    from rayproof.reference.analytic.stages import clip_interval
     from rayproof.reference.analytic.surfaces import surface_of
 
     flat, eye = rays.reshape(-1, 3), np.asarray(scene.camera.eye, dtype=np.float64)

@@ -12,7 +12,7 @@ import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.nearest import clip_interval
+from rayproof.reference.analytic.stages import clip_interval
 from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reports.diagnosis import Given, Way
 from rayproof.reports.judge.answers import dot, length

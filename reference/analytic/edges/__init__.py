@@ -8,18 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.scene import Scene
-from rayproof.reference.analytic.edges.apex_views import sight_from_eye
-from rayproof.reference.analytic.edges.borders import borders_of
-from rayproof.reference.analytic.edges.crossings import crossing_distances
-from rayproof.reference.analytic.edges.hits import Hits, hits_of
+from rayproof.reference.analytic.edges.hits import (
+    Hits,
+    clip_depths,
+    crossing_distances,
+    hits_of,
+    meetings_of,
+    next_depths,
+    undecided_depths,
+)
+from rayproof.reference.analytic.edges.inverse_depths import Screens
 from rayproof.reference.analytic.edges.lights_on_surfaces import LightEnd, gaps_to, light_ends
-from rayproof.reference.analytic.edges.meetings import clip_depths, meetings_of, next_depths, undecided_depths
-from rayproof.reference.analytic.edges.occlusion import Screens
-from rayproof.reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
+from rayproof.reference.analytic.edges.outlines import borders_of, edge_distances, ellipsoid_distances, sight_from_eye
 from rayproof.reference.analytic.edges.shadows import shadow_distances, terminator_distances
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
-from rayproof.reference.analytic.planes import Flat
-from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.surfaces import Ellipsoid, surface_of
+from rayproof.reference.analytic.vectors import Flat
 
 # Taken off every bound: what float64 may have lost, with room to spare, and far below what a renderer under test loses.
 ROUNDING = 1e-9  # px

@@ -1,18 +1,37 @@
-"""The inverse depth w of a surface as a function of the image point, with its derivatives.
-
-A point seen at p is eye + D(p) / w(p). For a flat surface w is linear in p: w = n.D / n.(point - eye). For an ellipsoid
-it is a root of |start w + d(p)|^2 = w^2 in unit-sphere space, where d is linear in p: with c = |start|^2 - 1 and
-b = start.d, w = (-b +- sqrt(Q)) / c = |d|^2 / (-b -+ sqrt(Q)), and Q, a quadratic in p, is the outline's own equation.
-"""
+"""How far a function's zero must be: Taylor's theorem turned into a distance in the image."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.reference.analytic.camera_frame import View
-from rayproof.reference.analytic.edges.bounds import reach
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.camera import View
+from rayproof.reference.analytic.surfaces import Ellipsoid
 from rayproof.reference.analytic.vectors import cross, dot, length
+
+
+def reach(value: np.ndarray, slope: np.ndarray, bend: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Return a lower bound [px] of the distance to the nearest zero of a function of the image point.
+
+    `value` and `slope` are the function and the length of its gradient here; `bend` bounds its second derivative within
+    `radius` [px], beyond which nothing is claimed. The zero is no nearer than the smallest d with
+    slope d + bend d^2 / 2 >= |value|.
+    """
+    size = np.abs(value)
+    with np.errstate(all="ignore"):
+        # What is linear takes a root for each slope, of which the eye has one for all its rays.
+        curved = bend.any() or not np.isfinite(size).all()
+        distance = 2 * size / (slope + np.sqrt(slope**2 + 2 * bend * size if curved else slope**2))
+    # 0/0 is a function that vanishes here; other NaN are overflows, where nothing can be claimed.
+    distance = np.where((size == 0) | np.isnan(distance), 0.0, distance)
+    return np.minimum(distance, radius)
+
+
+# The inverse depth w of a surface as a function of the image point, with its derivatives.
+#
+# A point seen at p is eye + D(p) / w(p). For a flat surface w is linear in p: w = n.D / n.(point - eye). For an
+# ellipsoid it is a root of |start w + d(p)|^2 = w^2 in unit-sphere space, where d is linear in p: with b = start.d and
+# c = |start|^2 - 1, w = (-b +- sqrt(Q)) / c = |d|^2 / (-b -+ sqrt(Q)); Q, a quadratic in p, is the outline's equation.
+
 
 FARTHEST = 8.0  # px: no curved surface is followed farther than this,
 NARROW = 1e-2  # rad: or than this, where pixels are so small that rounding moves edges by many of them
@@ -149,3 +168,69 @@ def outline(start: np.ndarray, along: np.ndarray, steps: np.ndarray) -> tuple[np
 def metric(start: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return C v for vectors (..., 3), where v.C v = |v|^2 - |start x v|^2."""
     return vectors + cross(start, cross(start, vectors))
+
+
+# What cannot matter: everything behind a surface that keeps standing in front of it.
+#
+# Behind a flat face is the far side of its plane. Behind an ellipsoid, within its outline, is the far side of the polar
+# plane of the apex, which holds the outline itself. The same planes bound what can stand between a light and a point.
+
+
+# Float64 roundings of a plane's height, relative to the coordinates that enter it, with room to spare.
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Screens:
+    """A half-space per ray: points with normal . y + offset > 0 are in front; an infinite offset hides nothing.
+
+    What touches the plane counts as hidden or not by `hides_touching`.
+    """
+
+    normals: np.ndarray  # (N, 3) unit
+    offsets: np.ndarray  # (N,) m
+    hides_touching: bool
+
+    def hides_hulls(self, rays: np.ndarray, hulls: np.ndarray) -> np.ndarray:
+        """Return whether the convex hulls of points (K, corners, 3) lie behind, for each of the rays, shape (n, K)."""
+        normals = self.normals[rays]
+        heights = normals @ hulls[:, 0].T
+        for corner in range(1, hulls.shape[1]):
+            np.maximum(heights, normals @ hulls[:, corner].T, out=heights)
+        return self._behind(rays, heights, float(np.abs(hulls).max(initial=0)))
+
+    def hides_own_hulls(self, rays: np.ndarray, hulls: np.ndarray) -> np.ndarray:
+        """Return whether each ray's own hull of points (n, corners, 3) lies behind, shape (n,)."""
+        heights = np.einsum("nca,na->nc", hulls, self.normals[rays]).max(axis=1, initial=-np.inf)
+        return self._behind(rays, heights[:, np.newaxis], float(np.abs(hulls).max(initial=0)))[:, 0]
+
+    def hides_ellipsoid(self, surface: Ellipsoid) -> np.ndarray:
+        """Return whether an ellipsoid lies behind, for every ray, shape (N,)."""
+        heights = self.normals @ surface.center + length(self.normals @ surface.axes)
+        size = np.abs(surface.center).max() + np.abs(surface.axes).max()
+        return self._behind(np.arange(len(heights)), heights[:, np.newaxis], float(size))[:, 0]
+
+    def _behind(self, rays: np.ndarray, heights: np.ndarray, size: float) -> np.ndarray:
+        offsets = self.offsets[rays, np.newaxis]
+        slack = ROUNDING * (size + np.where(np.isfinite(offsets), np.abs(offsets), 0))
+        return heights + offsets <= (slack if self.hides_touching else -slack)
+
+
+def no_screens(count: int, *, hides_touching: bool) -> Screens:
+    """Return screens that hide nothing, to be written into."""
+    return Screens(normals=np.zeros((count, 3)), offsets=np.full(count, np.inf), hides_touching=hides_touching)
+
+
+def flat_screen(apex: np.ndarray, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return normals and offsets of the planes through `points` (N, 3), with the apex in front."""
+    with np.errstate(all="ignore"):
+        units = normals / length(normals)[:, np.newaxis]
+    units = units * np.where(dot(apex - points, units)[:, np.newaxis] < 0, -1.0, 1.0)
+    return units, -dot(points, units)
+
+
+def polar_screen(apex: np.ndarray, surface: Ellipsoid) -> tuple[np.ndarray, float]:
+    """Return normal and offset of the polar plane of an apex outside the ellipsoid, with the apex in front."""
+    normal = surface.to_unit.T @ (surface.to_unit @ (apex - surface.center))
+    size = np.linalg.norm(normal)
+    return normal / size, float(-(normal @ surface.center + 1) / size)

@@ -11,13 +11,9 @@ import numpy as np
 from rayproof.cases.scene import Cube
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.edges.hits import Hits
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
-from rayproof.reference.analytic.ends import Ends, ends_of
-from rayproof.reference.analytic.feelers import above_horizon, blocked
-from rayproof.reference.analytic.planes import Flat
-from rayproof.reference.analytic.polygons import Polygons
-from rayproof.reference.analytic.surfaces import Surface, surface_of
-from rayproof.reference.analytic.vectors import cross, dot, length
+from rayproof.reference.analytic.light import above_horizon, blocked
+from rayproof.reference.analytic.surfaces import Ellipsoid, Polygons, Surface, surface_of
+from rayproof.reference.analytic.vectors import Ends, Flat, cross, dot, ends_of, length
 
 # Of the coordinates: lights farther from a surface than this are told apart by whatever renderer is worth judging.
 NEAR = 1e-3

@@ -1,21 +1,156 @@
-"""Distance in the image to the outline of a surface as an apex sees it: silhouettes from the eye, shadows from a light.
+"""The edges of polygons, each once, with the faces that it borders."""
 
-An outline is a condition on the direction q from the apex alone. An edge is met where q lies in the fan that it spans
-with the apex: on one plane, and between two others. An ellipsoid's outline is a quadratic cone, of which one half
-counts.
-"""
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
-from rayproof.reference.analytic.edges.apex_views import Sight
-from rayproof.reference.analytic.edges.borders import Borders
-from rayproof.reference.analytic.edges.bounds import reach
-from rayproof.reference.analytic.edges.inverse_depths import farthest, metric
-from rayproof.reference.analytic.edges.occlusion import Screens
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
-from rayproof.reference.analytic.pencils import FEW, bundles
-from rayproof.reference.analytic.polygons import blocks
+from rayproof.cases.scene import Shape
+from rayproof.reference.analytic.camera import View
+from rayproof.reference.analytic.edges.inverse_depths import Screens, Sheet, farthest, metric, no_sheet, reach
+from rayproof.reference.analytic.surfaces import FEW, Ellipsoid, Polygons, blocks, bundles, surface_of
 from rayproof.reference.analytic.vectors import cross, dot, length
+
+
+@dataclass(frozen=True, kw_only=True)
+class Borders:
+    """Edges from `starts` to `ends` (E, 3) [m]; `hulls` (E, 2 k - 2, 3) hold all corners of the faces beside them."""
+
+    starts: np.ndarray
+    ends: np.ndarray
+    hulls: np.ndarray
+    shared: np.ndarray  # (E,) whether exactly two faces meet there
+
+    def outlines_from(self, apex: np.ndarray) -> np.ndarray:
+        """Return which edges can be part of the surface's outline as the apex sees it, shape (E,).
+
+        Where an edge's two faces lie on its two sides, what the surface covers goes on across the edge.
+        """
+        return np.concatenate(
+            [np.zeros(0, dtype=bool), *(self._outlines(apex, some) for some in blocks(len(self.shared)))]
+        )
+
+    def _outlines(self, apex: np.ndarray, some: slice) -> np.ndarray:
+        starts, hulls = self.starts[some], self.hulls[some]
+        normals = cross(starts - apex, self.ends[some] - starts)
+        corners = hulls.shape[1]
+        one = dot(hulls[:, 2] - apex, normals)
+        other = dot(hulls[:, (corners + 2) // 2] - apex, normals)
+        covers_both_sides = (np.minimum(one, other) < 0) & (np.maximum(one, other) > 0)
+        return ~(self.shared[some] & covers_both_sides)
+
+
+@lru_cache(maxsize=64)
+def borders_of(shape: Shape) -> Borders:
+    """Return the edges of a square, cube, triangle or mesh.
+
+    Raises:
+        TypeError: the shape has no edges.
+
+    """
+    surface = surface_of(shape)
+    if not isinstance(surface, Polygons):
+        raise TypeError(f"{type(shape).__name__} has no edges")
+    faces, count = surface.corners.shape[:2]
+    if faces == 0:
+        nothing = np.zeros((0, 3))
+        return Borders(starts=nothing, ends=nothing, hulls=np.zeros((0, 4, 3)), shared=np.zeros(0, dtype=bool))
+    points = _numbered(surface.corners.reshape(-1, 3)).reshape(faces, count)
+    following = np.roll(points, -1, axis=1)
+    keys = np.minimum(points, following) * (faces * count) + np.maximum(points, following)
+    del points, following
+    _, group, sizes = np.unique(keys, return_inverse=True, return_counts=True)
+    del keys
+    order = np.argsort(group.ravel(), kind="stable")
+    shared = sizes[group.ravel()[order]] == 2
+    pairs = order[shared].reshape(-1, 2)
+    alone = order[~shared]
+    first, second = np.concatenate([pairs[:, 0], alone]), np.concatenate([pairs[:, 1], alone])
+    # The edge's own two corners, then those of both faces that are not the edge's own.
+    places = [(first, 0), (first, 1), *((half, step) for half in (first, second) for step in range(2, count))]
+    hulls = np.empty((len(first), len(places), 3))
+    for place, (half, step) in enumerate(places):
+        hulls[:, place] = surface.corners[half // count, (half % count + step) % count]
+    return Borders(starts=hulls[:, 0], ends=hulls[:, 1], hulls=hulls, shared=np.arange(len(first)) < len(pairs))
+
+
+def _numbered(points: np.ndarray) -> np.ndarray:
+    """Return a number for each of the points (N, 3), the same for equal ones, in lexicographic order, shape (N,)."""
+    order = np.lexsort((points[:, 2], points[:, 1], points[:, 0]))
+    new = np.zeros(len(points), dtype=bool)
+    for axis in range(3):
+        along = points[order, axis]
+        new[1:] |= along[1:] != along[:-1]
+    numbers = np.empty(len(points), dtype=np.int64)
+    numbers[order] = np.cumsum(new)
+    return numbers
+
+
+# What an apex (the eye, or a light) sees of a pixel's point, as a function of the image point.
+#
+# Up to a positive factor the direction from the apex to the point eye + D(p) / w(p) is q(p) = w(p) (eye - apex) + D(p):
+# linear in p where the point lies on a flat surface, and always where the apex is the eye.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sight:
+    """The directions q (N, 3) from an apex, and how they change with the image point."""
+
+    apex: np.ndarray  # (3,) m
+    offset: np.ndarray  # (3,) m, eye - apex
+    steps: np.ndarray  # (2, 3) change of D per pixel
+    directions: np.ndarray  # (N, 3)
+    sheet: Sheet  # of each ray, or one for all
+
+    def jacobian(self) -> np.ndarray:
+        """Return the change of q per pixel, shape (N, 2, 3), or (1, 2, 3) where it is the same for all."""
+        return self.sheet.gradient[:, :, np.newaxis] * self.offset + self.steps
+
+    def __getitem__(self, rays: np.ndarray) -> "Sight":
+        """Return the sight of some of the rays."""
+        sheet = self.sheet if len(self.sheet.value) == 1 else self.sheet[rays]
+        return replace(self, directions=self.directions[rays], sheet=sheet)
+
+    def linear(self, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return q.v and a lower bound [px] of the distance to its zero, for rays x vectors (K, 3): shapes (N, K)."""
+        value = self.directions @ vectors.T
+        lever, sheet = vectors @ self.offset, self.sheet
+        across, down = (sheet.gradient[:, axis, np.newaxis] * lever + vectors @ self.steps[axis] for axis in range(2))
+        bend = sheet.bend[:, np.newaxis] * np.abs(lever)
+        return value, reach(value, np.hypot(across, down), bend, sheet.radius[:, np.newaxis])
+
+    def caps(self, farthest: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return distances [px] up to `farthest` in which q changes moderately, and by how much there, both (N,)."""
+        speed = np.linalg.norm(self.jacobian(), axis=(1, 2))
+        lengths = length(self.directions)
+        with np.errstate(all="ignore"):
+            caps = np.minimum(farthest, np.minimum(self.sheet.radius, 0.25 * lengths / speed))
+        swing = np.linalg.norm(self.offset) * self.sheet.bend * caps
+        return caps, (speed + np.nan_to_num(swing)) * caps
+
+
+def sight_from_eye(view: View, directions: np.ndarray) -> Sight:
+    """Return how the eye sees the image points: q = D, whatever the surface."""
+    return _sight(view.eye, view, directions, no_sheet(1))
+
+
+def sight_from_light(source: np.ndarray, view: View, directions: np.ndarray, sheet: Sheet) -> Sight:
+    """Return how a light at `source` [m] sees the points of a sheet."""
+    seen = directions + sheet.value[:, np.newaxis] * (view.eye - source)
+    return _sight(source, view, seen, sheet)
+
+
+def _sight(apex: np.ndarray, view: View, directions: np.ndarray, sheet: Sheet) -> Sight:
+    steps = np.stack([view.across, view.down])
+    return Sight(apex=apex, offset=view.eye - apex, steps=steps, directions=directions, sheet=sheet)
+
+
+# Distance in the image to the outline of a surface as an apex sees it: silhouettes from the eye, shadows from a light.
+#
+# An outline is a condition on the direction q from the apex alone. An edge is met where q lies in the fan that it spans
+# with the apex: on one plane, and between two others. An ellipsoid's outline is a quadratic cone, of which one half
+# counts.
+
 
 # With this many edges hardly a pixel of theirs is farther than that from the nearest, and looking farther is slow.
 MANY = 2000

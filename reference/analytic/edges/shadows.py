@@ -4,18 +4,12 @@ import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.edges.apex_views import sight_from_light
-from rayproof.reference.analytic.edges.borders import borders_of
-from rayproof.reference.analytic.edges.bounds import reach
 from rayproof.reference.analytic.edges.hits import Hits
-from rayproof.reference.analytic.edges.occlusion import ROUNDING
-from rayproof.reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
-from rayproof.reference.analytic.feelers import above_horizon, blocked_by_itself
-from rayproof.reference.analytic.planes import Flat
-from rayproof.reference.analytic.polygons import Polygons
-from rayproof.reference.analytic.surfaces import surface_of
-from rayproof.reference.analytic.vectors import dot, length
+from rayproof.reference.analytic.edges.inverse_depths import ROUNDING, reach
+from rayproof.reference.analytic.edges.outlines import borders_of, edge_distances, ellipsoid_distances, sight_from_light
+from rayproof.reference.analytic.light import above_horizon, blocked_by_itself
+from rayproof.reference.analytic.surfaces import Ellipsoid, Polygons, surface_of
+from rayproof.reference.analytic.vectors import Flat, dot, length
 
 # Of coordinates: by so much a blocker is higher than the light whatever rounding does, 1e-6 of them in float32.
 HIGHER = 1e-4

@@ -12,18 +12,18 @@ import numpy as np
 
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.camera_frame import View, view_of
-from rayproof.reference.analytic.edges.apex_views import sight_from_eye, sight_from_light
-from rayproof.reference.analytic.edges.borders import borders_of
-from rayproof.reference.analytic.edges.hits import hits_of
-from rayproof.reference.analytic.edges.meetings import meetings_of, next_depths
-from rayproof.reference.analytic.edges.occlusion import no_screens
-from rayproof.reference.analytic.edges.outlines import edge_distances, ellipsoid_distances
+from rayproof.reference.analytic.camera import View, view_of
+from rayproof.reference.analytic.edges.hits import hits_of, meetings_of, next_depths
+from rayproof.reference.analytic.edges.inverse_depths import no_screens
+from rayproof.reference.analytic.edges.outlines import (
+    borders_of,
+    edge_distances,
+    ellipsoid_distances,
+    sight_from_eye,
+    sight_from_light,
+)
 from rayproof.reference.analytic.edges.shadows import shadow_distances
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
-from rayproof.reference.analytic.pencils import bundles
-from rayproof.reference.analytic.polygons import Polygons
-from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.surfaces import Ellipsoid, Polygons, bundles, surface_of
 from rayproof.reference.analytic.vectors import dot, length
 
 # Of near and far: faces nearer to the clip interval's ends may be cut off by rounding, 1e-6 of them in float32.

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.nearest import clip_interval
-from rayproof.reference.analytic.polygons import Polygons
-from rayproof.reference.analytic.surfaces import Surface, surface_of
+from rayproof.reference.analytic.stages import clip_interval
+from rayproof.reference.analytic.surfaces import Polygons, Surface, surface_of
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way
 from rayproof.reports.diagnosis.fits import Fitting, rounded
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.nearest import clip_interval
+from rayproof.reference.analytic.stages import clip_interval
 from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
 

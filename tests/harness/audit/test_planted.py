@@ -9,7 +9,7 @@ import pytest
 from rayproof.cases.case import ITEMS
 from rayproof.cases.families import all_cases
 from rayproof.cases.scene import Scene, Square
-from rayproof.reference.embree import facets
+from rayproof.reference.embree import scene as embree_scene
 from rayproof.reports.results import outcomes
 from rayproof.tracer.configuration import Configuration
 from tests.harness.audit.faults import FAULTS, altered, replaced
@@ -156,10 +156,10 @@ def test_what_was_kept_of_right_answers_is_forgotten_and_so_is_what_was_kept_of_
     scene = Scene(camera=SCENE.camera, shapes=(Square(albedo=(0.5, 0.5, 0.5)),))
 
     def count() -> int:
-        return len(facets.facets(scene).shape)
+        return len(embree_scene.facets(scene).shape)
 
     assert count() == 2
-    with altered(facets, "HALVES", facets.HALVES[:1]):
+    with altered(embree_scene, "HALVES", embree_scene.HALVES[:1]):
         assert count() == 1
     assert count() == 2
 

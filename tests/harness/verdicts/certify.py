@@ -14,8 +14,8 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
-from rayproof.reference.certified.camera_stage import camera_answer
-from rayproof.reference.certified.stage_of_image import continued
+from rayproof.reference.certified.camera import camera_answer
+from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.answers import Candidate, Witness, as_candidate
 from rayproof.reports.judge.checks import Check

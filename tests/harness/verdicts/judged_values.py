@@ -9,7 +9,7 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
-from rayproof.reference.certified.stage_of_image import continued
+from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
 from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of, largest
 from rayproof.reports.judge.comparison import GEOMETRY

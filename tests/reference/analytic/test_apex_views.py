@@ -5,13 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.reference.analytic.camera_frame import pixel_centers, view_of
-from rayproof.reference.analytic.edges.apex_views import Sight, sight_from_eye
-from rayproof.reference.analytic.edges.bounds import reach
-from rayproof.reference.analytic.edges.inverse_depths import no_sheet
-from rayproof.reference.analytic.edges.occlusion import no_screens
-from rayproof.reference.analytic.edges.outlines import ellipsoid_distances
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic.camera import pixel_centers, view_of
+from rayproof.reference.analytic.edges.inverse_depths import no_screens, no_sheet, reach
+from rayproof.reference.analytic.edges.outlines import Sight, ellipsoid_distances, sight_from_eye
+from rayproof.reference.analytic.surfaces import Ellipsoid
 from tests.reference.analytic.scenes import camera
 
 RANDOM = np.random.default_rng(4)

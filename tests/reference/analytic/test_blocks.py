@@ -7,7 +7,7 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import Analytic, polygons
+from rayproof.reference.analytic import Analytic, surfaces
 from rayproof.reports.judge.oracle import stages_of
 
 
@@ -17,7 +17,7 @@ def test_blocks_change_nothing(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     scene = replace(scene, lights=scene.lights[:1])
     whole, edges = Analytic().render(scene, stages_of(scene)), Analytic().edges(scene)
 
-    monkeypatch.setattr(polygons, "BLOCK", 7)
+    monkeypatch.setattr(surfaces, "BLOCK", 7)
     parts, some = Analytic().render(scene, stages_of(scene)), Analytic().edges(scene)
 
     for stage in whole:

@@ -9,9 +9,9 @@ import pytest
 from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reference.analytic.camera_frame import pixel_centers
+from rayproof.reference.analytic.camera import pixel_centers
 from rayproof.reference.analytic.edges import Edges
-from rayproof.reference.analytic.edges.bounds import reach
+from rayproof.reference.analytic.edges.inverse_depths import reach
 from tests.reference.analytic.scenes import camera, icosphere, looking_down, matrix, position, random_scene
 
 ORACLE: Any = Analytic()

@@ -7,8 +7,7 @@ from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.analytic.edges.hits import hits_of
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
-from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.surfaces import Ellipsoid, surface_of
 
 
 @pytest.mark.parametrize("name", ["random/1/110", "random/1/347", "random/1/366"])

@@ -9,10 +9,8 @@ from flint import fmpq
 
 from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reference.certified import Certified
-from rayproof.reference.certified.bundles import walk
-from rayproof.reference.certified.bundles.field import Bundles, PartedError
-from rayproof.reference.certified.bundles.numbers import Bundle, larger
+from rayproof.reference.certified import Certified, bundles
+from rayproof.reference.certified.bundles import Bundle, Bundles, PartedError, larger
 from rayproof.reference.certified.fields import UndecidedError, precision
 from tests.reference.analytic.scenes import camera, looking_down, matrix, random_scene
 
@@ -127,7 +125,7 @@ def test_bundles_answer_as_balls_do(seed: int, monkeypatch: pytest.MonkeyPatch) 
     scene = random_scene(seed)
     bundled = ORACLE.render(scene, IMAGE_STAGES)
 
-    monkeypatch.setattr(walk, "FEWEST", 10**9)
+    monkeypatch.setattr(bundles, "FEWEST", 10**9)
     balls = ORACLE.render(scene, IMAGE_STAGES)
 
     for stage in IMAGE_STAGES:
@@ -153,7 +151,7 @@ def test_most_pixels_are_certain_in_bundles_and_ties_are_handed_back() -> None:
     told = list(walk_suspects(scene, points))
     widths = [3, 2, 1, 3, 3, 1, 3, 3, 3]
 
-    table, certain = walk.walked(scene, points, told, Stage.RADIANCE, widths)
+    table, certain = bundles.walked(scene, points, told, Stage.RADIANCE, widths)
 
     ties = points[:, 0] == 5
     assert not certain[ties & (np.abs(points[:, 1] - 10) < 5)].any()
@@ -163,7 +161,7 @@ def test_most_pixels_are_certain_in_bundles_and_ties_are_handed_back() -> None:
 
 
 def walk_suspects(scene: Scene, points: np.ndarray):
-    from rayproof.reference.certified.filters.suspects import suspects
+    from rayproof.reference.certified.filters import suspects
 
     return suspects(scene, points, lights=True)
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from flint import fmpq
 
-from rayproof.reference.certified.exact_numbers import Tower
 from rayproof.reference.certified.fields import UndecidedError
+from rayproof.reference.certified.numbers import Tower
 
 
 def number(tower: Tower, numerator: int, denominator: int = 1) -> Any:

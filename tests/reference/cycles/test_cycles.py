@@ -13,8 +13,7 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.cycles import program
-from rayproof.reference.cycles.refusals import ANSWERED
+from rayproof.reference.cycles import ANSWERED, program
 from tests.reference.pictured import (
     ALBEDO,
     FIRST,

@@ -8,10 +8,9 @@ import pytest
 
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
-from rayproof.reference.double_double.backends import types
-from rayproof.reference.double_double.balls import ball_of
-from rayproof.reference.double_double.pair_arithmetic import Pair
-from rayproof.reference.double_double.surfaces import Span
+from rayproof.reference.double_double.arithmetic import Pair, types
+from rayproof.reference.double_double.shapes import Span
+from rayproof.reference.double_double.worlds import ball_of
 from tests.reference.analytic.scenes import icosphere, matrix
 
 COUNT = 20_000

@@ -3,10 +3,7 @@
 import drjit as dr
 import numpy as np
 
-from rayproof.reference.double_double.backends import types
-from rayproof.reference.double_double.branches import only_where
-from rayproof.reference.double_double.pair_arithmetic import Pair
-from rayproof.reference.double_double.questions import Questions
+from rayproof.reference.double_double.arithmetic import Pair, Questions, only_where, types
 
 
 def test_values_and_margins_come_from_the_rays_that_need_them() -> None:

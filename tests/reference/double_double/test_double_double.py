@@ -9,7 +9,7 @@ from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, S
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
 from rayproof.reference.double_double import DoubleDouble
-from rayproof.reference.double_double.questions import LOW_MARGIN
+from rayproof.reference.double_double.arithmetic import LOW_MARGIN
 from tests.reference.analytic.scenes import camera, icosphere, looking_down, matrix, random_scene
 
 ORACLE: Any = DoubleDouble()

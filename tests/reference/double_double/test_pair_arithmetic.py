@@ -10,9 +10,20 @@ import numpy as np
 import pytest
 from drjit.llvm import Float64
 
-from rayproof.reference.double_double.backends import fast_math_off, unavailable
-from rayproof.reference.double_double.constants import PI, root, tangent, unit
-from rayproof.reference.double_double.pair_arithmetic import Pair, inner, inverse_sqrt, sqrt, two_product, two_sum
+from rayproof.reference.double_double.arithmetic import (
+    PI,
+    Pair,
+    fast_math_off,
+    inner,
+    inverse_sqrt,
+    root,
+    sqrt,
+    tangent,
+    two_product,
+    two_sum,
+    unavailable,
+    unit,
+)
 
 COUNT = 400
 U = Fraction(1, 2**53)

@@ -6,7 +6,7 @@ import pytest
 from rayproof.cases.placement import compose, scaling
 from rayproof.cases.scene import Cube, Mesh, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
-from rayproof.reference.embree.stages import CLEARANCE
+from rayproof.reference.embree.program import CLEARANCE
 from tests.reference.mitsuba3.geometry import SHEARED, WHITE, answer, looking_down
 
 

@@ -10,9 +10,8 @@ import pytest
 from rayproof.cases.scene import Plane, Scene, Sphere
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.povray import pictures
-from rayproof.reference.povray.program import LIT_SCALE
-from rayproof.reference.povray.worlds import FARTHEST
+from rayproof.reference.povray import program
+from rayproof.reference.povray.program import FARTHEST, LIT_SCALE
 from tests.reference.pictured import ALBEDO, FIRST, answer, every_shape, looking_down
 
 
@@ -74,6 +73,6 @@ def test_a_failure_is_reported_with_what_the_program_said(povray, tmp_path, monk
 def test_of_several_exposures_the_longest_that_does_not_saturate_counts():
     short, long = np.array([[[100.0, 20000.0, 0.0]]]), np.array([[[400.0, 65535.0, 1.0]]])
 
-    merged = pictures.merge([short, long], [1.0, 4.0])
+    merged = program.merge([short, long], [1.0, 4.0])
 
     assert merged[0, 0].tolist() == [400 / 65535 / 4, 20000 / 65535, 1 / 65535 / 4]

@@ -9,7 +9,7 @@ import pytest
 from rayproof.cases.scene import Plane, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.radiance import Radiance, programs
+from rayproof.reference.radiance import Radiance, program
 from tests.reference.mitsuba3.geometry import MIRRORED, SHEARED, WHITE, answer, looking_down
 
 LIGHT = PointLight(position=(1, 1, 3), flux=(10.0, 20.0, 30.0))
@@ -80,15 +80,15 @@ def test_it_is_an_independent_witness_that_is_always_asked(radiance):
 
 
 def test_it_says_how_to_install_what_is_missing(monkeypatch):
-    monkeypatch.setattr(programs, "find_spec", lambda name: None)
-    monkeypatch.setattr(programs, "folder", programs.folder.__wrapped__)  # nothing was found before
+    monkeypatch.setattr(program, "find_spec", lambda name: None)
+    monkeypatch.setattr(program, "folder", program.folder.__wrapped__)  # nothing was found before
 
     assert "pip install pyradiance" in str(Radiance.missing())
-    assert importlib.util.find_spec is not programs.find_spec
+    assert importlib.util.find_spec is not program.find_spec
 
 
 def test_programs_that_are_not_there_are_named(monkeypatch, leftovers):
-    monkeypatch.setattr(programs, "folder", lambda: leftovers)
+    monkeypatch.setattr(program, "folder", lambda: leftovers)
 
     said = str(Radiance.missing())
 
@@ -96,29 +96,29 @@ def test_programs_that_are_not_there_are_named(monkeypatch, leftovers):
     assert "rtrace" in said
 
 
-@pytest.mark.parametrize("program", ["oconv", "rtrace"])
-def test_a_program_that_fails_is_an_error_that_names_it(radiance, monkeypatch, program):
-    right = programs._run
+@pytest.mark.parametrize("failing", ["oconv", "rtrace"])
+def test_a_program_that_fails_is_an_error_that_names_it(radiance, monkeypatch, failing):
+    right = program._run
 
     def wrong(name, *arguments, **about):
-        return right(name, *(("-nonsense",) if name == program else arguments), **about)
+        return right(name, *(("-nonsense",) if name == failing else arguments), **about)
 
-    monkeypatch.setattr(programs, "_run", wrong)
+    monkeypatch.setattr(program, "_run", wrong)
     scene = Scene(camera=looking_down(height=5), shapes=(Plane(albedo=WHITE),), lights=(LIGHT,))
 
-    with pytest.raises(RuntimeError, match=f"{program} ended with"):
+    with pytest.raises(RuntimeError, match=f"{failing} ended with"):
         radiance.render(scene, (Stage.OBJECT,))
 
 
 @pytest.mark.parametrize("stage", [Stage.OBJECT, Stage.RADIANCE])
 def test_half_an_answer_is_none(radiance, monkeypatch, stage):
-    right = programs._run
+    right = program._run
 
     def wrong(name, *arguments, **about):
         answered = right(name, *arguments, **about)
         return answered[: len(answered) // 2] if name == "rtrace" else answered
 
-    monkeypatch.setattr(programs, "_run", wrong)
+    monkeypatch.setattr(program, "_run", wrong)
     scene = Scene(camera=looking_down(height=5), shapes=(Plane(albedo=WHITE),), lights=(LIGHT,))
 
     with pytest.raises(RuntimeError, match="rtrace"):

@@ -7,7 +7,7 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reference.radiance import cameras
+from rayproof.reference.radiance import scene as radiance_scene
 from tests.reference.mitsuba3.geometry import GENERIC, WHITE, answer, directions, looking_down
 
 ALBEDO = (0.2, 0.5, 1.9)
@@ -129,7 +129,7 @@ def test_no_light_leaves_a_closed_cube(radiance):
 
 @pytest.mark.parametrize("samples", [2, 3])
 def test_samples_are_the_mean_over_the_centers_of_a_pixel_s_parts(radiance, samples, monkeypatch):
-    monkeypatch.setattr(cameras, "AT_ONCE", 3 * 25 * 33)  # several portions
+    monkeypatch.setattr(radiance_scene, "AT_ONCE", 3 * 25 * 33)  # several portions
     camera = looking_down(height=5)
     scene = Scene(camera=camera, shapes=(Plane(albedo=ALBEDO),), lights=(FIRST, SECOND))
 

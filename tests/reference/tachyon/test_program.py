@@ -10,8 +10,7 @@ import pytest
 from rayproof.cases.scene import Cube, Plane, Scene, Sphere, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.tachyon import program
-from rayproof.reference.tachyon.refusals import ANSWERED
+from rayproof.reference.tachyon import ANSWERED, program
 from tests.reference.pictured import ALBEDO, FIRST, answer, every_shape, looking_down, placed, raised, tetrahedron
 
 PLAIN = Scene(camera=looking_down(height=5), shapes=(Plane(albedo=ALBEDO),), lights=(FIRST,))

@@ -9,7 +9,7 @@ import numpy as np
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reference.embree import cameras
+from rayproof.reference.embree import scene as embree_scene
 from tests.benchmarks.bench import Prepared
 
 LARGEST = 50_000  # triangles; their scenes are text
@@ -95,7 +95,7 @@ class Embree:
         world.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
         seconds = time.perf_counter() - start
         eye = np.asarray(scene.camera.eye, np.float32)
-        directions = cameras.directions(scene.camera)[0].astype(np.float32)
+        directions = embree_scene.directions(scene.camera)[0].astype(np.float32)
         origins = np.ascontiguousarray(np.broadcast_to(eye, directions.shape))
 
         def run() -> None:

@@ -9,13 +9,13 @@ import numpy as np
 
 from rayproof.cases.scene import Camera, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import camera_frame, feelers, light, nearest, surfaces
-from rayproof.reference.embree import facets
-from rayproof.reference.embree.tracing import World
+from rayproof.reference.analytic import camera, light, stages, surfaces
+from rayproof.reference.embree import scene as embree_scene
+from rayproof.reference.embree.program import World
 from rayproof.reference.mitsuba3 import program
 from rayproof.reference.mitsuba3 import scene as mitsuba_scene
-from rayproof.reference.radiance import cameras, materials
-from rayproof.reference.radiance.tracing import World as RadianceWorld
+from rayproof.reference.radiance import scene as radiance_scene
+from rayproof.reference.radiance.program import World as RadianceWorld
 from tests.harness.audit.faults import FAULTS, altered, replaced
 
 
@@ -88,7 +88,7 @@ def analytic_fovy() -> Iterator[None]:
 
     Analytic's vertical angle is a thousandth too large.
     """
-    right = camera_frame.view_of
+    right = camera.view_of
 
     def wrong(camera: Camera) -> Any:
         return right(replace(camera, fovy=camera.fovy * 1.001))
@@ -167,7 +167,7 @@ def analytic_pixel_corner() -> Iterator[None]:
 
     Analytic samples the pixels' corners.
     """
-    right = camera_frame.pixel_centers
+    right = camera.pixel_centers
 
     def wrong(camera: Camera) -> Any:
         return right(camera) - 0.5
@@ -192,7 +192,7 @@ def analytic_shadowless() -> Iterator[None]:
 
     Analytic's feelers meet nothing.
     """
-    right = feelers.blocked
+    right = light.blocked
 
     def wrong(scene: Any, index: int, source: Any, objects: Any, positions: Any) -> Any:
         return np.zeros(len(objects), dtype=bool)
@@ -215,7 +215,7 @@ def analytic_shell() -> Iterator[None]:
 
     Analytic clips by distance where the scene says depth.
     """
-    right = nearest.clip_interval
+    right = stages.clip_interval
 
     def wrong(scene: Scene, directions: Any) -> Any:
         return right(replace(scene, clip="shell" if scene.clip == "depth" else scene.clip), directions)
@@ -241,7 +241,7 @@ def embree_half_squares() -> Iterator[None]:
 
     Embree is given one half of every square.
     """
-    with altered(facets, "HALVES", facets.HALVES[:1]):
+    with altered(embree_scene, "HALVES", embree_scene.HALVES[:1]):
         yield
 
 
@@ -513,12 +513,12 @@ def radiance_both_sides() -> Iterator[None]:
 
     Radiance's surfaces are all two-sided.
     """
-    right = materials.painted
+    right = radiance_scene.painted
 
     def wrong(scene: Scene) -> list[str]:
         return right(replace(scene, shapes=tuple(replace(shape, two_sided=True) for shape in scene.shapes)))
 
-    with altered(materials, "painted", wrong):
+    with altered(radiance_scene, "painted", wrong):
         yield
 
 
@@ -560,7 +560,7 @@ def radiance_fovy() -> Iterator[None]:
 
     Radiance's vertical angle is a thousandth too large.
     """
-    right = cameras.view
+    right = radiance_scene.view
 
     def wrong(camera: Camera) -> Any:
         return right(replace(camera, fovy=camera.fovy * 1.001))

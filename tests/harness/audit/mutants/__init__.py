@@ -13,8 +13,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.nearest import nearest
-from rayproof.reference.analytic.stages import NEXT
+from rayproof.reference.analytic.stages import NEXT, nearest
 
 PREFIX = "mutant/"
 Rows = Mapping[Stage, np.ndarray]  # stage -> (pixels, channels)

@@ -13,7 +13,7 @@ import numpy as np
 
 from rayproof.cases.scene import Mesh, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.camera_frame import pixel_centers, view_of
+from rayproof.reference.analytic.camera import pixel_centers, view_of
 from rayproof.reference.analytic.stages import NEXT
 from tests.harness.audit.mutants import PREFIX, Mutant, Step, hits
 from tests.harness.audit.mutants.operations import COLOUR, MATRIX, NUMBER, POINT, Operation, altered, clamped, plain

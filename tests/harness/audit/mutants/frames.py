@@ -12,7 +12,7 @@ import numpy as np
 
 from rayproof.cases.scene import IDENTITY, Camera, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.camera_frame import pixel_centers
+from rayproof.reference.analytic.camera import pixel_centers
 from rayproof.reference.analytic.stages import NEXT
 from tests.harness.audit.mutants import PREFIX, Mutant, Rows, Step
 from tests.harness.audit.mutants.fields import FEELERS, LEAVING, LIGHT, NORMALS, STAGES, mutant, words

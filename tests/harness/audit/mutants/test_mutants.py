@@ -5,7 +5,7 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.camera_frame import pixel_centers
+from rayproof.reference.analytic.camera import pixel_centers
 from rayproof.reference.analytic.stages import rays
 from tests.harness.audit.mutants import Mutant, hits
 from tests.harness.audit.mutants.frames import _rays

@@ -14,14 +14,11 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import feelers, nearest
-from rayproof.reference.analytic.ellipsoids import Ellipsoid
+from rayproof.reference.analytic import light, stages
 from rayproof.reference.analytic.light import irradiance
-from rayproof.reference.analytic.planes import Flat
-from rayproof.reference.analytic.polygons import Polygons
 from rayproof.reference.analytic.stages import NEXT
-from rayproof.reference.analytic.surfaces import surface_of
-from rayproof.reference.analytic.vectors import cross, dot, length
+from rayproof.reference.analytic.surfaces import Ellipsoid, Polygons, surface_of
+from rayproof.reference.analytic.vectors import Flat, cross, dot, length
 from tests.harness.audit.faults import altered as patched
 from tests.harness.audit.mutants import PREFIX, Mutant, Rows, Step, hits
 from tests.harness.audit.mutants.operations import altered
@@ -240,7 +237,7 @@ def _feeler_cut(kind: str, size: float, relative: bool) -> Callable[..., np.ndar
 
 def _clipped(kind: str, size: float, relative: bool, scene: Scene, rows: Rows) -> np.ndarray:
     """Return hits in an interval whose near end begins, or whose far end ends, too late or too early."""
-    interval = nearest.clip_interval
+    interval = stages.clip_interval
     sign = -1.0 if kind.endswith("early") else 1.0
 
     def moved(scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -249,14 +246,14 @@ def _clipped(kind: str, size: float, relative: bool, scene: Scene, rows: Rows) -
             return (low * (1 + sign * size) if relative else low + sign * size), high
         return low, (high * (1 + sign * size) if relative else high + sign * size)
 
-    with patched(nearest, "clip_interval", moved):
+    with patched(stages, "clip_interval", moved):
         return hits(scene, rows)
 
 
 def _nearest(kind: str, size: float, relative: bool, scene: Scene, rows: Rows) -> np.ndarray:
     """Return hits where a later shape must be nearer by so much, or may be farther by so much, to count."""
     rays, eye = rows[Stage.RAY], np.asarray(scene.camera.eye, dtype=np.float64)
-    low, high = nearest.clip_interval(scene, rays)
+    low, high = stages.clip_interval(scene, rays)
     sign = 1.0 if kind == "nearest.later" else -1.0
     found = np.full((len(rays), 3), -1.0)
     found[:, 2] = np.inf
@@ -276,7 +273,7 @@ def _horizon(size: float, scene: Scene, rows: Rows) -> np.ndarray:
         offset = source - positions
         return dot(normals, offset) > size * length(offset)
 
-    with patched(feelers, "above_horizon", above):
+    with patched(light, "above_horizon", above):
         return NEXT[Stage.VISIBILITY](scene, rows)
 
 
@@ -290,11 +287,11 @@ def _moved_start(size: float, relative: bool, scene: Scene, rows: Rows) -> np.nd
 def _near_lights(kind: str, size: float, scene: Scene, rows: Rows) -> np.ndarray:
     """Return irradiance by distances to the light that are at least the size, or are longer by it."""
     total = np.zeros((len(rows[Stage.POSITION]), 3))
-    for column, light in enumerate(scene.lights):
-        alone = altered(scene, lights=(light,))
+    for column, lamp in enumerate(scene.lights):
+        alone = altered(scene, lights=(lamp,))
         seen = rows[Stage.VISIBILITY][:, column : column + 1]
         arriving = irradiance(alone, rows[Stage.POSITION], rows[Stage.NORMAL], seen)
-        distance = length(np.asarray(light.position) - rows[Stage.POSITION])[:, np.newaxis]
+        distance = length(np.asarray(lamp.position) - rows[Stage.POSITION])[:, np.newaxis]
         if kind == "light.least_distance":
             factor = np.square(distance / np.maximum(distance, size))
         else:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.scene import Camera
-from rayproof.reference.analytic.camera_stage import camera_answer
+from rayproof.reference.analytic.camera import camera_answer
 from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.limits import Roundoff
 

@@ -1,0 +1,309 @@
+"""Shapes as exact rational numbers: the floats of the scene are rationals, and so is the inverse of their matrix."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+
+from flint import fmpq
+
+from rayproof.cases.placement import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Shape, Sphere, Square, Triangle
+from rayproof.reference.certified.fields import Field, Number, Vector, exact
+from rayproof.reference.certified.numbers import Rational, Row, Window, applied, cross, dot, minus, numbers, rows
+
+Square3 = tuple[Rational, Rational, Rational]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placement:
+    """World point = linear times object point + offset, and back."""
+
+    linear: Square3
+    offset: Rational  # m
+    inverse: Square3
+
+    def local(self, point: Rational) -> Rational:
+        """Return a world point [m] in object space."""
+        moved = minus(point, self.offset)
+        return rational(dot(row, moved) for row in self.inverse)
+
+
+def rational(values: object) -> Rational:
+    """Return three floats or rationals as exact rationals."""
+    x, y, z = (value if isinstance(value, fmpq) else exact(value) for value in values)  # pyright: ignore[reportGeneralTypeIssues]
+    return (x, y, z)
+
+
+def transposed(matrix: Sequence[Sequence[fmpq]]) -> Square3:
+    """Return the transposed 3x3 matrix."""
+    x, y, z = (rational(row[axis] for row in matrix) for axis in range(3))
+    return (x, y, z)
+
+
+@lru_cache(maxsize=256)
+def placement_of(shape: Shape) -> Placement:
+    """Return the exact placement of a shape, inverted by cofactors; a sphere's maps onto the unit sphere."""
+    matrix = shape.to_world
+    linear = (rational(matrix[0][:3]), rational(matrix[1][:3]), rational(matrix[2][:3]))
+    offset = rational(row[3] for row in matrix[:3])
+    if isinstance(shape, Sphere):
+        center, radius = rational(shape.center), exact(shape.radius)
+        offset = rational(dot(row, center) + move for row, move in zip(linear, offset, strict=True))
+        x, y, z = (rational(value * radius for value in row) for row in linear)
+        linear = (x, y, z)
+    x, y, z = transposed(linear)
+    cofactors = (cross(y, z), cross(z, x), cross(x, y))
+    determinant = dot(x, cofactors[0])
+    first, second, third = (rational(value / determinant for value in row) for row in cofactors)
+    return Placement(linear=linear, offset=offset, inverse=(first, second, third))
+
+
+@lru_cache(maxsize=4096)
+def corners_of(shape: Triangle | Mesh, face: int) -> Square3:
+    """Return the world-space corners [m] of a triangle, baked as every renderer gets them."""
+    first, second, third = (rational(corner) for corner in world_triangles(shape)[face].tolist())
+    return (first, second, third)
+
+
+@lru_cache(maxsize=4096)
+def winding_of(shape: Triangle | Mesh, face: int) -> Rational:
+    """Return the object-space normal by winding, of any length; zero for a triangle without area."""
+    if isinstance(shape, Triangle):
+        corners = [rational(vertex) for vertex in shape.vertices]
+    else:
+        corners = [rational(vertex) for vertex in shape.vertices[shape.faces[face]].tolist()]
+    return cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]))
+
+
+def faces_of(shape: Shape) -> range:
+    """Return the face numbers of a shape; all but meshes have one."""
+    return range(len(shape.faces)) if isinstance(shape, Mesh) else range(1)
+
+
+# Cubes under any affine map, seen from a rational apex, by slabs that are never compared where it makes no difference.
+#
+# The largest entering and the smallest leaving distance are ball operations; only what they decide is asked (HIT-3).
+
+
+Branch = tuple[bool, tuple[int, int, int]]  # whether the ray enters here, and the signs of its direction
+
+
+class SeenCube:
+    """The cube [-1/2, 1/2]^3 in its own space."""
+
+    def __init__(self, field: Field, shape: Cube, apex: Rational) -> None:
+        place = placement_of(shape)
+        self.field = field
+        self.exact_start = place.local(apex)
+        self.start = numbers(field, self.exact_start)
+        self.to_local = rows(field, place.inverse)
+        self.outside = max(abs(value) for value in self.exact_start) > fmpq(1, 2)
+        half = fmpq(1, 2)
+        # Of each axis the distance to the slab's face that a ray of this sign enters, times its speed.
+        self.entering = {
+            (axis, sign): field.number(-sign * half - self.exact_start[axis])
+            for axis, sign in product(range(3), (-1, 1))
+        }
+        self.normals = {
+            (axis, sign): numbers(field, [sign * value for value in place.inverse[axis]])
+            for axis, sign in product(range(3), (-1, 1))
+        }
+
+    def crossing(self, direction: Vector, window: Window) -> tuple[Number, Branch] | None:
+        """Return the smallest t in the window, and which slabs gave it, or None; raise UndecidedError."""
+        speeds = applied(self.to_local, direction)
+        signs = tuple(self.field.sign(speed) for speed in speeds)
+        for sign, start in zip(signs, self.exact_start, strict=True):
+            if sign == 0 and abs(start) > fmpq(1, 2):
+                return None
+        enter, leave = self._ends(speeds, signs)
+        if self.field.sign(leave - enter) < 0:
+            return None
+        if enter in window:
+            return enter, (True, signs)  # pyright: ignore[reportReturnType]
+        return (leave, (False, signs)) if leave in window else None  # pyright: ignore[reportReturnType]
+
+    def at(self, direction: Vector, branch: Branch) -> Number:
+        """Return t where the ray is known to hit."""
+        entering, signs = branch
+        enter, leave = self._ends(applied(self.to_local, direction), signs)
+        return enter if entering else leave
+
+    def _ends(self, speeds: Vector, signs: tuple[int, ...]) -> tuple[Number, Number]:
+        moving = [axis for axis in range(3) if signs[axis]]
+        enter = self.field.largest([self.entering[axis, signs[axis]] / speeds[axis] for axis in moving])
+        leave = self.field.smallest([self.entering[axis, -signs[axis]] / speeds[axis] for axis in moving])
+        return enter, leave
+
+    def face(self, segment: Vector) -> tuple[int, int]:
+        """Return axis and sign of the coordinate of greatest magnitude at apex + segment; x, y, z on a tie (NRM-2)."""
+        steps = applied(self.to_local, segment)
+        point = [start + step for start, step in zip(self.start, steps, strict=True)]
+        axis = 0
+        for other in (1, 2):
+            # |a| > |b| as (a - b)(a + b) > 0.
+            if self.field.sign((point[other] - point[axis]) * (point[other] + point[axis])) > 0:
+                axis = other
+        return axis, -1 if self.field.sign(point[axis]) < 0 else 1
+
+    def blocks_itself(self, face: tuple[int, int]) -> bool:
+        """Return whether the cube lies between the apex and a point on that face of its own, exactly."""
+        axis, sign = face
+        return self.outside and sign * self.exact_start[axis] < fmpq(1, 2)
+
+
+# Planes, squares and triangles seen from a rational apex: every test is a sign of inner products with exact vectors.
+#
+# Triangles by Cramer's rule with the determinant's sign factored out, so that nothing is divided before it is decided
+# (HIT-6); squares and planes in their own space (HIT-4, HIT-7).
+
+
+class SeenPlane:
+    """The plane z = 0, or with `bounded` the square, in object space."""
+
+    def __init__(self, field: Field, shape: Shape, apex: Rational) -> None:
+        place = placement_of(shape)
+        start = place.local(apex)
+        self.field = field
+        self.x, self.y, self.z = (Row(field, row) for row in place.inverse)
+        self.start = numbers(field, start)
+        self.bounded = isinstance(shape, Square)
+        self.upward = numbers(field, place.inverse[2])
+
+    def crossing(self, direction: Vector, window: Window) -> tuple[Number, int] | None:
+        """Return t in the window, and 0 for want of branches, or None; raise UndecidedError."""
+        speed = self.z(direction)
+        if self.field.sign(speed) == 0:
+            return None
+        t = -self.start[2] / speed
+        if t not in window:
+            return None
+        if self.bounded:
+            for start, row in ((self.start[0], self.x), (self.start[1], self.y)):
+                twice = (start + t * row(direction)) * 2
+                if self.field.sign(1 - twice) <= 0 or self.field.sign(1 + twice) <= 0:
+                    return None
+        return t, 0
+
+    def at(self, direction: Vector, branch: int) -> Number:
+        """Return t where the ray is known to hit."""
+        del branch
+        return -self.start[2] / self.z(direction)
+
+    def blocks_itself(self, segment: Vector) -> bool:
+        """Return False: a plane has no second root."""
+        del segment
+        return False
+
+    def normal(self, segment: Vector) -> Vector:
+        """Return the normal, of any length."""
+        del segment
+        return self.upward
+
+
+class SeenTriangle:
+    """t, u, v times the determinant are inner products of the direction with fixed vectors."""
+
+    def __init__(self, field: Field, shape: Triangle | Mesh, face: int, apex: Rational) -> None:
+        first, second, third = corners_of(shape, face)
+        one, two, to_apex = minus(second, first), minus(third, first), minus(apex, first)
+        by_determinant = cross(two, one)
+        winding = winding_of(shape, face)
+        self.field = field
+        # Without area, before baking or after, it is never hit.
+        self.empty = not any(by_determinant) or not any(winding)
+        self.determinant = Row(field, by_determinant)
+        self.u, self.v = Row(field, cross(two, to_apex)), Row(field, cross(to_apex, one))
+        self.height = field.number(dot(cross(to_apex, one), two))
+        turned = transposed(placement_of(shape).inverse)
+        self.upward = numbers(field, rational(dot(row, winding) for row in turned))
+
+    def crossing(self, direction: Vector, window: Window) -> tuple[Number, int] | None:
+        """Return t in the window, and 0 for want of branches, or None; raise UndecidedError."""
+        if self.empty:
+            return None
+        sign = self.field.sign
+        determinant = self.determinant(direction)
+        side = sign(determinant)
+        if side == 0:
+            return None
+        u = self.u(direction)
+        if sign(u) * side < 0:
+            return None
+        v = self.v(direction)
+        if sign(v) * side < 0 or sign(determinant - u - v) * side < 0:
+            return None
+        t = self.height / determinant
+        return (t, 0) if t in window else None
+
+    def at(self, direction: Vector, branch: int) -> Number:
+        """Return t where the ray is known to hit."""
+        del branch
+        return self.height / self.determinant(direction)
+
+    def blocks_itself(self, segment: Vector) -> bool:
+        """Return False: a triangle has no second root."""
+        del segment
+        return False
+
+    def normal(self, segment: Vector) -> Vector:
+        """Return the outward normal, of any length."""
+        del segment
+        return self.upward
+
+
+# Spheres under any affine map, seen from a rational apex: the unit sphere and a line in its space (HIT-1, NRM-1).
+
+
+class SeenSphere:
+    """|start + t along|^2 = 1, with `power` the power of the apex, exactly."""
+
+    def __init__(self, field: Field, shape: Sphere, apex: Rational) -> None:
+        place = placement_of(shape)
+        start = place.local(apex)
+        power = dot(start, start) - 1
+        self.field = field
+        self.to_unit = rows(field, place.inverse)
+        self.from_unit = rows(field, transposed(place.inverse))
+        self.start = numbers(field, start)
+        self.power = field.number(power)
+        self.outside = power > fmpq(0)
+
+    def crossing(self, direction: Vector, window: Window) -> tuple[Number, int] | None:
+        """Return the smallest t in the window and which root it is (-1: the smaller), or None; raise UndecidedError."""
+        along = applied(self.to_unit, direction)
+        square, half = dot(along, along), dot(self.start, along)
+        discriminant = half * half - square * self.power
+        if self.field.sign(discriminant) < 0:
+            return None
+        root = self.field.sqrt(discriminant)
+        for branch in (-1, 1):
+            t = (root - half if branch > 0 else -half - root) / square
+            if t in window:
+                return t, branch
+        return None
+
+    def at(self, direction: Vector, branch: int) -> Number:
+        """Return t of a root that is known to exist."""
+        along = applied(self.to_unit, direction)
+        square, half = dot(along, along), dot(self.start, along)
+        root = self.field.sqrt(half * half - square * self.power)
+        return (root - half if branch > 0 else -half - root) / square
+
+    def blocks_itself(self, segment: Vector) -> bool:
+        """Return whether the sphere lies between the apex and its own point at t = 1.
+
+        That point's root is divided out: of the quadratic around it only t = -2h/a is left, and h tells its sign.
+        """
+        if not self.outside:
+            return False
+        along = applied(self.to_unit, segment)
+        point = tuple(start + step for start, step in zip(self.start, along, strict=True))
+        return self.field.sign(dot(point, along)) > 0
+
+    def normal(self, segment: Vector) -> Vector:
+        """Return the outward normal, of any length, at the apex + segment."""
+        along = applied(self.to_unit, segment)
+        x, y, z = (start + step for start, step in zip(self.start, along, strict=True))
+        return applied(self.from_unit, (x, y, z))
