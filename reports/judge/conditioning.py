@@ -378,8 +378,8 @@ class Unrounded:
         against it crosses it nearby, where it has an outline. Along a coordinate axis its depth is one coordinate of
         its points less the eye's, each carried with two roundings, then the difference, the quotient for t, that for
         the plane, the speed of depth and the plane's own depth with one each: what is 0 rounds nothing. Along another
-        axis the surface is off as everywhere, its distance by its own roundings, and its depth by as many: axis and ray
-        are normalised (6 and 7), and their product has three terms.
+        axis every coordinate has its share: the way into object space has 7 roundings, of the point and of the ray, and
+        the ray's depth 8 more (the axis 5, its product with the ray 3); three are left for quotients and the plane.
         """
         camera, edges, rays = self.scene.camera, self.edges, self.truth[Stage.RAY]
         gap, error = np.full(edges.at_clip.shape, np.inf), np.zeros(edges.at_clip.shape)
@@ -387,16 +387,16 @@ class Unrounded:
             return gap, error
         eye, along = np.asarray(camera.eye, dtype=np.float64), off_axis(camera, rays)
         forward = np.subtract(camera.target, camera.eye, dtype=np.float64)
+        axis = np.abs(forward) / np.linalg.norm(forward)
+        # Roundings of each coordinate of points, and of rays; and of what has no coordinates.
+        points_have, rays_have, rest = (2, 0, 5) if np.count_nonzero(axis) == 1 else (7, 15, 3)
         for index in np.unique(edges.at_clip[edges.at_clip >= 0]):
             here = edges.at_clip == index
             t = edges.clip_depth[here]
-            points = eye + t[:, np.newaxis] * rays[here]
+            moved = t[:, np.newaxis] * rays[here]
             gap[here] = np.minimum(np.abs(t - camera.near / along[here]), np.abs(t - camera.far / along[here]))
-            if np.count_nonzero(forward) == 1:
-                coordinates = (np.abs(points) + np.abs(eye))[:, forward != 0][:, 0]
-                error[here] = 2 * coordinates / along[here] + 5 * t
-            else:
-                error[here] = 16 * (surface_error(self.scene.shapes[int(index)], eye, points) / along[here] + 2 * t)
+            sizes = points_have * (np.abs(eye + moved) + np.abs(eye)) + rays_have * np.abs(moved)
+            error[here] = sizes @ axis / along[here] + rest * t
         return gap, error
 
     @cached_property
